@@ -1,0 +1,50 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "inhabit/error.h"
+#include "verbs.h"
+
+namespace {
+
+// Spinning OpenMP threads cost up to 4x on small products, and the runtime reads its wait policy before main() runs:
+// set it and start over once.
+void use_passive_waiting(char** argv) {
+  if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
+  setenv("OMP_WAIT_POLICY", "passive", 1);
+  execv("/proc/self/exe", argv);  // returns only where /proc is missing: go on with the default policy
+}
+
+// First line only: LibTorch appends a stack trace to its messages.
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  use_passive_waiting(argv);
+  CLI::App app{"inhabit: human motion in 3D scenes"};
+  app.require_subcommand(1);
+  add_version(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::CallForAllHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
+    return 2;
+  } catch (const inhabit::Error& e) {
+    std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "inhabit: out of memory\n");
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "inhabit: unexpected: %s\n", first_line(e.what()).c_str());
+    return 3;
+  }
+  return 0;
+}

@@ -1,0 +1,6 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+// Each verb lives in a file of its own, adds its subcommand with its options and a callback that calls the library.
+// A callback throws inhabit::Error for whatever a user can get wrong.
+void add_version(CLI::App& app);

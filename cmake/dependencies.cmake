@@ -1,0 +1,19 @@
+# Everything inhabit stands on, found the same way in the build and by find_package(inhabit).
+list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})
+find_package(Torch REQUIRED)
+find_package(Eigen3 3.3 REQUIRED NO_MODULE)
+find_package(nlohmann_json 3 REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(embree 3 REQUIRED)
+find_package(assimp REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(libzip REQUIRED)
+find_package(Threads REQUIRED)
+find_package(OpenMP REQUIRED)
+
+if(NOT TARGET inhabit_dependencies)
+  add_library(inhabit_dependencies INTERFACE)
+  target_include_directories(inhabit_dependencies SYSTEM INTERFACE ${TORCH_INCLUDE_DIRS})
+  target_link_libraries(inhabit_dependencies INTERFACE ${TORCH_LIBRARIES} Eigen3::Eigen
+    nlohmann_json::nlohmann_json spdlog::spdlog embree assimp::assimp ZLIB::ZLIB libzip::zip Threads::Threads OpenMP::OpenMP_CXX)
+endif()

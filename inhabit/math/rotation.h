@@ -1,0 +1,19 @@
+#pragma once
+#include <torch/torch.h>
+
+namespace inhabit {
+
+// Rotations as tensors, batched over leading dimensions and differentiable (also at zero rotation).
+// matrix (..., 3, 3); axis-angle (..., 3) radians; quaternion (..., 4) w x y z; 6D (..., 6): the first two columns of
+// the matrix one after the other (Zhou et al. 2019).
+
+torch::Tensor axis_angle_to_matrix(const torch::Tensor& axis_angle);
+torch::Tensor matrix_to_axis_angle(const torch::Tensor& matrix);
+torch::Tensor quaternion_to_matrix(const torch::Tensor& quaternion);
+torch::Tensor matrix_to_quaternion(const torch::Tensor& matrix);
+torch::Tensor rotation6d_to_matrix(const torch::Tensor& rotation6d);
+torch::Tensor matrix_to_rotation6d(const torch::Tensor& matrix);
+/// Spherical interpolation between quaternions (..., 4) at u (...) in [0, 1], the short way round.
+torch::Tensor slerp(const torch::Tensor& from, const torch::Tensor& to, const torch::Tensor& u);
+
+}  // namespace inhabit

@@ -1,0 +1,43 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <string>
+#include <vector>
+
+#include "inhabit/body/skeleton.h"
+
+namespace inhabit {
+
+/// One person's motion and what is annotated on it. Metres, seconds, radians, +Y up, the person faces +Z at rest.
+/// A tensor that is not known is undefined. `joints` is always there; rotations and trans may be missing (positions
+/// only).
+struct Clip {
+  Skeleton skeleton;
+  double rate = 30.0;       ///< frames a second
+  torch::Tensor joints;     ///< (T, J, 3) metres, world
+  torch::Tensor rotations;  ///< (T, J, 3) axis-angle radians, each joint relative to its parent; row 0 is root_orient
+  torch::Tensor trans;      ///< (T, 3) metres: root joint = trans + skeleton.offsets[0] (the SMPL convention)
+  torch::Tensor betas;      ///< (B) body shape
+  std::string gender = "neutral";
+
+  std::vector<std::string> action_names;  ///< labels that `action` indexes
+  torch::Tensor action;                   ///< (T) int64
+  torch::Tensor contact;                  ///< (T, J) float 0/1: the joint's skin touches the scene
+  torch::Tensor hand_targets;             ///< (T, 2, 4) left, right: world x y z metres of the touched point, then 0/1
+  std::vector<std::string> object_names;  ///< names of the scene's objects that object_pose rows belong to
+  torch::Tensor object_pose;              ///< (T, O, 6) world translation metres, then axis-angle radians
+
+  int64_t frames() const { return joints.defined() ? joints.size(0) : 0; }
+  double seconds() const { return static_cast<double>(frames()) / rate; }
+  /// (T, 3) metres: where the root joint goes.
+  torch::Tensor root_path() const { return joints.select(1, 0); }
+};
+
+/// Frames [first, last) with every annotation that is there.
+Clip slice(const Clip& clip, int64_t first, int64_t last);
+
+/// Throws Error(subject, ...) unless the clip has a frame, its sizes agree, every number is finite and the rate is in
+/// (0, 1000].
+void validate(const Clip& clip, const std::string& subject);
+
+}  // namespace inhabit

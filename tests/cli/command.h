@@ -1,0 +1,52 @@
+#pragma once
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+/// What one run of the command left behind.
+struct CommandResult {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+/// Runs `inhabit ARGUMENTS` in a shell.
+inline CommandResult run_command(const std::string& arguments) {
+  const auto err_path = std::filesystem::temp_directory_path() / ("inhabit_err_" + std::to_string(::getpid()));
+  const std::string line = std::string(INHABIT_COMMAND) + " " + arguments + " 2>" + err_path.string();
+  CommandResult result;
+  FILE* pipe = popen(line.c_str(), "r");
+  std::array<char, 4096> buffer{};
+  size_t n = 0;
+  while ((n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0) result.out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  std::ifstream err(err_path);
+  std::stringstream text;
+  text << err.rdbuf();
+  result.err = text.str();
+  std::filesystem::remove(err_path);
+  return result;
+}
+
+/// A folder of this test's own, emptied at the start and removed at the end.
+struct TempFolder {
+  std::filesystem::path path;
+  TempFolder() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    path = std::filesystem::temp_directory_path() /
+           ("inhabit_" + std::string(info->test_suite_name()) + "_" + info->name() + "_" + std::to_string(::getpid()));
+    std::filesystem::remove_all(path);
+    std::filesystem::create_directories(path);
+  }
+  ~TempFolder() { std::filesystem::remove_all(path); }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
