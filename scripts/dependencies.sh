@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Installs what inhabit builds and tests with, on Debian 12 (root or sudo). Does nothing where all of it is there.
+# usage: scripts/dependencies.sh [test]     with "test": also what only the tests and checks use
+set -euo pipefail
+packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libopenblas-dev libembree-dev libnanoflann-dev libeigen3-dev libassimp-dev
+  libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libbenchmark-dev)
+[ "${1:-}" = test ] && packages+=(libgtest-dev libgmock-dev chromium clang-format clang-tidy git)
+# A Node.js from elsewhere brings its own npm; Debian's comes as two packages.
+command -v node >/dev/null && packages=("${packages[@]/nodejs/}")
+command -v npm >/dev/null || packages+=(npm)
+missing=()
+for p in "${packages[@]}"; do
+  [ -z "$p" ] || dpkg-query -W -f='${Status}' "$p" 2>/dev/null | grep -q 'ok installed' || missing+=("$p")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+sudo=""
+[ "$(id -u)" -eq 0 ] || sudo=sudo
+echo "installing: ${missing[*]}"
+$sudo apt-get update -qq
+DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

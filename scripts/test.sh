@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs the whole test suite.
+# usage: scripts/test.sh [release|dev|coverage]     dev: under the address and undefined-behaviour sanitizers
+set -euo pipefail
+cd "$(dirname "$0")/.."
+preset=${1:-release}
+scripts/dependencies.sh test
+cmake --preset "$preset" ${CI:+-DINHABIT_WERROR=ON} >/dev/null
+cmake --build --preset "$preset"
+export OMP_WAIT_POLICY=passive
+ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)"
