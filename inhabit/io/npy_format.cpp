@@ -1,0 +1,390 @@
+#include "inhabit/io/npy_format.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "inhabit/error.h"
+
+namespace inhabit {
+namespace {
+
+constexpr char kMagic[] = "\x93NUMPY";
+constexpr uint64_t kLongestHeader = 1 << 20;
+constexpr uint64_t kMostBytes = uint64_t{4} << 30;  ///< of one array
+
+/// The dictionary in front of the data.
+struct Header {
+  std::string descr;  ///< as '<f4'; empty for a structured type
+  bool fortran_order = false;
+  std::vector<int64_t> shape;
+};
+
+/// Reads the Python dictionary literal that NumPy writes, no more of the language than that.
+class HeaderParser {
+ public:
+  HeaderParser(const std::string& header, const std::string& about) : text_(header), subject_(about) {}
+
+  Header parse() {
+    Header header;
+    bool descr = false, order = false, shape = false;
+    expect('{');
+    while (!accept('}')) {
+      const std::string key = quoted();
+      expect(':');
+      if (key == "descr") {
+        descr = true;
+        skip_space();
+        if (at_ < text_.size() && text_[at_] == '[')
+          skip_list();
+        else
+          header.descr = quoted();
+      } else if (key == "fortran_order") {
+        order = true;
+        header.fortran_order = boolean();
+      } else if (key == "shape") {
+        shape = true;
+        header.shape = tuple();
+      } else {
+        fail();
+      }
+      if (!accept(',')) {
+        expect('}');
+        break;
+      }
+    }
+    if (!descr || !order || !shape) fail();
+    return header;
+  }
+
+ private:
+  [[noreturn]] void fail() const { throw Error(subject_, "its NumPy header cannot be understood"); }
+  void skip_space() {
+    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\t')) ++at_;
+  }
+  bool accept(char c) {
+    skip_space();
+    if (at_ >= text_.size() || text_[at_] != c) return false;
+    ++at_;
+    return true;
+  }
+  void expect(char c) {
+    if (!accept(c)) fail();
+  }
+  std::string quoted() {
+    skip_space();
+    if (at_ >= text_.size() || (text_[at_] != '\'' && text_[at_] != '"')) fail();
+    const size_t end = text_.find(text_[at_], at_ + 1);
+    if (end == std::string::npos) fail();
+    const std::string word = text_.substr(at_ + 1, end - at_ - 1);
+    at_ = end + 1;
+    return word;
+  }
+  bool boolean() {
+    skip_space();
+    for (const bool value : {true, false}) {
+      const std::string word = value ? "True" : "False";
+      if (text_.compare(at_, word.size(), word) == 0) {
+        at_ += word.size();
+        return value;
+      }
+    }
+    fail();
+  }
+  std::vector<int64_t> tuple() {
+    std::vector<int64_t> values;
+    expect('(');
+    while (!accept(')')) {
+      skip_space();
+      int64_t value = 0;
+      size_t digits = 0;
+      for (; at_ < text_.size() && text_[at_] >= '0' && text_[at_] <= '9'; ++at_, ++digits) {
+        if (value > (std::numeric_limits<int64_t>::max() - 9) / 10) fail();
+        value = 10 * value + (text_[at_] - '0');
+      }
+      if (digits == 0) fail();
+      accept('L');  // Python 2's long integers
+      values.push_back(value);
+      if (values.size() > 32) fail();
+      if (!accept(',')) {
+        expect(')');
+        break;
+      }
+    }
+    return values;
+  }
+  void skip_list() {
+    int depth = 0;
+    for (; at_ < text_.size(); ++at_) {
+      if (text_[at_] == '[') ++depth;
+      if (text_[at_] == ']' && --depth == 0) {
+        ++at_;
+        return;
+      }
+    }
+    fail();
+  }
+
+  const std::string& text_;
+  const std::string& subject_;
+  size_t at_ = 0;
+};
+
+/// Reads exactly `size` bytes. Wherever they end early the array is truncated.
+void read_exactly(const ByteSource& source, void* to, uint64_t size, const std::string& subject) {
+  char* at = static_cast<char*>(to);
+  while (size > 0) {
+    const uint64_t n = source(at, size);
+    if (n == 0) throw Error(subject, "ends early");
+    at += n;
+    size -= n;
+  }
+}
+
+void swap_bytes(char* data, int64_t items, int64_t width) {
+  for (int64_t i = 0; i < items; ++i) std::reverse(data + i * width, data + (i + 1) * width);
+}
+
+std::optional<torch::ScalarType> scalar_type(char kind, int64_t width) {
+  switch (kind) {
+    case 'f':
+      return width == 2   ? std::optional(torch::kHalf)
+             : width == 4 ? std::optional(torch::kFloat32)
+             : width == 8 ? std::optional(torch::kFloat64)
+                          : std::nullopt;
+    case 'i':
+      return width == 1   ? std::optional(torch::kInt8)
+             : width == 2 ? std::optional(torch::kInt16)
+             : width == 4 ? std::optional(torch::kInt32)
+             : width == 8 ? std::optional(torch::kInt64)
+                          : std::nullopt;
+    case 'u':  // read as the signed type of the same width, then widened
+      return width == 1   ? std::optional(torch::kUInt8)
+             : width == 2 ? std::optional(torch::kInt16)
+             : width == 4 ? std::optional(torch::kInt32)
+             : width == 8 ? std::optional(torch::kInt64)
+                          : std::nullopt;
+    case 'b':
+      return width == 1 ? std::optional(torch::kUInt8) : std::nullopt;
+    default:
+      return std::nullopt;
+  }
+}
+
+torch::Tensor widen_unsigned(const torch::Tensor& raw, int64_t width, const std::string& subject) {
+  if (width == 2) return raw.to(torch::kInt32).bitwise_and(0xFFFF);
+  if (width == 4) return raw.to(torch::kInt64).bitwise_and(int64_t{0xFFFFFFFF});
+  if (width == 8 && raw.numel() > 0 && raw.min().item<int64_t>() < 0) throw Error(subject, "has a number beyond 2^63");
+  return raw;
+}
+
+void append_utf8(std::string& to, uint32_t code) {
+  if (code < 0x80) {
+    to += static_cast<char>(code);
+  } else if (code < 0x800) {
+    to += static_cast<char>(0xC0 | (code >> 6));
+    to += static_cast<char>(0x80 | (code & 0x3F));
+  } else if (code < 0x10000) {
+    to += static_cast<char>(0xE0 | (code >> 12));
+    to += static_cast<char>(0x80 | ((code >> 6) & 0x3F));
+    to += static_cast<char>(0x80 | (code & 0x3F));
+  } else if (code < 0x110000) {
+    to += static_cast<char>(0xF0 | (code >> 18));
+    to += static_cast<char>(0x80 | ((code >> 12) & 0x3F));
+    to += static_cast<char>(0x80 | ((code >> 6) & 0x3F));
+    to += static_cast<char>(0x80 | (code & 0x3F));
+  } else {
+    to += '?';
+  }
+}
+
+/// Code points of UTF-8 text; a broken byte becomes U+FFFD.
+std::vector<uint32_t> code_points(const std::string& text) {
+  std::vector<uint32_t> codes;
+  for (size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead >> 5 == 6 ? 1 : lead >> 4 == 14 ? 2 : lead >> 3 == 30 ? 3 : -1;
+    uint32_t code = more == 0 ? lead : lead & (0x3FU >> std::max(more, 0));
+    bool whole = more >= 0;
+    for (int k = 0; k < more && whole; ++k) {
+      whole = i < text.size() && (static_cast<unsigned char>(text[i]) >> 6) == 2;
+      if (whole) code = (code << 6) | (static_cast<unsigned char>(text[i++]) & 0x3F);
+    }
+    codes.push_back(whole ? code : 0xFFFD);
+  }
+  return codes;
+}
+
+std::string header_bytes(const std::string& descr, const std::vector<int64_t>& shape) {
+  std::string dict = "{'descr': '" + descr + "', 'fortran_order': False, 'shape': (";
+  for (const int64_t n : shape) dict += std::to_string(n) + ",";
+  if (shape.size() > 1) dict.pop_back();
+  dict += "), }";
+  dict.append(63 - (dict.size() + 10) % 64, ' ');  // the data begins at a multiple of 64 bytes
+  dict += '\n';
+  std::string bytes(kMagic, 6);
+  bytes += '\x01';
+  bytes += '\x00';
+  bytes += static_cast<char>(dict.size() & 0xFF);
+  bytes += static_cast<char>(dict.size() >> 8);
+  return bytes + dict;
+}
+
+}  // namespace
+
+void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into) {
+  const std::string where = subject;
+  char lead[12] = {};
+  read_exactly(source, lead, 8, where);
+  if (std::memcmp(lead, kMagic, 6) != 0) throw Error(where, "is not a NumPy array");
+  const int version = lead[6];
+  if (version < 1 || version > 3) throw Error(where, "has an unknown version of the NumPy format");
+  const int count = version == 1 ? 2 : 4;
+  read_exactly(source, lead + 8, static_cast<uint64_t>(count), where);
+  uint64_t length = 0;
+  for (int i = count - 1; i >= 0; --i) length = (length << 8) | static_cast<unsigned char>(lead[8 + i]);
+  const uint64_t before = 8 + static_cast<uint64_t>(count) + length;
+  if (length > kLongestHeader || before > size) throw Error(where, "ends early");
+  std::string text(length, '\0');
+  read_exactly(source, text.data(), length, where);
+  const Header header = HeaderParser(text, where).parse();
+
+  const std::string& descr = header.descr;
+  if (descr.empty()) {
+    into.skipped[name] = "a structured array";
+    return;
+  }
+  const bool has_order = descr[0] == '<' || descr[0] == '>' || descr[0] == '|' || descr[0] == '=';
+  const bool swap = descr[0] == '>';
+  const char kind = descr.size() > (has_order ? 1U : 0U) ? descr[has_order ? 1 : 0] : '\0';
+  if (kind == 'O') {
+    into.skipped[name] = "a pickled Python object";
+    return;
+  }
+  if (kind == '\0' || std::strchr("fiubUS", kind) == nullptr) {
+    into.skipped[name] = "of type " + descr.substr(0, 16);
+    return;
+  }
+  uint64_t width = 0;
+  for (size_t i = has_order ? 2 : 1; i < descr.size(); ++i) {
+    if (descr[i] < '0' || descr[i] > '9' || width > kMostBytes) throw Error(where, "has an unknown data type");
+    width = 10 * width + static_cast<uint64_t>(descr[i] - '0');
+  }
+  const bool is_text = kind == 'U' || kind == 'S';
+  if (kind == 'U') width *= 4;
+  const auto type = scalar_type(kind, static_cast<int64_t>(width));
+  if (!is_text && !type) {
+    into.skipped[name] = "of type " + descr.substr(0, 16);
+    return;
+  }
+
+  uint64_t items = 1;
+  for (const int64_t n : header.shape) {
+    if (n == 0) items = 0;
+    if (items != 0 && static_cast<uint64_t>(n) > kMostBytes / items) throw Error(where, "declares an absurd size");
+    items *= static_cast<uint64_t>(n);
+  }
+  if (is_text && items > size) throw Error(where, "declares an absurd size");  // strings of no width cost memory too
+  if (width != 0 && items > kMostBytes / width) throw Error(where, "declares an absurd size");
+  const uint64_t bytes = items * width;
+  if (bytes > size - before)
+    throw Error(
+        where, "ends early: " + std::to_string(bytes) + " bytes declared, " + std::to_string(size - before) + " there");
+
+  if (is_text) {
+    std::string raw(bytes, '\0');
+    read_exactly(source, raw.data(), bytes, where);
+    StringArray strings;
+    strings.shape = header.shape;
+    if (header.fortran_order && header.shape.size() > 1) strings.shape = {static_cast<int64_t>(items)};
+    strings.values.resize(items);
+    for (uint64_t i = 0; i < items; ++i) {
+      char* item = raw.data() + i * width;
+      std::string& value = strings.values[i];
+      if (kind == 'S') {
+        value.assign(item, width);
+        value.erase(value.find_last_not_of('\0') + 1);
+      } else {
+        if (swap) swap_bytes(item, static_cast<int64_t>(width / 4), 4);
+        for (uint64_t k = 0; k < width; k += 4) {
+          uint32_t code = 0;
+          std::memcpy(&code, item + k, 4);
+          append_utf8(value, code);
+        }
+        value.erase(value.find_last_not_of('\0') + 1);
+      }
+    }
+    into.strings[name] = std::move(strings);
+    return;
+  }
+
+  std::vector<int64_t> shape = header.shape;
+  if (header.fortran_order) std::reverse(shape.begin(), shape.end());
+  torch::Tensor tensor = torch::empty(shape, torch::TensorOptions().dtype(*type));
+  if (bytes > 0) read_exactly(source, tensor.data_ptr(), bytes, where);
+  if (swap) swap_bytes(static_cast<char*>(tensor.data_ptr()), static_cast<int64_t>(items), static_cast<int64_t>(width));
+  if (kind == 'u') tensor = widen_unsigned(tensor, static_cast<int64_t>(width), where);
+  if (kind == 'b') tensor = tensor.ne(0);
+  if (header.fortran_order && shape.size() > 1) {
+    std::vector<int64_t> axes(shape.size());
+    for (size_t i = 0; i < axes.size(); ++i) axes[i] = static_cast<int64_t>(axes.size() - 1 - i);
+    tensor = tensor.permute(axes).contiguous();
+  }
+  into.tensors[name] = tensor;
+}
+
+std::string npy_bytes(const torch::Tensor& given) {
+  const torch::Tensor tensor = given.detach().to(torch::kCPU).contiguous();
+  std::string descr;
+  switch (tensor.scalar_type()) {
+    case torch::kHalf:
+      descr = "<f2";
+      break;
+    case torch::kFloat32:
+      descr = "<f4";
+      break;
+    case torch::kFloat64:
+      descr = "<f8";
+      break;
+    case torch::kInt8:
+      descr = "|i1";
+      break;
+    case torch::kInt16:
+      descr = "<i2";
+      break;
+    case torch::kInt32:
+      descr = "<i4";
+      break;
+    case torch::kInt64:
+      descr = "<i8";
+      break;
+    case torch::kUInt8:
+      descr = "|u1";
+      break;
+    case torch::kBool:
+      descr = "|b1";
+      break;
+    default:
+      throw Error("a tensor of a type that NumPy files cannot hold");
+  }
+  std::string bytes = header_bytes(descr, tensor.sizes().vec());
+  if (tensor.numel() > 0) bytes.append(static_cast<const char*>(tensor.data_ptr()), tensor.nbytes());
+  return bytes;
+}
+
+std::string npy_bytes(const StringArray& strings) {
+  std::vector<std::vector<uint32_t>> codes;
+  size_t width = 1;
+  for (const std::string& value : strings.values) {
+    codes.push_back(code_points(value));
+    width = std::max(width, codes.back().size());
+  }
+  std::string bytes = header_bytes("<U" + std::to_string(width), strings.shape);
+  for (std::vector<uint32_t>& item : codes) {
+    item.resize(width);
+    bytes.append(reinterpret_cast<const char*>(item.data()), width * 4);
+  }
+  return bytes;
+}
+
+}  // namespace inhabit
