@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// Meshes of an .obj, .ply, .glb, .gltf, .off or .stl file in the file's own axes and units, node transforms applied.
+/// A mesh is named after its node, or after itself where the node has no name, and a number where a name comes twice;
+/// its colour is the material's base colour (vertex colours' mean in .ply). Polygons are triangulated; points and lines
+/// are skipped; degenerate faces stay (see drop_degenerate_faces). A .ply without faces gives one mesh with no faces.
+/// Throws Error(path, ...) when the file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
+std::vector<Mesh> read_meshes(const std::string& path);
+
+/// The same from memory; `extension` ("obj") tells the format, files it refers to (materials, buffers) are not read.
+std::vector<Mesh> parse_meshes(std::string_view bytes, const std::string& extension, const std::string& subject);
+
+/// Removes faces with a repeated vertex or with no area (under 1e-12 of the mesh's squared size); returns how many.
+int64_t drop_degenerate_faces(Mesh& mesh);
+
+}  // namespace inhabit
