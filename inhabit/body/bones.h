@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "inhabit/body/skeleton.h"
+
+namespace inhabit {
+
+/// A skeleton as plain numbers in double precision, for code that works one frame at a time. Metres.
+struct Bones {
+  std::vector<int> parents;
+  std::vector<Eigen::Vector3d>
+      offsets;  ///< rest position relative to the parent; the root's own rest position for joint 0
+
+  int size() const { return static_cast<int>(parents.size()); }
+};
+
+/// Where every joint is and how it is turned (joint frame to world).
+struct BonesPose {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Quaterniond> rotations;
+};
+
+Bones bones_of(const Skeleton& skeleton);
+
+/// Forward kinematics of one frame, the formula of kinematics.h. `out` is resized; nothing is allocated when it already
+/// has the right size.
+/// @param local one unit quaternion a joint, relative to its parent.
+void pose_bones(const Bones& bones, const std::vector<Eigen::Quaterniond>& local, const Eigen::Vector3d& trans,
+                BonesPose& out);
+
+/// One frame of local rotations as quaternions, from axis-angle (J, 3) radians.
+std::vector<Eigen::Quaterniond> local_quaternions(const torch::Tensor& axis_angle);
+
+}  // namespace inhabit

@@ -1,0 +1,46 @@
+#pragma once
+#include <Eigen/Geometry>
+
+#include "inhabit/body/bones.h"
+
+namespace inhabit {
+
+/// Where the middle and end joints of a two-bone chain go.
+struct TwoBone {
+  Eigen::Vector3d mid, end;
+  Eigen::Vector3d hinge;  ///< unit normal of the bending plane, pole x (end - start): bending turns positively about it
+};
+
+/// Analytic two-bone inverse kinematics: law of cosines in the plane through start, target and pole.
+/// Reach is clamped softly: up to (1 - softness) of the chain's length the end meets the target exactly; from there on
+/// it approaches full length exponentially, so that a nearly straight limb neither locks nor snaps. A target nearer
+/// than the bones allow is met as near as they do.
+/// @param pole a world direction the middle joint bends towards (knee: forwards; elbow: backwards and down); it need
+/// not be of unit length or orthogonal to the limb. @param softness fraction of the chain's length, 0 for a hard clamp.
+TwoBone solve_two_bone(const Eigen::Vector3d& start, double upper_length, double lower_length,
+                       const Eigen::Vector3d& target, const Eigen::Vector3d& pole, double softness = 0.01);
+
+/// A leg or arm of the standard skeleton.
+struct Limb {
+  int start, mid, end;        ///< joints: hip, knee, ankle or shoulder, elbow, wrist
+  Eigen::Vector3d rest_pole;  ///< where the middle joint points at rest: +Z for knees, -Z for elbows
+};
+enum class Side { left, right };
+Limb leg(Side side);
+Limb arm(Side side);
+
+/// What brings a limb to a target.
+struct LimbPose {
+  TwoBone joints;
+  Eigen::Quaterniond start_rotation, mid_rotation;  ///< local rotations of the start and middle joints
+  Eigen::Quaterniond start_global, mid_global;      ///< the same, to world
+};
+
+/// Two-bone inverse kinematics of a limb. The middle joint turns about its hinge only: the bones' rest directions and
+/// the rest pole are carried onto the solved bones and the bending plane.
+/// @param parent_rotation world rotation of the start joint's parent; @param start world position of the start joint.
+LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaterniond& parent_rotation,
+                    const Eigen::Vector3d& start, const Eigen::Vector3d& target, const Eigen::Vector3d& pole,
+                    double softness = 0.01);
+
+}  // namespace inhabit
