@@ -1,0 +1,81 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace inhabit {
+
+/// A run of point-voxel convolutions of equal width.
+struct PointVoxelSpec {
+  int channels = 0;
+  int blocks = 0;
+  int grid = 0;  ///< voxels along each side
+
+  bool operator==(const PointVoxelSpec&) const = default;
+};
+
+/// One level down: optional point-voxel convolutions, then `centres` points by furthest point sampling, each seeing the
+/// first `neighbours` points within `radius` metres through a shared MLP.
+struct AbstractionSpec {
+  std::optional<PointVoxelSpec> convolution;
+  int centres = 0;
+  double radius = 0;
+  int neighbours = 0;
+  std::vector<int> mlp;
+
+  bool operator==(const AbstractionSpec&) const = default;
+};
+
+/// One level up: features interpolated from the centres and joined to those of the level's points, a shared MLP, then
+/// optional point-voxel convolutions.
+struct PropagationSpec {
+  std::vector<int> mlp;
+  std::optional<PointVoxelSpec> convolution;
+
+  bool operator==(const PropagationSpec&) const = default;
+};
+
+/// Everything that contact-aware forecasting must know to be built and run; it travels in a model file's metadata.
+struct ForecastConfig {
+  std::string preset = "paper";
+  double rate = 30;                 ///< frames a second
+  int past = 30;                    ///< P, observed frames
+  int future = 60;                  ///< T, predicted frames
+  int joints = 22;                  ///< J
+  int root = 0;                     ///< index of the root joint
+  double sigma = 0.2;               ///< metres, width of the contact map (Eq. 2)
+  double contact_threshold = 0.32;  ///< contact value above which a joint touches
+  int contact_coefficients = 20;    ///< L, DCT coefficients of a contact sequence
+  int root_coefficients = 60;       ///< DCT coefficients of the root path
+  int hidden = 128;                 ///< width of the recurrent encoders, the root MLP and the contact network's head
+  int points = 5000;                ///< N, scene points sampled
+  double radius = 2.5;              ///< metres around the root at the last observed frame
+  double root_weight = 1.0;         ///< lambda 1 (Eq. 13)
+  double pose_weight = 1.0;         ///< lambda 2
+  double contact_weight = 0.1;      ///< lambda 3
+  bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
+                                    ///< the cell's own last state
+  std::vector<AbstractionSpec> abstraction;
+  std::vector<PropagationSpec> propagation;
+
+  int frames() const { return past + future; }
+  bool operator==(const ForecastConfig&) const = default;
+};
+
+/// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores.
+/// Throws Error for other names.
+ForecastConfig forecast_preset(const std::string& name);
+
+std::string to_json(const ForecastConfig& config);
+
+/// @param subject named in errors (the file it came from). Unknown keys and impossible values are refused.
+ForecastConfig forecast_config_from_json(const std::string& text, const std::string& subject);
+
+/// The config that the metadata of a file with released weights describes: sizes P, T, J, L, ... and the block lists.
+ForecastConfig released_forecast_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
+
+/// Throws Error(subject, ...) unless sizes are positive and bounded and the block lists fit together.
+void validate(const ForecastConfig& config, const std::string& subject);
+
+}  // namespace inhabit

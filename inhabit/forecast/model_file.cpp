@@ -1,0 +1,60 @@
+#include "inhabit/forecast/model_file.h"
+
+#include "inhabit/error.h"
+#include "inhabit/io/safetensors.h"
+#include "inhabit/nn/parameters.h"
+
+namespace inhabit {
+namespace {
+
+constexpr const char* kSystem = "contact-forecast";
+
+bool has_prefix(const SafeTensors& content, const std::string& prefix) {
+  const auto found = content.tensors.lower_bound(prefix);
+  return found != content.tensors.end() && found->first.compare(0, prefix.size(), prefix) == 0;
+}
+
+}  // namespace
+
+void save_forecast_networks(const std::string& path, const ForecastNetworks& networks, bool half) {
+  SafeTensors content;
+  content.metadata = {{"system", kSystem}, {"config", to_json(networks.config)}};
+  if (!networks.contact.is_empty()) nn::collect_parameters(*networks.contact, "contact_net.", content);
+  if (!networks.motion.is_empty()) nn::collect_parameters(*networks.motion, "motion_net.", content);
+  if (!networks.no_contact.is_empty()) nn::collect_parameters(*networks.no_contact, "no_contact_net.", content);
+  write_safetensors(path, content, half);
+}
+
+ForecastNetworks load_forecast_networks(const std::string& path) {
+  const SafeTensors content = read_safetensors(path);
+  const auto system = content.metadata.find("system");
+  ForecastNetworks networks;
+  if (system != content.metadata.end()) {
+    if (system->second != kSystem)
+      throw Error(path, "is a model of '" + system->second.substr(0, 60) + "', not of " + kSystem);
+    const auto config = content.metadata.find("config");
+    if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
+    networks.config = forecast_config_from_json(config->second, path);
+  } else if (has_prefix(content, "contact_net.") || has_prefix(content, "motion_net.")) {
+    networks.config = released_forecast_config(content.metadata, path);
+  } else {
+    throw Error(path, std::string("is not a model of ") + kSystem);
+  }
+  if (has_prefix(content, "contact_net.")) {
+    networks.contact = ContactNetwork(networks.config);
+    nn::load_parameters(*networks.contact, "contact_net.", content, path);
+  }
+  if (has_prefix(content, "motion_net.")) {
+    networks.motion = MotionNetwork(networks.config);
+    nn::load_parameters(*networks.motion, "motion_net.", content, path);
+  }
+  if (has_prefix(content, "no_contact_net.")) {
+    networks.no_contact = MotionNetwork(networks.config, false);
+    nn::load_parameters(*networks.no_contact, "no_contact_net.", content, path);
+  }
+  if (networks.contact.is_empty() && networks.motion.is_empty() && networks.no_contact.is_empty())
+    throw Error(path, "holds no network");
+  return networks;
+}
+
+}  // namespace inhabit

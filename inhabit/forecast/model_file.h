@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+
+#include "inhabit/forecast/network.h"
+
+namespace inhabit {
+
+/// Both stages of a forecasting model and its variants; a network that a file lacks is null.
+struct ForecastNetworks {
+  ForecastConfig config;
+  ContactNetwork contact{nullptr};    ///< stage one, "contact_net." in the file
+  MotionNetwork motion{nullptr};      ///< stage two, "motion_net."
+  MotionNetwork no_contact{nullptr};  ///< stage two without contact points, "no_contact_net."
+};
+
+/// Writes whichever networks are there, with the config in the metadata. @param half store weights in half precision.
+void save_forecast_networks(const std::string& path, const ForecastNetworks& networks, bool half = false);
+
+/// Reads a file written by save_forecast_networks(), or one with released parameter names and sizes in its metadata.
+/// Networks come in evaluation mode on the CPU. Throws Error naming the file where it is of another system, or a
+/// parameter is missing, of another shape, or not finite.
+ForecastNetworks load_forecast_networks(const std::string& path);
+
+}  // namespace inhabit

@@ -1,0 +1,85 @@
+#include "inhabit/nn/layers.h"
+
+#include "inhabit/nn/point_ops.h"
+
+namespace inhabit::nn {
+
+namespace tn = torch::nn;
+
+SharedMlpImpl::SharedMlpImpl(int64_t in_channels, const std::vector<int>& widths, int dimensions) {
+  for (const int width : widths) {
+    if (dimensions == 1) {
+      layers->push_back(tn::Conv1d(in_channels, width, 1));
+      layers->push_back(tn::BatchNorm1d(width));
+    } else {
+      layers->push_back(tn::Conv2d(in_channels, width, 1));
+      layers->push_back(tn::BatchNorm2d(width));
+    }
+    layers->push_back(tn::ReLU(tn::ReLUOptions(true)));
+    in_channels = width;
+  }
+  register_module("layers", layers);
+}
+
+VoxelGateImpl::VoxelGateImpl(int64_t channels)
+    : fc(tn::Linear(tn::LinearOptions(channels, std::max<int64_t>(1, channels / 8)).bias(false)), tn::ReLU(),
+         tn::Linear(tn::LinearOptions(std::max<int64_t>(1, channels / 8), channels).bias(false)), tn::Sigmoid()) {
+  register_module("fc", fc);
+}
+
+torch::Tensor VoxelGateImpl::forward(const torch::Tensor& x) {
+  return x * fc->forward(x.mean({2, 3, 4})).view({x.size(0), x.size(1), 1, 1, 1});
+}
+
+PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels, int64_t grid_size) : grid(grid_size) {
+  int64_t channels = in_channels;
+  for (int i = 0; i < 2; ++i) {
+    voxel_layers->push_back(tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1)));
+    voxel_layers->push_back(tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(1e-4)));
+    voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(0.1).inplace(true)));
+    channels = out_channels;
+  }
+  voxel_layers->push_back(VoxelGate(out_channels));
+  register_module("voxel_layers", voxel_layers);
+  point_features = register_module("point_features", SharedMlp(in_channels, std::vector<int>{int(out_channels)}, 1));
+}
+
+PointFeatures PointVoxelConvImpl::forward(const PointFeatures& input) {
+  const torch::Tensor coordinates = voxel_coordinates(input.points, grid);
+  const torch::Tensor voxels = scatter(voxel_average(coordinates, grid), input.features);
+  const torch::Tensor mixed = voxel_layers->forward(voxels.view({voxels.size(0), voxels.size(1), grid, grid, grid}));
+  return {gather(voxel_interpolation(coordinates, grid), mixed.flatten(2)) + point_features(input.features),
+          input.points};
+}
+
+SetAbstractionImpl::SetAbstractionImpl(int64_t in_channels, int64_t centre_count, double ball_radius,
+                                       int64_t neighbour_count, const std::vector<int>& widths)
+    : centres(centre_count), neighbours(neighbour_count), radius(ball_radius) {
+  // Released weights allow several radii per level, one MLP each; only one is ever used.
+  tn::ModuleList mlps;
+  mlp = SharedMlp(in_channels + 3, widths, 2);
+  mlps->push_back(mlp);
+  register_module("mlps", mlps);
+}
+
+PointFeatures SetAbstractionImpl::forward(const PointFeatures& input) {
+  const int64_t batch = input.points.size(0);
+  const torch::Tensor at = select_points(input.points, furthest_points(input.points, centres));
+  const torch::Tensor near = ball_neighbours(input.points, at, radius, neighbours).view({batch, centres * neighbours});
+  const torch::Tensor offsets =
+      select_points(input.points, near).view({batch, centres, neighbours, 3}) - at.unsqueeze(2);
+  const torch::Tensor around = gather({near.unsqueeze(2), {}, input.points.size(1)}, input.features)
+                                   .view({batch, input.features.size(1), centres, neighbours});
+  return {mlp(torch::cat({offsets.permute({0, 3, 1, 2}), around}, 1)).amax(3), at};
+}
+
+FeaturePropagationImpl::FeaturePropagationImpl(int64_t in_channels, const std::vector<int>& widths) {
+  mlp = register_module("mlp", SharedMlp(in_channels, widths, 1));
+}
+
+PointFeatures FeaturePropagationImpl::forward(const PointFeatures& coarse, const PointFeatures& fine) {
+  const torch::Tensor carried = gather(nearest_interpolation(fine.points, coarse.points), coarse.features);
+  return {mlp(torch::cat({carried, fine.features}, 1)), fine.points};
+}
+
+}  // namespace inhabit::nn

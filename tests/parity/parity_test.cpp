@@ -1,0 +1,101 @@
+// Networks against reference outputs in safetensors files: inputs, weights under their released names, outputs, sizes
+// in the metadata. INHABIT_PARITY_DIR names another folder than the bundled one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "inhabit/forecast/features.h"
+#include "inhabit/forecast/model_file.h"
+#include "inhabit/forecast/network.h"
+#include "inhabit/io/safetensors.h"
+
+using namespace inhabit;
+using torch::Tensor;
+
+namespace {
+
+constexpr double kTolerance = 1e-4;  // relative to the largest output
+
+std::filesystem::path parity_folder() {
+  const char* named = std::getenv("INHABIT_PARITY_DIR");
+  return named != nullptr ? named : INHABIT_SOURCE_DIR "/tests/data/parity";
+}
+
+const Tensor& tensor(const SafeTensors& content, const std::string& name) {
+  const auto found = content.tensors.find(name);
+  if (found == content.tensors.end()) throw std::runtime_error("lacks " + name);
+  return found->second;
+}
+
+void expect_close(const Tensor& got, const Tensor& expected, const std::string& what) {
+  ASSERT_EQ(got.sizes(), expected.sizes()) << what;
+  const double largest = std::max(expected.abs().max().item<double>(), 1e-12);
+  const double error = (got - expected).abs().max().item<double>() / largest;
+  std::cout << "  " << what << ": largest difference " << error << " of the largest output\n";
+  EXPECT_LT(error, kTolerance) << what;
+}
+
+void check_contact_forecast(const std::string& path, const SafeTensors& content) {
+  const ForecastNetworks networks = load_forecast_networks(path);
+  ContactNetwork contact = networks.contact;
+  MotionNetwork motion = networks.motion;
+  ASSERT_FALSE(contact.is_empty());
+  ASSERT_FALSE(motion.is_empty());
+  const ForecastConfig& config = networks.config;
+  torch::NoGradGuard no_gradients;
+
+  const Tensor scene = tensor(content, "in.scene").unsqueeze(0);
+  const Tensor past = tensor(content, "in.motion").slice(0, 0, config.past).unsqueeze(0);
+  const Tensor dct_in = contact_features(scene, past, config);
+  expect_close(dct_in[0], tensor(content, "out.contact_dct_in"), "contact DCT in");
+  const Tensor dct_out = contact->forward(scene, dct_in, past);
+  expect_close(dct_out[0], tensor(content, "out.contact_dct"), "contact DCT out");
+  const Tensor points = contact_points(scene, dct_out, config);
+  expect_close(points[0], tensor(content, "out.contact_points"), "contact points");
+  const MotionForecast forecast = motion->forward(past, points);
+  expect_close(forecast.root_path[0], tensor(content, "out.root_path"), "root path");
+  expect_close(forecast.local[0], tensor(content, "out.local_pose"), "local poses");
+}
+
+using Check = void (*)(const std::string& path, const SafeTensors& content);
+
+/// What checks a file, told by its name; none for files of other systems.
+Check check_for(const std::string& name) {
+  if (name.rfind("contact_forecast", 0) == 0) return check_contact_forecast;
+  return nullptr;
+}
+
+}  // namespace
+
+TEST(Parity, EveryKnownFileAgreesWithItsReference) {
+  const std::filesystem::path folder = parity_folder();
+  ASSERT_TRUE(std::filesystem::is_directory(folder)) << folder;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".safetensors") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  int checked = 0;
+  for (const auto& file : files) {
+    const std::string name = file.filename().string();
+    const Check check = check_for(name);
+    if (check == nullptr) {
+      std::cout << name << ": skipped, nothing here knows it\n";
+      continue;
+    }
+    SCOPED_TRACE(name);
+    std::cout << name << "\n";
+    ++checked;
+    try {
+      check(file.string(), read_safetensors(file.string()));
+    } catch (const std::exception& e) {
+      ADD_FAILURE() << name << ": " << e.what();
+    }
+  }
+  EXPECT_GT(checked, 0) << folder << " has no file that is known here";
+}
