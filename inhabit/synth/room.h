@@ -1,40 +1,14 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <array>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "inhabit/scene/scene.h"
+#include "inhabit/synth/furniture.h"
 
 namespace inhabit {
-
-/// A solid box of a piece of furniture or a wall, axis-aligned in its owner's frame. Metres.
-struct Box {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d half = Eigen::Vector3d::Zero();
-};
-
-/// A horizontal rectangle that a person can use, in its owner's frame: a seat, an arm rest, a table top, a shelf board.
-struct Surface {
-  enum class Kind { seat, arm_rest_left, arm_rest_right, table, shelf, bed };
-  Kind kind = Kind::seat;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< a point on the surface, metres
-  double half_width = 0;                             ///< along the owner's x, metres
-  double half_depth = 0;                             ///< along the owner's z, metres
-};
-
-/// A piece of furniture in its own frame: origin on the floor under its middle, front (the side one sits or stands at)
-/// +Z, left of a person who sits in it is +X.
-struct Furniture {
-  std::string kind;  ///< "chair", "armchair", "stool", "sofa", "table", "bed", "shelf"
-  Eigen::Isometry3d pose =
-      Eigen::Isometry3d::Identity();  ///< own frame to world; a turn about +Y and a shift on the floor
-  std::vector<Box> boxes;             ///< what is solid: collisions and the mesh agree with these
-  std::vector<Surface> surfaces;
-  double back_height = 0;  ///< height of the back rest's top above the floor; 0 without one
-  double back_z = 0;       ///< own-frame z of the back rest's front face
-  Mesh mesh;               ///< world coordinates
-};
 
 /// A furnished room: floor y = 0, walls around [-size.x/2, size.x/2] x [-size.z/2, size.z/2] with openings.
 struct Room {
@@ -42,11 +16,23 @@ struct Room {
   double height = 2.5;
   std::vector<Box> walls;  ///< solid wall parts, world coordinates (openings left free)
   std::vector<Furniture> furniture;
-  /// Floor, walls and furniture as meshes; mesh names are "floor", "wall_0", ..., "chair_0", ...
+  std::vector<Mesh> decor;  ///< frames of openings and rugs, world coordinates: to look at, nothing one walks into
+  std::array<float, 3> floor_color{0.45F, 0.30F, 0.18F};
+  std::array<float, 3> wall_color{0.80F, 0.77F, 0.70F};
+
+  /// Name of furniture[i] in the scene: its kind and its number among its kind, "chair_0".
+  std::string object_name(size_t i) const;
+  /// Floor, walls, furniture and decor as meshes. Names are "floor", "wall_0", ..., "chair_0", ...; further materials
+  /// of a piece are "chair_0.1", "chair_0.2", ...
   Scene scene() const;
 };
 
-/// A random room: every piece of furniture inside, not overlapping, seats reachable on foot.
+/// A random room, 3.5 to 8 m on a side: every piece of furniture is inside, none overlap, and one can walk to the
+/// place before every seat from anywhere else on the floor.
 Room make_room(std::mt19937_64& random);
+
+/// The four walls around `size` with at least one door and one window, and their frames, into `room`. Doors are at
+/// `doors`, when it is not null: the point on the floor in the middle of each opening.
+void add_walls(Room& room, std::mt19937_64& random, std::vector<Eigen::Vector2d>* doors = nullptr);
 
 }  // namespace inhabit
