@@ -19,6 +19,9 @@ struct Clip {
   torch::Tensor trans;      ///< (T, 3) metres: root joint = trans + skeleton.offsets[0] (the SMPL convention)
   torch::Tensor betas;      ///< (B) body shape
   std::string gender = "neutral";
+  std::string source_body;  ///< body model of the file it came from ("smplx", "smplh"), empty for the built-in body
+  torch::Tensor
+      source_betas;  ///< (B) shape in that model's own space, kept for writing; the built-in body cannot use it
 
   std::vector<std::string> action_names;  ///< labels that `action` indexes
   torch::Tensor action;                   ///< (T) int64

@@ -1,0 +1,428 @@
+#include "inhabit/io/clip_npz.h"
+
+#include <initializer_list>
+
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/math/rotation.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+using Names = std::initializer_list<const char*>;
+
+void note(Notes* notes, const std::string& text) {
+  if (notes != nullptr) notes->push_back(text);
+}
+
+const char* first_of(const Npz& npz, const Names& names) {
+  for (const char* name : names)
+    if (npz.has(name)) return name;
+  return nullptr;
+}
+
+Tensor as_float(const Tensor& t) { return t.to(torch::kFloat32); }
+
+/// The first array of `names` as float, undefined where there is none.
+Tensor any_of(const Npz& npz, const Names& names) {
+  const char* name = first_of(npz, names);
+  return name == nullptr ? Tensor() : as_float(npz.at(name, ""));
+}
+
+/// (T, J, 3) axis-angle from (T, 3J), (T, J, 3) or (T, J, 3, 3), undefined where no array of `names` is there.
+Tensor rotations_of(const Npz& npz, const Names& names, const std::string& subject) {
+  const char* name = first_of(npz, names);
+  if (name == nullptr) {
+    for (const char* n : names)
+      if (npz.skipped.count(n) != 0) npz.at(n, subject);  // says why it cannot be read
+    return {};
+  }
+  Tensor t = as_float(npz.at(name, subject));
+  const std::string at = std::string("its array ") + name;
+  if (t.dim() == 4 && t.size(2) == 3 && t.size(3) == 3) {
+    if (!torch::isfinite(t).all().item<bool>()) throw Error(subject, at + " has a value that is not finite");
+    return matrix_to_axis_angle(t);
+  }
+  if (t.dim() == 3 && t.size(2) == 3) return t;
+  if (t.dim() == 3 && t.size(1) == 1) t = t.squeeze(1);
+  if (t.dim() == 1 && t.size(0) % 3 == 0) t = t.unsqueeze(0);  // a single frame
+  if (t.dim() == 2 && t.size(1) == 32 && std::string(name) == "body_pose")
+    throw Error(subject, at + " holds VPoser codes; joint angles are needed");
+  if (t.dim() != 2 || t.size(1) % 3 != 0 || t.size(1) == 0)
+    throw Error(subject, at + " is neither (T, 3J) nor (T, J, 3) nor (T, J, 3, 3)");
+  return t.view({t.size(0), t.size(1) / 3, 3});
+}
+
+/// Every joint's rotation in the order of SMPL-X: 22 of the body, jaw and eyes, hands. Undefined parts are not known.
+struct PoseParts {
+  Tensor body;   ///< (T, 22, 3)
+  Tensor face;   ///< (T, 3, 3)
+  Tensor hands;  ///< (T, 30, 3)
+};
+
+PoseParts split_pose(const Tensor& pose, const std::string& subject) {
+  const int64_t J = pose.size(1);
+  PoseParts parts;
+  if (J != 22 && J != 24 && J != 52 && J != 55)
+    throw Error(subject, "a pose of " + std::to_string(J) + " joints is none of the SMPL family's (22, 24, 52 or 55)");
+  parts.body = pose.narrow(1, 0, 22);
+  if (J == 52) parts.hands = pose.narrow(1, 22, 30);
+  if (J == 55) {
+    parts.face = pose.narrow(1, 22, 3);
+    parts.hands = pose.narrow(1, 25, 30);
+  }
+  return parts;
+}
+
+PoseParts join_parts(const Npz& npz, const Tensor& root, const Tensor& body, const std::string& subject) {
+  if (!body.defined()) throw Error(subject, "has the root's orientation but neither pose_body nor body_pose");
+  if (!root.defined()) throw Error(subject, "has a body pose but no root_orient or global_orient");
+  const int64_t T = root.size(0), J = body.size(1);
+  if (root.size(1) != 1) throw Error(subject, "the root's orientation is not one rotation a frame");
+  if (J == 22 || J == 24 || J == 52 || J == 55) return split_pose(body, subject);  // some files repeat the root there
+  if (J != 21 && J != 23) throw Error(subject, "a body pose of " + std::to_string(J) + " joints, 21 or 23 expected");
+  if (body.size(0) != T) throw Error(subject, "root orientation and body pose differ in their number of frames");
+  PoseParts parts;
+  parts.body = torch::cat({root, body.narrow(1, 0, 21)}, 1);
+  Tensor hands = rotations_of(npz, {"pose_hand", "hand_pose"}, subject);
+  if (!hands.defined()) {
+    const Tensor left = rotations_of(npz, {"left_hand_pose"}, subject);
+    const Tensor right = rotations_of(npz, {"right_hand_pose"}, subject);
+    if (left.defined() && right.defined() && left.sizes() == right.sizes()) hands = torch::cat({left, right}, 1);
+  }
+  if (hands.defined() && hands.size(0) == T && hands.size(1) == 30) parts.hands = hands;
+  const Tensor jaw = rotations_of(npz, {"pose_jaw", "jaw_pose"}, subject);
+  if (jaw.defined() && jaw.size(0) == T && jaw.size(1) == 1) {
+    const Tensor eyes = rotations_of(npz, {"pose_eye", "eye_pose"}, subject);
+    const bool has_eyes = eyes.defined() && eyes.size(0) == T && eyes.size(1) == 2;
+    parts.face = torch::cat({jaw, has_eyes ? eyes : torch::zeros({T, 2, 3})}, 1);
+  }
+  return parts;
+}
+
+/// The pose on a body with J joints (22; SMPL's 24; SMPL-H's 52; SMPL-X's 55); parts that are not known stay at rest.
+Tensor pose_for(const PoseParts& parts, int64_t J) {
+  const int64_t T = parts.body.size(0);
+  std::vector<Tensor> joints = {parts.body};
+  auto add = [&](const Tensor& part, int64_t n) { joints.push_back(part.defined() ? part : torch::zeros({T, n, 3})); };
+  if (J == 24) add({}, 2);
+  if (J == 55) add(parts.face, 3);
+  if (J == 52 || J == 55) add(parts.hands, 30);
+  return torch::cat(joints, 1);
+}
+
+double rate_of(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  if (options.rate != 0) return options.rate;
+  const char* name = first_of(npz, {"mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate"});
+  if (name == nullptr) {
+    note(notes, "no frame rate in the file: 30 a second assumed");
+    return 30.0;
+  }
+  const Tensor& t = npz.at(name, subject);
+  if (t.numel() != 1) throw Error(subject, std::string("its array ") + name + " is not one number");
+  return t.to(torch::kFloat64).item<double>();
+}
+
+std::string text_of(const Npz& npz, const char* name) {
+  const auto found = npz.strings.find(name);
+  return found == npz.strings.end() || found->second.values.empty() ? std::string() : found->second.values[0];
+}
+
+std::string gender_of(const Npz& npz) {
+  std::string text = text_of(npz, "gender");
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (text == "f" || text.find("female") != std::string::npos) return "female";
+  return text == "m" || text.find("male") != std::string::npos ? "male" : "neutral";
+}
+
+/// One shape (B) of (B), (1, B) or (T, B).
+Tensor shape_of(const Npz& npz, const std::string& subject, Notes* notes) {
+  Tensor betas = any_of(npz, {"betas", "beta", "shape"});
+  if (!betas.defined()) return {};
+  if (betas.dim() == 3 && betas.size(1) == 1) betas = betas.squeeze(1);
+  if (betas.dim() == 2 && betas.size(0) > 0) {
+    if ((betas - betas[0]).abs().gt(1e-6).any().item<bool>())
+      note(notes, "the body shape changes from frame to frame: the first is taken");
+    betas = betas[0];
+  }
+  if (betas.dim() != 1) throw Error(subject, "its betas are not one row of shape parameters");
+  return betas.contiguous();
+}
+
+/// Where the pelvis of the mean body of each model rests, metres: trans is measured from there.
+Tensor family_pelvis(const std::string& body) {
+  return body == "smplx" ? torch::tensor({0.003F, -0.351F, 0.012F}) : torch::tensor({-0.002F, -0.223F, 0.028F});
+}
+
+/// Rotation that takes +Z up to +Y up: (x, y, z) -> (x, z, -y).
+Tensor upright() { return torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, 1.F, 0.F, -1.F, 0.F}).view({3, 3}); }
+
+bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const ClipReadOptions& options, Notes* notes) {
+  if (options.up != ClipReadOptions::Up::automatic) return options.up == ClipReadOptions::Up::z;
+  const Tensor trunk = root_matrices.select(2, 1).mean(0);  // where the pelvis' own up points, on average
+  const float y = trunk[1].item<float>(), z = trunk[2].item<float>();
+  bool z_up = z > y;
+  if (std::max(y, z) < 0.4F) {  // lying: then it is the axis along which the pelvis moves least
+    const Tensor spread = std::get<0>(root_path.max(0)) - std::get<0>(root_path.min(0));
+    z_up = spread[2].item<float>() < spread[1].item<float>();
+  }
+  note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+  return z_up;
+}
+
+void turn_upright(Clip& clip) {
+  const Tensor turn = upright();
+  auto turned = [&](const Tensor& points) { return points.matmul(turn.t()); };
+  const Tensor root = clip.skeleton.offsets.defined() ? clip.skeleton.offsets[0] : torch::zeros({3});
+  if (clip.joints.defined()) clip.joints = turned(clip.joints);
+  if (clip.trans.defined()) clip.trans = turned(clip.trans + root) - root;
+  if (clip.rotations.defined()) {
+    clip.rotations = clip.rotations.clone();
+    clip.rotations.select(1, 0).copy_(
+        matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.rotations.select(1, 0)))));
+  }
+  if (clip.hand_targets.defined()) {
+    clip.hand_targets = clip.hand_targets.clone();
+    clip.hand_targets.narrow(2, 0, 3).copy_(turned(clip.hand_targets.narrow(2, 0, 3)));
+  }
+  if (clip.object_pose.defined() && clip.object_pose.numel() > 0) {
+    const Tensor place = turned(clip.object_pose.narrow(2, 0, 3));
+    const Tensor angle = matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.object_pose.narrow(2, 3, 3))));
+    clip.object_pose = torch::cat({place, angle}, 2);
+  }
+}
+
+Skeleton own_skeleton(const Npz& npz, const std::string& subject) {
+  Skeleton skeleton;
+  const auto names = npz.strings.find("joint_names");
+  const Tensor& parents = npz.at("parents", subject);
+  if (names == npz.strings.end()) throw Error(subject, "has parents but no joint_names");
+  if (parents.dim() != 1 || parents.is_floating_point()) throw Error(subject, "its parents are not (J) whole numbers");
+  skeleton.names = names->second.values;
+  const Tensor whole = parents.to(torch::kInt64);
+  for (int64_t j = 0; j < whole.size(0); ++j) {
+    const int64_t parent = whole[j].item<int64_t>();
+    if (parent < -1 || parent >= whole.size(0)) throw Error(subject, "a joint's parent does not exist");
+    skeleton.parents.push_back(static_cast<int>(parent));
+  }
+  skeleton.offsets = as_float(npz.at("offsets", subject));
+  skeleton.validate(subject);
+  return skeleton;
+}
+
+/// The built-in skeleton with the bone lengths of joint positions (T, 22, 3): the median over the frames.
+Skeleton measured_skeleton(const Tensor& joints) {
+  Skeleton skeleton = builtin_body().skeleton;
+  skeleton.offsets = skeleton.offsets.clone();
+  for (int64_t j = 1; j < kStandardJoints; ++j) {
+    const int64_t parent = skeleton.parents[static_cast<size_t>(j)];
+    const Tensor length = std::get<0>((joints.select(1, j) - joints.select(1, parent)).norm(2, {1}).median(0));
+    skeleton.offsets[j] *= length / skeleton.offsets[j].norm();
+  }
+  return skeleton;
+}
+
+/// What is annotated on the motion; shapes are checked by validate().
+void read_annotations(const Npz& npz, Clip& clip) {
+  auto strings = [&](const char* name) {
+    const auto found = npz.strings.find(name);
+    return found == npz.strings.end() ? std::vector<std::string>() : found->second.values;
+  };
+  clip.action_names = strings("action_names");
+  clip.object_names = strings("object_names");
+  if (npz.has("action") && !npz.tensors.at("action").is_floating_point())
+    clip.action = npz.tensors.at("action").to(torch::kInt64);
+  clip.contact = any_of(npz, {"contact"});
+  clip.hand_targets = any_of(npz, {"hand_targets"});
+  clip.object_pose = any_of(npz, {"object_pose"});
+}
+
+Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  Clip clip;
+  clip.skeleton = own_skeleton(npz, subject);
+  const int64_t J = clip.skeleton.size();
+  clip.rate = rate_of(npz, subject, options, notes);
+  clip.gender = gender_of(npz);
+  clip.betas = shape_of(npz, subject, notes);
+  clip.source_body = text_of(npz, "source_body");
+  clip.source_betas = any_of(npz, {"source_betas"});
+  clip.trans = any_of(npz, {"trans"});
+  clip.rotations = rotations_of(npz, {"poses"}, subject);
+  if (!clip.rotations.defined()) {
+    const Tensor root = rotations_of(npz, {"root_orient"}, subject);
+    const Tensor body = rotations_of(npz, {"pose_body"}, subject);
+    if (root.defined() && body.defined()) {
+      if (root.size(0) != body.size(0)) throw Error(subject, "root_orient and pose_body differ in their frames");
+      clip.rotations = torch::cat({root, body}, 1);
+    }
+  }
+  if (clip.rotations.defined() && clip.rotations.size(1) != J)
+    throw Error(subject, "a pose of " + std::to_string(clip.rotations.size(1)) + " joints on a skeleton of " +
+                             std::to_string(J));
+  clip.joints = any_of(npz, {"joints"});
+  if (!clip.joints.defined()) {
+    if (!clip.rotations.defined() || !clip.trans.defined())
+      throw Error(subject, "has neither joints nor both rotations and trans");
+    if (clip.trans.dim() != 2 || clip.trans.size(1) != 3 || clip.trans.size(0) != clip.rotations.size(0))
+      throw Error(subject, "trans has the wrong shape");
+    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  }
+  read_annotations(npz, clip);
+  validate(clip, subject);
+  if (options.up == ClipReadOptions::Up::z) turn_upright(clip);
+  return clip;
+}
+
+/// A file of positions alone: `joints` (T, 22+, 3), the first 22 in SMPL's order.
+Clip positions_clip(const Npz& npz, const char* name, const std::string& subject, const ClipReadOptions& options,
+                    Notes* notes) {
+  Tensor joints = as_float(npz.at(name, subject));
+  if (joints.dim() == 4 && joints.size(0) == 1) joints = joints[0];
+  if (joints.dim() != 3 || joints.size(1) < kStandardJoints || joints.size(2) != 3)
+    throw Error(subject, std::string("its array ") + name + " is not (T, 22, 3) joint positions");
+  if (joints.size(0) == 0) throw Error(subject, "no frames");
+  Clip clip;
+  clip.joints = joints.narrow(1, 0, kStandardJoints).contiguous();
+  if (options.scale > 0) clip.joints = clip.joints * options.scale;
+  if (!torch::isfinite(clip.joints).all().item<bool>()) throw Error(subject, "joints has a value that is not finite");
+  clip.skeleton = measured_skeleton(clip.joints);
+  clip.rate = rate_of(npz, subject, options, notes);
+  clip.gender = gender_of(npz);
+  note(notes, "joint positions without rotations, taken for SMPL's first 22 joints");
+  read_annotations(npz, clip);
+  validate(clip, subject);
+  const Tensor trunk = (clip.joints.select(1, 12) - clip.joints.select(1, 0)).mean(0);
+  const bool z_up = options.up == ClipReadOptions::Up::z ||
+                    (options.up == ClipReadOptions::Up::automatic && trunk[2].item<float>() > trunk[1].item<float>());
+  if (z_up) turn_upright(clip);
+  if (options.up == ClipReadOptions::Up::automatic)
+    note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+  return clip;
+}
+
+Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  const Tensor whole = rotations_of(npz, {"poses", "pose"}, subject);
+  const Tensor root = rotations_of(npz, {"root_orient", "global_orient", "orient", "human_orient"}, subject);
+  const Tensor body = rotations_of(npz, {"pose_body", "body_pose", "human_pose"}, subject);
+  PoseParts parts;
+  int64_t joints_in_file = 0;
+  if (body.defined() || (root.defined() && !whole.defined())) {
+    parts = join_parts(npz, root, body, subject);
+    joints_in_file = body.size(1) + 1;
+  } else if (whole.defined()) {
+    joints_in_file = whole.size(1);
+    const bool without_root = (joints_in_file == 21 || joints_in_file == 23) && root.defined() && root.size(1) == 1 &&
+                              root.size(0) == whole.size(0);
+    parts = split_pose(without_root ? torch::cat({root, whole.narrow(1, 0, 21)}, 1) : whole, subject);
+  } else {
+    throw Error(subject, "holds no motion: neither poses, nor root_orient and pose_body, nor joints");
+  }
+  const int64_t T = parts.body.size(0);
+  if (T == 0) throw Error(subject, "no frames");
+  if (!torch::isfinite(parts.body).all().item<bool>()) throw Error(subject, "the pose has a value that is not finite");
+
+  Clip clip;
+  clip.rate = rate_of(npz, subject, options, notes);
+  clip.gender = gender_of(npz);
+  const Tensor betas = shape_of(npz, subject, notes);
+  clip.source_betas = betas;
+  clip.source_body = text_of(npz, "surface_model_type");
+  if (clip.source_body.empty())
+    clip.source_body = parts.face.defined() || joints_in_file == 55 ? "smplx" : joints_in_file == 24 ? "smpl" : "smplh";
+
+  Tensor trans = any_of(npz, {"trans", "transl", "translation", "human_transl"});
+  if (trans.defined() && trans.dim() == 3 && trans.size(1) == 1) trans = trans.squeeze(1);
+  if (!trans.defined()) {
+    trans = torch::zeros({T, 3});
+    note(notes, "no translation in the file: the pelvis stays in place");
+  }
+  if (trans.sizes() != torch::IntArrayRef({T, 3})) throw Error(subject, "trans is not (T, 3) for the pose's frames");
+  if (options.scale > 0) trans = trans * options.scale;
+  if (options.body != nullptr) {
+    const int64_t known = betas.defined() ? std::min(betas.size(0), options.body->betas()) : 0;
+    clip.betas = known > 0 ? betas.narrow(0, 0, known) : Tensor();
+    clip.skeleton = shaped_skeleton(*options.body, clip.betas);
+    clip.rotations = pose_for(parts, clip.skeleton.size());
+    clip.trans = trans;
+  } else {
+    clip.skeleton = builtin_body().skeleton;
+    clip.rotations = parts.body.contiguous();
+    clip.trans = trans + family_pelvis(clip.source_body) - clip.skeleton.offsets[0];
+    if (parts.hands.defined()) note(notes, "finger and face joints are left out: the built-in body has none");
+    if (betas.defined() && betas.ne(0).any().item<bool>())
+      note(notes, "the body's shape belongs to " + clip.source_body + ": the built-in mean skeleton is used");
+  }
+  if (clip.rotations.size(1) != clip.skeleton.size())
+    throw Error(subject, "the body model given is none of the SMPL family");
+  read_annotations(npz, clip);
+  const Tensor root_path = clip.trans + clip.skeleton.offsets[0];
+  if (is_z_up(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, options, notes)) turn_upright(clip);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  validate(clip, subject);
+  return clip;
+}
+
+}  // namespace
+
+bool holds_clip(const Npz& npz) {
+  return first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
+                        "human_pose", "joints"}) != nullptr ||
+         npz.has("arr_0");
+}
+
+Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  if (npz.has("parents") && npz.has("offsets")) return own_clip(npz, subject, options, notes);
+  const bool posed = first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
+                                    "human_pose"}) != nullptr;
+  const char* positions = first_of(npz, {"joints", "arr_0"});
+  if (!posed && positions != nullptr) return positions_clip(npz, positions, subject, options, notes);
+  return smpl_clip(npz, subject, options, notes);
+}
+
+Clip read_clip_npz(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  return clip_from_npz(read_npz(path), path, options, notes);
+}
+
+Npz npz_from_clip(const Clip& clip, const std::string& subject) {
+  validate(clip, subject);
+  Npz npz;
+  auto put = [&](const char* name, const Tensor& t) {
+    if (t.defined()) npz.tensors[name] = t;
+  };
+  auto put_names = [&](const char* name, const std::vector<std::string>& values) {
+    if (!values.empty()) npz.strings[name] = {{static_cast<int64_t>(values.size())}, values};
+  };
+  const int64_t T = clip.frames(), J = clip.skeleton.size();
+  put("mocap_framerate", torch::tensor(clip.rate, torch::kFloat64));
+  npz.strings["gender"] = {{}, {clip.gender}};
+  put("trans", clip.trans);
+  if (clip.rotations.defined()) {
+    if (J == kStandardJoints) {
+      put("root_orient", clip.rotations.select(1, 0));
+      put("pose_body", clip.rotations.narrow(1, 1, J - 1).reshape({T, 3 * (J - 1)}));
+    } else {
+      put("poses", clip.rotations.reshape({T, 3 * J}));
+    }
+  }
+  put("betas", clip.betas);
+  put("joints", clip.joints);
+  put("root_path", clip.root_path());
+  put_names("joint_names", clip.skeleton.names);
+  put("parents", torch::tensor(clip.skeleton.parents, torch::kInt32));
+  put("offsets", clip.skeleton.offsets);
+  put("action", clip.action);
+  put_names("action_names", clip.action_names);
+  put("contact", clip.contact);
+  put("hand_targets", clip.hand_targets);
+  put_names("object_names", clip.object_names);
+  put("object_pose", clip.object_pose);
+  if (!clip.source_body.empty()) npz.strings["source_body"] = {{}, {clip.source_body}};
+  put("source_betas", clip.source_betas);
+  return npz;
+}
+
+void write_clip_npz(const std::string& path, const Clip& clip) { write_npz(path, npz_from_clip(clip, path)); }
+
+}  // namespace inhabit

@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "inhabit/body/body_model.h"
+
+namespace inhabit {
+
+/// How a motion file is to be understood where its format leaves it open. Left alone, everything is detected.
+struct ClipReadOptions {
+  enum class Up { automatic, y, z };
+  Up up = Up::automatic;  ///< which axis of the file points up; a z-up file is turned by -90 degrees about x
+  double rate = 0;        ///< frames a second; 0: what the file says
+  double scale = 0;       ///< metres per unit of length of the file; 0: what the format or the file's size says
+  const BodyModel* body =
+      nullptr;  ///< the body of an SMPL-family file that holds no skeleton; the built-in one if null
+};
+
+/// What was detected or assumed while reading, one clause each, for people.
+using Notes = std::vector<std::string>;
+
+}  // namespace inhabit
