@@ -1,0 +1,31 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// A recording as its file tells it, in metres: the source's own skeleton, and where things stood (no floor is assumed).
+struct SourceMotion {
+  Clip clip;
+  double metres_per_unit = 1;      ///< the factor that was applied to the file's lengths
+  std::string unit = "metres";     ///< name of the file's unit
+  std::vector<std::string> notes;  ///< what was guessed or left out, one clause each, for `inhabit info`
+};
+
+/// A length unit guessed from the size of a person.
+struct LengthUnit {
+  double metres = 1;
+  std::string name;
+};
+
+/// The unit in which `reach`, the longest chain of bones from the root to a leaf, is that of a person (0.5 to 2.6 m; an
+/// adult has about 1.3 m): metres, centimetres, millimetres, inches or CMU's ASF units (0.0564444 m).
+/// Throws Error(subject, ...) where none fits and says to give the scale.
+LengthUnit guess_length_unit(double reach, const std::string& subject);
+
+/// The longest chain of bones from joint 0 to a leaf, in the skeleton's own unit.
+double longest_reach(const Skeleton& skeleton);
+
+}  // namespace inhabit
