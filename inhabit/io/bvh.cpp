@@ -1,0 +1,380 @@
+#include "inhabit/io/bvh.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+
+#include "inhabit/body/bones.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/text_lines.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/motion/pose_track.h"
+
+namespace inhabit {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kMostJoints = 2000;
+
+struct Channel {
+  bool rotation;
+  int axis;  // 0 x, 1 y, 2 z
+};
+
+struct Joint {
+  std::string name;
+  int parent;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  std::vector<Channel> channels;
+
+  bool has_position() const {
+    for (const Channel& c : channels)
+      if (!c.rotation) return true;
+    return false;
+  }
+};
+
+// Hands out the words of the hierarchy one after the other: line breaks mean nothing there, except to names.
+class Words {
+ public:
+  explicit Words(TextLines& lines) : lines_(lines) {}
+  std::string_view next() {
+    for (;;) {
+      const std::string_view word = next_word(line_);
+      if (!word.empty()) return word;
+      if (!lines_.next(line_)) lines_.fail("the file ends inside the hierarchy");
+    }
+  }
+  // What is left of the line: names may hold spaces. An opening brace may stand behind a name.
+  std::string_view rest_of_line() {
+    std::string_view rest = line_;
+    const size_t brace = rest.find('{');
+    if (brace != std::string_view::npos) rest = rest.substr(0, brace);
+    line_.remove_prefix(rest.size());
+    while (!rest.empty() && (rest.front() == ' ' || rest.front() == '\t')) rest.remove_prefix(1);
+    while (!rest.empty() && (rest.back() == ' ' || rest.back() == '\t')) rest.remove_suffix(1);
+    return rest;
+  }
+  void expect(std::string_view word) {
+    const std::string_view found = next();
+    if (!same(found, word)) lines_.fail("expected " + quoted(word) + ", found " + quoted(found));
+  }
+  static bool same(std::string_view a, std::string_view b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+             return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
+           });
+  }
+
+ private:
+  TextLines& lines_;
+  std::string_view line_;
+};
+
+Channel channel_of(const TextLines& lines, std::string_view word) {
+  const std::string_view kinds[] = {"position", "rotation"};
+  for (int kind = 0; kind < 2; ++kind)
+    for (int axis = 0; axis < 3; ++axis)
+      if (Words::same(word, std::string(1, "XYZ"[axis]) + std::string(kinds[kind]))) return {kind == 1, axis};
+  lines.fail("unknown channel " + quoted(word));
+}
+
+bool taken(const std::vector<Joint>& joints, const std::string& name) {
+  return std::any_of(joints.begin(), joints.end(), [&](const Joint& joint) { return joint.name == name; });
+}
+
+std::vector<Joint> read_hierarchy(TextLines& lines) {
+  Words words(lines);
+  words.expect("HIERARCHY");
+  words.expect("ROOT");
+  std::vector<Joint> joints;
+  std::vector<int> open;  // the joints whose braces are open
+  const auto begin_joint = [&](const std::string& given) {
+    if (given.empty()) lines.fail("a joint has no name");
+    std::string name = given;
+    for (int n = 2; taken(joints, name); ++n) name = given + "_" + std::to_string(n);
+    if (joints.size() >= kMostJoints) lines.fail("more than " + std::to_string(kMostJoints) + " joints");
+    joints.push_back({std::move(name), open.empty() ? -1 : open.back(), Eigen::Vector3d::Zero(), {}});
+    words.expect("{");
+    open.push_back(static_cast<int>(joints.size()) - 1);
+  };
+  begin_joint(std::string(words.rest_of_line()));
+  while (!open.empty()) {
+    const std::string_view word = words.next();
+    Joint& joint = joints[static_cast<size_t>(open.back())];
+    if (word == "}") {
+      open.pop_back();
+    } else if (Words::same(word, "JOINT")) {
+      begin_joint(std::string(words.rest_of_line()));
+    } else if (Words::same(word, "End")) {
+      words.expect("Site");
+      words.rest_of_line();  // some writers give end sites a name
+      begin_joint(joint.name + "_end");
+    } else if (Words::same(word, "OFFSET")) {
+      for (int k = 0; k < 3; ++k) joint.offset[k] = lines.real(words.next());
+    } else if (Words::same(word, "CHANNELS")) {
+      const long count = lines.whole(words.next(), 0, 6);
+      if (!joint.channels.empty()) lines.fail("joint " + quoted(joint.name) + " has two lists of channels");
+      for (long k = 0; k < count; ++k) {
+        const Channel channel = channel_of(lines, words.next());
+        for (const Channel& c : joint.channels)
+          if (c.rotation == channel.rotation && c.axis == channel.axis)
+            lines.fail("joint " + quoted(joint.name) + " has one channel twice");
+        joint.channels.push_back(channel);
+      }
+    } else {
+      lines.fail("expected JOINT, End Site, OFFSET, CHANNELS or '}', found " + quoted(word));
+    }
+  }
+  return joints;
+}
+
+// The rate that the writer meant: 0.0333 s stands for 30 Hz when 1/30 printed with as many digits is 0.0333.
+double rate_of(double seconds, std::string_view printed) {
+  const size_t point = printed.find('.');
+  const double digits = point == std::string_view::npos ? 0 : static_cast<double>(printed.size() - point - 1);
+  const double whole = std::round(1 / seconds);
+  return whole > 0 && std::abs(seconds - 1 / whole) <= 0.5001 * std::pow(10.0, -digits) ? whole : 1 / seconds;
+}
+
+std::string_view after_key(TextLines& lines, std::string_view key) {
+  std::string_view line;
+  if (!lines.next_filled(line)) lines.fail("the file ends where " + quoted(key) + " is expected");
+  for (std::string_view words = key; !words.empty();) {
+    const std::string_view expected = next_word(words);
+    // The colon may stand apart from its word.
+    std::string_view found = next_word(line);
+    if (found.size() > expected.size() && Words::same(found.substr(0, expected.size()), expected)) {
+      line = std::string_view(found.data() + expected.size(),
+                              static_cast<size_t>(line.data() + line.size() - found.data()) - expected.size());
+      found = expected;
+    }
+    if (!Words::same(found, expected)) lines.fail("expected " + quoted(key) + ", found " + quoted(found));
+  }
+  std::string_view rest = line;
+  std::string_view value = next_word(rest);
+  if (value == ":") value = next_word(rest);
+  if (!value.empty() && value.front() == ':') value.remove_prefix(1);
+  if (value.empty()) lines.fail(quoted(key) + " has no number");
+  return value;
+}
+
+}  // namespace
+
+SourceMotion parse_bvh(std::string_view text, const std::string& name, std::optional<double> metres_per_unit) {
+  if (metres_per_unit && !(*metres_per_unit > 0 && std::isfinite(*metres_per_unit)))
+    throw Error(name, "the scale must be a positive number");
+  TextLines lines(text, name);
+  if (text.empty()) throw Error(name, "is empty");
+  const std::vector<Joint> joints = read_hierarchy(lines);
+  const size_t count = joints.size();
+  SourceMotion out;
+  Skeleton& skeleton = out.clip.skeleton;
+  skeleton.offsets = torch::zeros({static_cast<int64_t>(count), 3});
+  size_t channels = 0;
+  std::vector<Eigen::Vector3d> offsets;
+  for (const Joint& joint : joints) {
+    skeleton.names.push_back(joint.name);
+    skeleton.parents.push_back(joint.parent);
+    offsets.push_back(joint.offset);
+    channels += joint.channels.size();
+  }
+  if (channels == 0) throw Error(name, "no joint has channels");
+
+  std::string_view line;
+  if (!lines.next_filled(line) || !Words::same(line, "MOTION")) lines.fail("expected 'MOTION', found " + quoted(line));
+  const long frames = lines.whole(after_key(lines, "Frames:"), 0, 100'000'000);
+  if (frames == 0) lines.fail("no frames");
+  const std::string_view printed = after_key(lines, "Frame Time:");
+  const double seconds = lines.real(printed);
+  if (!(seconds >= 0.001 && seconds <= 10)) lines.fail("frame time " + std::string(printed) + " is not in [0.001, 10] s");
+  out.clip.rate = rate_of(seconds, printed);
+  // A number and its blank take two bytes: no declared size is believed that the file cannot hold.
+  if (static_cast<size_t>(frames) * std::max(2 * channels, count) > lines.bytes_left() + 1)
+    lines.fail(std::to_string(frames) + " frames of " + std::to_string(channels) +
+               " channels are declared, the file is shorter");
+
+  PoseTrack track;
+  track.joints = static_cast<int>(count);
+  track.local.reserve(static_cast<size_t>(frames) * count);
+  std::vector<Eigen::Vector3d> places;  // (frames, joints), where they replace offsets
+  places.reserve(static_cast<size_t>(frames) * count);
+  std::string_view rest;
+  for (long t = 0; t < frames; ++t) {
+    for (const Joint& joint : joints) {
+      Eigen::Vector3d place = joint.offset;
+      Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+      for (const Channel& channel : joint.channels) {
+        std::string_view word = next_word(rest);
+        while (word.empty()) {
+          if (!lines.next(rest))
+            lines.fail("the file ends in frame " + std::to_string(t + 1) + " of " + std::to_string(frames));
+          word = next_word(rest);
+        }
+        const double value = lines.real(word);
+        if (!(std::abs(value) < 1e9)) lines.fail(quoted(word) + " is too large");
+        if (channel.rotation)
+          turn = turn * Eigen::AngleAxisd(value * kDegree, Eigen::Vector3d::Unit(channel.axis));
+        else
+          place[channel.axis] = value;
+      }
+      track.local.push_back(turn);
+      places.push_back(place);
+    }
+  }
+  if (!next_word(rest).empty() || lines.next_filled(rest))
+    lines.fail("numbers go on after the last of " + std::to_string(frames) + " frames");
+
+  // Joints that carry positions: their usual place is the bone.
+  bool moving_bones = false;
+  for (size_t j = 0; j < count; ++j) {
+    if (!joints[j].has_position()) continue;
+    if (j == 0) {
+      offsets[0].setZero();
+      continue;
+    }
+    moving_bones = true;
+    for (int k = 0; k < 3; ++k) {
+      std::vector<double> values;
+      for (size_t t = 0; t < static_cast<size_t>(frames); ++t) values.push_back(places[t * count + j][k]);
+      std::nth_element(values.begin(), values.begin() + frames / 2, values.end());
+      offsets[j][k] = values[static_cast<size_t>(frames) / 2];
+    }
+  }
+  auto rows = skeleton.offsets.accessor<float, 2>();
+  const auto set_offsets = [&](double scale) {
+    for (size_t j = 0; j < count; ++j)
+      for (int k = 0; k < 3; ++k) rows[static_cast<int64_t>(j)][k] = static_cast<float>(offsets[j][k] * scale);
+  };
+  set_offsets(1);
+  skeleton.validate(name);
+  if (metres_per_unit) {
+    out.metres_per_unit = *metres_per_unit;
+    out.unit = "units of the given scale";
+  } else {
+    const LengthUnit unit = guess_length_unit(longest_reach(skeleton), name);
+    out.metres_per_unit = unit.metres;
+    out.unit = unit.name;
+    out.notes.push_back("lengths taken for " + unit.name + " from the size of the person");
+  }
+  const double scale = out.metres_per_unit;
+  set_offsets(scale);
+  for (size_t t = 0; t < static_cast<size_t>(frames); ++t)
+    track.trans.push_back((places[t * count] - offsets[0]) * scale);
+  set_pose(out.clip, track);
+  if (moving_bones) {
+    out.notes.emplace_back("joints carry positions of their own; the skeleton's bones are their medians");
+    const std::vector<Eigen::Quaterniond> global = global_rotations(track, skeleton.parents);
+    std::vector<Eigen::Vector3d> at(count);
+    float* p = out.clip.joints.data_ptr<float>();
+    for (size_t t = 0; t < static_cast<size_t>(frames); ++t)
+      for (size_t j = 0; j < count; ++j, p += 3) {
+        const Eigen::Vector3d place = places[t * count + j] * scale;
+        const auto parent = static_cast<size_t>(std::max(joints[j].parent, 0));
+        at[j] = j == 0 ? place : Eigen::Vector3d(at[parent] + global[t * count + parent] * place);
+        Eigen::Map<Eigen::Vector3f>(p, 3) = at[j].cast<float>();
+      }
+  }
+  validate(out.clip, name);
+  return out;
+}
+
+SourceMotion read_bvh(const std::string& path, std::optional<double> metres_per_unit) {
+  return parse_bvh(read_whole_file(path), path, metres_per_unit);
+}
+
+namespace {
+
+// Angles (degrees) with R = Rz Ry Rx, the nearer of the two solutions to `before`, without jumps of a whole turn.
+Eigen::Vector3d euler_zyx(const Eigen::Quaterniond& q, const Eigen::Vector3d& before) {
+  const Eigen::Matrix3d m = q.toRotationMatrix();
+  const double sy = std::clamp(-m(2, 0), -1.0, 1.0);
+  Eigen::Vector3d first(0, std::asin(sy), 0);  // z, y, x
+  if (std::hypot(m(0, 0), m(1, 0)) > 1e-7) {
+    first[0] = std::atan2(m(1, 0), m(0, 0));
+    first[2] = std::atan2(m(2, 1), m(2, 2));
+  } else {  // z and x turn about one axis: keep x where it was
+    first[2] = before[2] * kDegree;
+    first[0] = sy > 0 ? first[2] + std::atan2(-m(0, 1), m(1, 1)) : -first[2] + std::atan2(-m(0, 1), m(1, 1));
+  }
+  first /= kDegree;
+  Eigen::Vector3d second(first[0] + 180, 180 - first[1], first[2] + 180);
+  for (int k = 0; k < 3; ++k) {
+    first[k] -= 360 * std::round((first[k] - before[k]) / 360);
+    second[k] -= 360 * std::round((second[k] - before[k]) / 360);
+  }
+  return (first - before).squaredNorm() <= (second - before).squaredNorm() ? first : second;
+}
+
+void append_numbers(std::string& out, const Eigen::Vector3d& v, const char* separator) {
+  char text[96];
+  const int n = std::snprintf(text, sizeof text, "%.6f %.6f %.6f%s", v[0], v[1], v[2], separator);
+  out.append(text, static_cast<size_t>(std::clamp(n, 0, 95)));
+}
+
+void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones, int joint, int depth, double scale) {
+  const std::string indent(static_cast<size_t>(depth), '\t');
+  std::string name;
+  for (const char c : skeleton.names[static_cast<size_t>(joint)])
+    name += static_cast<unsigned char>(c) <= 32 || c == '{' || c == '}' || c == 127 ? '_' : c;
+  if (name.empty()) name = "joint" + std::to_string(joint);
+  const Eigen::Vector3d offset = joint == 0 ? Eigen::Vector3d::Zero() : bones.offsets[static_cast<size_t>(joint)];
+  out += indent + (joint == 0 ? "ROOT " : "JOINT ") + name + "\n" + indent + "{\n" + indent + "\tOFFSET ";
+  append_numbers(out, offset * scale, "\n");
+  out += indent + (joint == 0 ? "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
+                              : "\tCHANNELS 3 Zrotation Yrotation Xrotation\n");
+  bool leaf = true;
+  for (int child = joint + 1; child < bones.size(); ++child)
+    if (bones.parents[static_cast<size_t>(child)] == joint) {
+      append_joint(out, skeleton, bones, child, depth + 1, scale);
+      leaf = false;
+    }
+  if (leaf) {
+    const double length = offset.norm();
+    const Eigen::Vector3d end = length > 1e-6 ? Eigen::Vector3d(offset * (0.05 / length)) : Eigen::Vector3d(0, 0.05, 0);
+    out += indent + "\tEnd Site\n" + indent + "\t{\n" + indent + "\t\tOFFSET ";
+    append_numbers(out, end * scale, "\n");
+    out += indent + "\t}\n";
+  }
+  out += indent + "}\n";
+}
+
+// Joints in the order of the hierarchy's text: depth first.
+void depth_first(const std::vector<int>& parents, int joint, std::vector<int>& order) {
+  order.push_back(joint);
+  for (int child = joint + 1; child < static_cast<int>(parents.size()); ++child)
+    if (parents[static_cast<size_t>(child)] == joint) depth_first(parents, child, order);
+}
+
+}  // namespace
+
+void write_bvh(const std::string& path, const Clip& clip, double units_per_metre) {
+  validate(clip, path);
+  if (!clip.rotations.defined() || !clip.trans.defined())
+    throw Error(path, "a BVH file holds rotations, the motion has positions only; fit a body to it first");
+  const PoseTrack track = pose_track(clip);
+  const Bones bones = bones_of(clip.skeleton);
+  std::vector<int> order;
+  depth_first(bones.parents, 0, order);
+
+  std::string text = "HIERARCHY\n";
+  append_joint(text, clip.skeleton, bones, 0, 0, units_per_metre);
+  char head[96];
+  std::snprintf(head, sizeof head, "MOTION\nFrames: %lld\nFrame Time: %.9g\n", static_cast<long long>(track.frames()),
+                1 / clip.rate);
+  text += head;
+  std::vector<Eigen::Vector3d> angles(static_cast<size_t>(track.joints), Eigen::Vector3d::Zero());
+  for (int64_t t = 0; t < track.frames(); ++t) {
+    append_numbers(text, (track.trans[static_cast<size_t>(t)] + bones.offsets[0]) * units_per_metre, "");
+    for (const int j : order) {
+      Eigen::Vector3d& angle = angles[static_cast<size_t>(j)];
+      angle = euler_zyx(track.at(t, j), angle);
+      text += ' ';
+      append_numbers(text, angle, "");
+    }
+    text += '\n';
+  }
+  write_atomically(path, text);
+}
+
+}  // namespace inhabit

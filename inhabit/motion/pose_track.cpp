@@ -1,0 +1,59 @@
+#include "inhabit/motion/pose_track.h"
+
+#include "inhabit/body/bones.h"
+#include "inhabit/error.h"
+#include "inhabit/math/quaternion.h"
+
+namespace inhabit {
+
+PoseTrack pose_track(const Clip& clip) {
+  if (!clip.rotations.defined() || !clip.trans.defined()) throw Error("the motion has no rotations, only positions");
+  PoseTrack track;
+  track.joints = clip.skeleton.size();
+  const int64_t frames = clip.rotations.size(0);
+  track.local.reserve(static_cast<size_t>(frames * track.joints));
+  track.trans.reserve(static_cast<size_t>(frames));
+  const torch::Tensor rotations = clip.rotations.to(torch::kCPU, torch::kDouble).contiguous();
+  const torch::Tensor trans = clip.trans.to(torch::kCPU, torch::kDouble).contiguous();
+  const double* r = rotations.data_ptr<double>();
+  const double* p = trans.data_ptr<double>();
+  for (int64_t k = 0; k < frames * track.joints; ++k, r += 3) track.local.push_back(quaternion_of({r[0], r[1], r[2]}));
+  for (int64_t t = 0; t < frames; ++t, p += 3) track.trans.emplace_back(p[0], p[1], p[2]);
+  return track;
+}
+
+void set_pose(Clip& clip, const PoseTrack& track) {
+  const int64_t frames = track.frames(), joints = track.joints;
+  clip.rotations = torch::empty({frames, joints, 3});
+  clip.joints = torch::empty({frames, joints, 3});
+  clip.trans = torch::empty({frames, 3});
+  float* r = clip.rotations.data_ptr<float>();
+  float* p = clip.joints.data_ptr<float>();
+  float* root = clip.trans.data_ptr<float>();
+  const Bones bones = bones_of(clip.skeleton);
+  BonesPose pose;
+  std::vector<Eigen::Quaterniond> local(static_cast<size_t>(joints));
+  for (int64_t t = 0; t < frames; ++t, root += 3) {
+    const auto first = track.local.begin() + t * joints;
+    std::copy(first, first + joints, local.begin());
+    pose_bones(bones, local, track.trans[static_cast<size_t>(t)], pose);
+    Eigen::Map<Eigen::Vector3f>(root, 3) = track.trans[static_cast<size_t>(t)].cast<float>();
+    for (size_t j = 0; j < static_cast<size_t>(joints); ++j, r += 3, p += 3) {
+      Eigen::Map<Eigen::Vector3f>(r, 3) = axis_angle_of(local[j]).cast<float>();
+      Eigen::Map<Eigen::Vector3f>(p, 3) = pose.positions[j].cast<float>();
+    }
+  }
+}
+
+std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const std::vector<int>& parents) {
+  std::vector<Eigen::Quaterniond> global(track.local.size());
+  for (int64_t t = 0; t < track.frames(); ++t)
+    for (int j = 0; j < track.joints; ++j) {
+      const auto k = static_cast<size_t>(t * track.joints + j);
+      const int parent = parents[static_cast<size_t>(j)];
+      global[k] = parent < 0 ? track.local[k] : global[static_cast<size_t>(t * track.joints + parent)] * track.local[k];
+    }
+  return global;
+}
+
+}  // namespace inhabit

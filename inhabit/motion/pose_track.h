@@ -1,0 +1,31 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// The rotations and the root of a clip in double precision, for code that works frame by frame.
+struct PoseTrack {
+  int joints = 0;
+  std::vector<Eigen::Quaterniond> local;  ///< frame after frame, one unit quaternion a joint, relative to its parent
+  std::vector<Eigen::Vector3d> trans;     ///< (T) metres, as Clip::trans
+
+  int64_t frames() const { return static_cast<int64_t>(trans.size()); }
+  Eigen::Quaterniond& at(int64_t frame, int joint) { return local[static_cast<size_t>(frame * joints + joint)]; }
+  const Eigen::Quaterniond& at(int64_t frame, int joint) const {
+    return local[static_cast<size_t>(frame * joints + joint)];
+  }
+};
+
+/// Needs clip.rotations and clip.trans.
+PoseTrack pose_track(const Clip& clip);
+
+/// Sets rotations, trans and, by forward kinematics on clip.skeleton, joints.
+void set_pose(Clip& clip, const PoseTrack& track);
+
+/// Global rotations (joint frame to world) of every frame, laid out as PoseTrack::local.
+std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const std::vector<int>& parents);
+
+}  // namespace inhabit
