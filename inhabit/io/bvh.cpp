@@ -58,7 +58,7 @@ class Words {
   }
   void expect(std::string_view word) {
     const std::string_view found = next();
-    if (!same(found, word)) lines_.fail("expected " + quoted(word) + ", found " + quoted(found));
+    if (!same(found, word)) lines_.fail("expected " + in_quotes(word) + ", found " + in_quotes(found));
   }
   static bool same(std::string_view a, std::string_view b) {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
@@ -76,7 +76,7 @@ Channel channel_of(const TextLines& lines, std::string_view word) {
   for (int kind = 0; kind < 2; ++kind)
     for (int axis = 0; axis < 3; ++axis)
       if (Words::same(word, std::string(1, "XYZ"[axis]) + std::string(kinds[kind]))) return {kind == 1, axis};
-  lines.fail("unknown channel " + quoted(word));
+  lines.fail("unknown channel " + in_quotes(word));
 }
 
 bool taken(const std::vector<Joint>& joints, const std::string& name) {
@@ -114,16 +114,16 @@ std::vector<Joint> read_hierarchy(TextLines& lines) {
       for (int k = 0; k < 3; ++k) joint.offset[k] = lines.real(words.next());
     } else if (Words::same(word, "CHANNELS")) {
       const long count = lines.whole(words.next(), 0, 6);
-      if (!joint.channels.empty()) lines.fail("joint " + quoted(joint.name) + " has two lists of channels");
+      if (!joint.channels.empty()) lines.fail("joint " + in_quotes(joint.name) + " has two lists of channels");
       for (long k = 0; k < count; ++k) {
         const Channel channel = channel_of(lines, words.next());
         for (const Channel& c : joint.channels)
           if (c.rotation == channel.rotation && c.axis == channel.axis)
-            lines.fail("joint " + quoted(joint.name) + " has one channel twice");
+            lines.fail("joint " + in_quotes(joint.name) + " has one channel twice");
         joint.channels.push_back(channel);
       }
     } else {
-      lines.fail("expected JOINT, End Site, OFFSET, CHANNELS or '}', found " + quoted(word));
+      lines.fail("expected JOINT, End Site, OFFSET, CHANNELS or '}', found " + in_quotes(word));
     }
   }
   return joints;
@@ -139,7 +139,7 @@ double rate_of(double seconds, std::string_view printed) {
 
 std::string_view after_key(TextLines& lines, std::string_view key) {
   std::string_view line;
-  if (!lines.next_filled(line)) lines.fail("the file ends where " + quoted(key) + " is expected");
+  if (!lines.next_filled(line)) lines.fail("the file ends where " + in_quotes(key) + " is expected");
   for (std::string_view words = key; !words.empty();) {
     const std::string_view expected = next_word(words);
     // The colon may stand apart from its word.
@@ -149,13 +149,13 @@ std::string_view after_key(TextLines& lines, std::string_view key) {
                               static_cast<size_t>(line.data() + line.size() - found.data()) - expected.size());
       found = expected;
     }
-    if (!Words::same(found, expected)) lines.fail("expected " + quoted(key) + ", found " + quoted(found));
+    if (!Words::same(found, expected)) lines.fail("expected " + in_quotes(key) + ", found " + in_quotes(found));
   }
   std::string_view rest = line;
   std::string_view value = next_word(rest);
   if (value == ":") value = next_word(rest);
   if (!value.empty() && value.front() == ':') value.remove_prefix(1);
-  if (value.empty()) lines.fail(quoted(key) + " has no number");
+  if (value.empty()) lines.fail(in_quotes(key) + " has no number");
   return value;
 }
 
@@ -182,12 +182,14 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
   if (channels == 0) throw Error(name, "no joint has channels");
 
   std::string_view line;
-  if (!lines.next_filled(line) || !Words::same(line, "MOTION")) lines.fail("expected 'MOTION', found " + quoted(line));
+  if (!lines.next_filled(line) || !Words::same(line, "MOTION"))
+    lines.fail("expected 'MOTION', found " + in_quotes(line));
   const long frames = lines.whole(after_key(lines, "Frames:"), 0, 100'000'000);
   if (frames == 0) lines.fail("no frames");
   const std::string_view printed = after_key(lines, "Frame Time:");
   const double seconds = lines.real(printed);
-  if (!(seconds >= 0.001 && seconds <= 10)) lines.fail("frame time " + std::string(printed) + " is not in [0.001, 10] s");
+  if (!(seconds >= 0.001 && seconds <= 10))
+    lines.fail("frame time " + std::string(printed) + " is not in [0.001, 10] s");
   out.clip.rate = rate_of(seconds, printed);
   // A number and its blank take two bytes: no declared size is believed that the file cannot hold.
   if (static_cast<size_t>(frames) * std::max(2 * channels, count) > lines.bytes_left() + 1)
@@ -212,7 +214,7 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
           word = next_word(rest);
         }
         const double value = lines.real(word);
-        if (!(std::abs(value) < 1e9)) lines.fail(quoted(word) + " is too large");
+        if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
         if (channel.rotation)
           turn = turn * Eigen::AngleAxisd(value * kDegree, Eigen::Vector3d::Unit(channel.axis));
         else

@@ -132,7 +132,7 @@ size_t read_row(const TextLines& lines, std::string_view line, std::vector<float
       cell = next_word(line);
     }
     const auto value = static_cast<float>(lines.real(cell));
-    if (!std::isfinite(value)) lines.fail(quoted(cell) + " is too large");
+    if (!std::isfinite(value)) lines.fail(in_quotes(cell) + " is too large");
     out.push_back(value);
     if (out.size() - before > 1000) lines.fail("more than 1000 columns");
   }
@@ -178,8 +178,7 @@ torch::Tensor parse_expmap_channels(std::string_view text, const std::string& na
       width = found;
       values.reserve(values.size() + text.size() / line.size() * width);
     }
-    if (found != width)
-      lines.fail(std::to_string(found) + " columns, the first line has " + std::to_string(width));
+    if (found != width) lines.fail(std::to_string(found) + " columns, the first line has " + std::to_string(width));
   }
   if (width == 0) throw Error(name, "holds no frames");
   return torch::from_blob(values.data(), {static_cast<int64_t>(values.size() / width), static_cast<int64_t>(width)})

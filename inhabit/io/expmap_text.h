@@ -13,7 +13,8 @@ namespace inhabit {
 // joint's local rotation is exp(-w).
 //   CMU (117 columns): 38 joints, 120 Hz, lengths of the files in ASF units of 0.0564444 m, +Y up, the rest pose faces
 //     +Z. The root's columns are absolute. Most files open with one row that is no motion but the rest pose. The data
-//     set's skeleton has no bone between Spine1 and Neck (ASF's thorax), so its torso is 0.12 m shorter than the person's.
+//     set's skeleton has no bone between Spine1 and Neck (ASF's thorax), so its torso is 0.12 m shorter than the
+//     person's.
 //   Human3.6M (99 columns): 32 joints, 50 Hz, millimetres. The root's columns are the step from the row before, seen
 //     from the root's frame then, so that every file starts at the origin facing +Z, +Y up.
 
@@ -22,9 +23,9 @@ enum class ExpmapSkeleton { cmu, h36m };
 /// The data set's skeleton in metres (38 or 32 joints, names of the data sets' own tools).
 const Skeleton& expmap_skeleton(ExpmapSkeleton kind);
 
-/// Joint positions (..., J, 3) as the data sets' published loaders give them, for the literature's protocols: the root's
-/// six columns are ignored (root at the origin, not turned), lengths in the data set's own unit: CMU 1/70 ASF unit
-/// (x 0.0564444 / 70 = metres), Human3.6M millimetres. Differentiable.
+/// Joint positions (..., J, 3) as the data sets' published loaders give them, for the literature's protocols: the
+/// root's six columns are ignored (root at the origin, not turned), lengths in the data set's own unit: CMU 1/70 ASF
+/// unit (x 0.0564444 / 70 = metres), Human3.6M millimetres. Differentiable.
 /// @param channels (..., 117) or (..., 99). Throws Error for another size.
 torch::Tensor expmap_joint_positions(ExpmapSkeleton kind, const torch::Tensor& channels);
 

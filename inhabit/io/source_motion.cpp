@@ -19,10 +19,11 @@ LengthUnit guess_length_unit(double reach, const std::string& subject) {
   }
   if (best == nullptr) {
     char text[160];
-    std::snprintf(text, sizeof text,
-                  "the longest chain of bones is %.4g units, in no known unit that of a person; give the scale in metres "
-                  "per unit",
-                  reach);
+    std::snprintf(
+        text, sizeof text,
+        "the longest chain of bones is %.4g units, in no known unit that of a person; give the scale in metres "
+        "per unit",
+        reach);
     throw Error(subject, text);
   }
   return *best;

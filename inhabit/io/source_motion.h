@@ -6,7 +6,8 @@
 
 namespace inhabit {
 
-/// A recording as its file tells it, in metres: the source's own skeleton, and where things stood (no floor is assumed).
+/// A recording as its file tells it, in metres: the source's own skeleton, and where things stood (no floor is
+/// assumed).
 struct SourceMotion {
   Clip clip;
   double metres_per_unit = 1;      ///< the factor that was applied to the file's lengths

@@ -45,16 +45,16 @@ double TextLines::real(std::string_view word) const {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (end != digits.data() + digits.size() || digits.empty() || error == std::errc::invalid_argument) {
     if (word.find(',') != std::string_view::npos)
-      fail(quoted(word) + " has a comma where a decimal point is expected");
-    fail(quoted(word) + " is not a number");
+      fail(in_quotes(word) + " has a comma where a decimal point is expected");
+    fail(in_quotes(word) + " is not a number");
   }
   if (error == std::errc::result_out_of_range) {
     // Too small counts as zero, as with any other reader; too large is an error.
     if (digits.find("e-") == std::string_view::npos && digits.find("E-") == std::string_view::npos)
-      fail(quoted(word) + " is too large");
+      fail(in_quotes(word) + " is too large");
     return 0;
   }
-  if (!std::isfinite(value)) fail(quoted(word) + " is not a finite number");
+  if (!std::isfinite(value)) fail(in_quotes(word) + " is not a finite number");
   return value;
 }
 
@@ -62,9 +62,9 @@ long TextLines::whole(std::string_view word, long lowest, long highest) const {
   long value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || word.empty() || error == std::errc::invalid_argument)
-    fail(quoted(word) + " is not a whole number");
+    fail(in_quotes(word) + " is not a whole number");
   if (error == std::errc::result_out_of_range || value < lowest || value > highest)
-    fail(quoted(word) + " is not in [" + std::to_string(lowest) + ", " + std::to_string(highest) + "]");
+    fail(in_quotes(word) + " is not in [" + std::to_string(lowest) + ", " + std::to_string(highest) + "]");
   return value;
 }
 
@@ -77,7 +77,7 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   std::string out = "'";
   for (const char c : word.substr(0, 40)) out += static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
   return out + (word.size() > 40 ? "...'" : "'");

@@ -4,8 +4,8 @@
 
 namespace inhabit {
 
-/// Goes through a text line by line and through a line word by word, and knows where it is, for readers of text formats.
-/// Nothing is copied; the text must outlive the reader.
+/// Goes through a text line by line and through a line word by word, and knows where it is, for readers of text
+/// formats. Nothing is copied; the text must outlive the reader.
 class TextLines {
  public:
   /// @param name names the source in errors. Throws Error where the text holds NUL bytes (a binary file).
@@ -40,6 +40,6 @@ class TextLines {
 std::string_view next_word(std::string_view& rest);
 
 /// `word` in quotes, cut and with control characters replaced, to be shown in an error.
-std::string quoted(std::string_view word);
+std::string in_quotes(std::string_view word);
 
 }  // namespace inhabit
