@@ -1,7 +1,5 @@
 #include "inhabit/io/safetensors.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
 
 namespace inhabit {
 namespace {
@@ -185,11 +184,7 @@ void write_safetensors(const std::string& path, const SafeTensors& content, bool
   std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);
   text.append((8 - text.size() % 8) % 8, ' ');  // data starts on a multiple of 8 bytes
 
-  const std::string temporary = path + ".tmp" + std::to_string(::getpid());
-  std::error_code code;
-  {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    if (!out) throw Error(path, std::string("cannot write: ") + std::strerror(errno));
+  write_atomically(path, [&](std::ostream& out) {
     unsigned char prefix[8];
     for (int i = 0; i < 8; ++i) prefix[i] = static_cast<unsigned char>(text.size() >> (8 * i));
     out.write(reinterpret_cast<const char*>(prefix), 8);
@@ -197,18 +192,7 @@ void write_safetensors(const std::string& path, const SafeTensors& content, bool
     for (const torch::Tensor& tensor : stored)
       out.write(static_cast<const char*>(tensor.data_ptr()),
                 static_cast<std::streamsize>(tensor.numel() * tensor.element_size()));
-    out.flush();
-    if (!out) {
-      std::filesystem::remove(temporary, code);
-      throw Error(path, "cannot write (disk full?)");
-    }
-  }
-  std::filesystem::rename(temporary, path, code);
-  if (code) {
-    const std::string reason = code.message();
-    std::filesystem::remove(temporary, code);
-    throw Error(path, "cannot write: " + reason);
-  }
+  });
 }
 
 }  // namespace inhabit
