@@ -111,12 +111,11 @@ ForecastConfig forecast_preset(const std::string& name) {
                           {{128, 128, 64}, PointVoxelSpec{64, 1, 32}}};
   } else if (name == "compact") {
     config.points = 1500;
-    config.contact_coefficients = 10;
+    config.contact_coefficients = 12;
     config.abstraction = {{PointVoxelSpec{32, 1, 16}, 256, 0.25, 16, {32, 64}},
                           {PointVoxelSpec{64, 1, 8}, 64, 0.5, 16, {64, 128}},
                           {std::nullopt, 16, 1.0, 16, {128, 256}}};
-    config.propagation = {
-        {{128, 128}, std::nullopt}, {{128, 64}, PointVoxelSpec{64, 1, 8}}, {{64, 64}, PointVoxelSpec{32, 1, 16}}};
+    config.propagation = {{{128, 128}, std::nullopt}, {{128, 64}, PointVoxelSpec{64, 1, 8}}, {{64, 64}, std::nullopt}};
   } else {
     throw Error("preset '" + name + "'", "unknown; there are paper and compact");
   }

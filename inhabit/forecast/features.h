@@ -10,6 +10,11 @@ namespace inhabit {
 /// @param scene (B, N, 3) metres; @param past (B, P, J, 3) world joints.
 torch::Tensor contact_features(const torch::Tensor& scene, const torch::Tensor& past, const ForecastConfig& config);
 
+/// DCT coefficients (B, L*J, N) of the contact maps of a whole motion (B, P+T, J, 3), in the same layout: what the
+/// contact network is to predict. The DCT is orthonormal, so the squared error of the maps (Eq. 7) is the squared error
+/// of these coefficients plus a constant (what the maps hold beyond the first L): training needs no maps.
+torch::Tensor contact_targets(const torch::Tensor& scene, const torch::Tensor& joints, const ForecastConfig& config);
+
 /// Contact maps (B, P+T, J, N) that coefficients (B, L*J, N) stand for (Eq. 5). Differentiable.
 torch::Tensor contact_maps_from_dct(const torch::Tensor& contact_dct, const ForecastConfig& config);
 

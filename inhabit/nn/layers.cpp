@@ -1,8 +1,14 @@
 #include "inhabit/nn/layers.h"
 
+#include "inhabit/nn/grid_conv.h"
 #include "inhabit/nn/point_ops.h"
 
 namespace inhabit::nn {
+namespace {
+
+constexpr double kLeak = 0.1;
+
+}  // namespace
 
 namespace tn = torch::nn;
 
@@ -34,20 +40,38 @@ torch::Tensor VoxelGateImpl::forward(const torch::Tensor& x) {
 PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels, int64_t grid_size) : grid(grid_size) {
   int64_t channels = in_channels;
   for (int i = 0; i < 2; ++i) {
-    voxel_layers->push_back(tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1)));
-    voxel_layers->push_back(tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(1e-4)));
-    voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(0.1).inplace(true)));
+    convolutions_[i] = tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1));
+    norms_[i] = tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(1e-4));
+    voxel_layers->push_back(convolutions_[i]);
+    voxel_layers->push_back(norms_[i]);
+    voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(kLeak)));
     channels = out_channels;
   }
-  voxel_layers->push_back(VoxelGate(out_channels));
+  gate_ = VoxelGate(out_channels);
+  voxel_layers->push_back(gate_);
   register_module("voxel_layers", voxel_layers);
-  point_features = register_module("point_features", SharedMlp(in_channels, std::vector<int>{int(out_channels)}, 1));
+  point_features =
+      register_module("point_features", SharedMlp(in_channels, std::vector<int>{static_cast<int>(out_channels)}, 1));
+}
+
+torch::Tensor PointVoxelConvImpl::convolve(const torch::Tensor& voxels) {
+  if (dense || !voxels.device().is_cpu()) return voxel_layers->forward(voxels);
+  torch::Tensor x = grid_conv3d(voxels, convolutions_[0]->weight, convolutions_[0]->bias);
+  x = torch::leaky_relu(norms_[0]->forward(x), kLeak);
+  // Out of reach of every occupied voxel the first convolution gave its bias, so `x` has one value there.
+  const torch::Tensor reached = torch::max_pool3d(voxels.detach().abs().amax(1, true), 3, 1, 1).flatten();
+  const int64_t away = reached.argmin().item<int64_t>();
+  const int64_t cells = grid * grid * grid;
+  const torch::Tensor background = reached[away].item<float>() == 0 ? x.flatten(2)[away / cells].select(1, away % cells)
+                                                                    : torch::zeros({x.size(1)}, x.options());
+  x = grid_conv3d_over(background, x, convolutions_[1]->weight, convolutions_[1]->bias);
+  return gate_->forward(torch::leaky_relu(norms_[1]->forward(x), kLeak));
 }
 
 PointFeatures PointVoxelConvImpl::forward(const PointFeatures& input) {
   const torch::Tensor coordinates = voxel_coordinates(input.points, grid);
   const torch::Tensor voxels = scatter(voxel_average(coordinates, grid), input.features);
-  const torch::Tensor mixed = voxel_layers->forward(voxels.view({voxels.size(0), voxels.size(1), grid, grid, grid}));
+  const torch::Tensor mixed = convolve(voxels.view({voxels.size(0), voxels.size(1), grid, grid, grid}));
   return {gather(voxel_interpolation(coordinates, grid), mixed.flatten(2)) + point_features(input.features),
           input.points};
 }

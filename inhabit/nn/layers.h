@@ -29,14 +29,23 @@ struct VoxelGateImpl : torch::nn::Module {
 TORCH_MODULE(VoxelGate);
 
 /// Point-voxel convolution: points averaged into a grid, two 3x3x3 convolutions and a gate there, interpolated back at
-/// the points and added to a pointwise layer.
+/// the points and added to a pointwise layer. Far from every occupied voxel the convolutions see constants, and on the
+/// CPU that part of the grid is had in closed form; `dense` makes it plain.
 struct PointVoxelConvImpl : torch::nn::Module {
   PointVoxelConvImpl(int64_t in_channels, int64_t out_channels, int64_t grid_size);
   PointFeatures forward(const PointFeatures& input);
 
   int64_t grid;
+  bool dense = false;
   torch::nn::Sequential voxel_layers;
   SharedMlp point_features{nullptr};
+
+ private:
+  torch::Tensor convolve(const torch::Tensor& voxels);
+
+  torch::nn::Conv3d convolutions_[2]{nullptr, nullptr};
+  torch::nn::BatchNorm3d norms_[2]{nullptr, nullptr};
+  VoxelGate gate_{nullptr};
 };
 TORCH_MODULE(PointVoxelConv);
 
