@@ -85,16 +85,16 @@ constexpr JointRow kH36m[] = {
     {"LeftHand", 18, {0, 251.733451, 0}},
     {"LeftHandThumb", 19, {0, 0, 0}},
     {"LeftHandThumbEnd", 20, {0, 0, 99.999627}},
-    {"LeftWrist", 19, {0, 100.000188, 0}},
-    {"LeftWristEnd", 22, {0, 0, 0}},
+    {"LeftHandTip", 19, {0, 100.000188, 0}},
+    {"LeftHandTipEnd", 22, {0, 0, 0}},
     {"RightShoulder", 12, {0, 257.077681, 0}},
     {"RightArm", 24, {0, 151.031437, 0}},
     {"RightForeArm", 25, {0, 278.892924, 0}},
     {"RightHand", 26, {0, 251.72868, 0}},
     {"RightHandThumb", 27, {0, 0, 0}},
     {"RightHandThumbEnd", 28, {0, 0, 99.999888}},
-    {"RightWrist", 27, {0, 137.499922, 0}},
-    {"RightWristEnd", 30, {0, 0, 0}},
+    {"RightHandTip", 27, {0, 137.499922, 0}},
+    {"RightHandTipEnd", 30, {0, 0, 0}},
 };
 
 constexpr double kAsfUnit = 0.0254 / 0.45;  // metres

@@ -1,0 +1,28 @@
+#pragma once
+#include <Eigen/Geometry>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// A turn about the vertical and a shift: p -> R_y(yaw) p + shift. Metres, radians; yaw turns +Z towards +X.
+struct GroundTransform {
+  double yaw = 0;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+
+  Eigen::Isometry3d isometry() const;
+  GroundTransform inverse() const;
+};
+
+/// The yaw (radians) at which the person faces: 0 is +Z, pi/2 is +X. From the line between the hips and that between
+/// the shoulders where the skeleton has such joints (standard names), else from the root's rotation. Throws Error where
+/// it has neither.
+double facing(const Clip& clip, int64_t frame);
+
+/// What brings `frame` to the canonical place: the root above the origin of the ground plane (heights stay), facing +Z.
+GroundTransform canonical_transform(const Clip& clip, int64_t frame = 0);
+
+/// The clip moved as a whole: joints, root, hand targets and objects.
+Clip transformed(const Clip& clip, const GroundTransform& by);
+
+}  // namespace inhabit

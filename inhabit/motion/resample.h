@@ -1,0 +1,15 @@
+#pragma once
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// The clip at another frame rate. Frame 0 stays, the last new frame is the last that is not after the old end.
+/// Rotations by slerp between the neighbouring frames, the root (trans) by the cubic Hermite spline with central
+/// differences (Catmull-Rom), exact for paths of constant acceleration; then `joints` by forward kinematics, plus the
+/// interpolated difference there was to it (a person's joints that the posed skeleton only comes near to). Without
+/// rotations `joints` by the cubic. Actions and contacts are those of the nearest frame; a hand's target point is
+/// interpolated while it holds, object places linearly and by slerp. Going down skips frames without a filter.
+/// Throws Error where the rate is not in (0, 1000] or the clip has no frame.
+Clip resample(const Clip& clip, double rate);
+
+}  // namespace inhabit

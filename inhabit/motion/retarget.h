@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// A motion on the standard 22 joints from one on any skeleton whose joints find_landmarks knows.
+///
+/// `joints` (T, 22, 3) are the source's own positions: limbs, neck and head where the source has such joints; the three
+/// spine joints lie on the source's curve from pelvis to neck at the built-in body's fractions of its length (spine1
+/// turns with the pelvis, spine3 and, where the source has none off the midline, the collars with the thorax).
+/// `skeleton` is the standard one with the person's own bones: lengths are medians over the frames; the rest pose is
+/// the built-in body's T-pose, but for hips and what hangs on the thorax, whose places are the person's. `rotations`
+/// and `trans` pose it: bones point at the source's joints, twist is that of the source's rotations (set once so that
+/// elbows and knees bend about their hinges), and without those that of the bending planes. They serve the built-in
+/// body as well. A skeleton whose first 22 joints are the standard ones and that has rotations (SMPL, SMPL-H, SMPL-X)
+/// is cut to these.
+///
+/// Frame rate, actions, hand targets, objects and, where the joint has a counterpart, contacts are kept.
+/// Throws Error(subject, ...) for skeletons that cannot be mapped, or bones without length.
+Clip retarget(const Clip& source, const std::string& subject);
+
+/// How far the posed skeleton is from `joints`: metres over all frames and joints.
+struct FitError {
+  double mean = 0, max = 0;
+};
+FitError fit_error(const Clip& clip);
+
+}  // namespace inhabit
