@@ -31,8 +31,19 @@ struct Room {
 /// place before every seat from anywhere else on the floor.
 Room make_room(std::mt19937_64& random);
 
-/// The four walls around `size` with at least one door and one window, and their frames, into `room`. Doors are at
-/// `doors`, when it is not null: the point on the floor in the middle of each opening.
-void add_walls(Room& room, std::mt19937_64& random, std::vector<Eigen::Vector2d>* doors = nullptr);
+/// A door or window in a wall of a room.
+struct Opening {
+  int side = 0;      ///< 0: the wall at -z, 1: +x, 2: +z, 3: -x
+  double along = 0;  ///< metres along the wall from its middle to the opening's (see at_wall in layout.h)
+  double half = 0;   ///< half its width, metres
+  double low = 0, high = 0;
+  bool door = false;
+};
+
+/// Puts the four walls around `size` and the frames of their openings into `room`: one or two doors, one to three
+/// windows.
+std::vector<Opening> add_walls(Room& room, std::mt19937_64& random);
+/// Random colours for floor and walls.
+void paint(Room& room, std::mt19937_64& random);
 
 }  // namespace inhabit
