@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   CLI::App app{"inhabit: human motion in 3D scenes"};
   app.require_subcommand(1);
   add_version(app);
+  add_info(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

@@ -4,7 +4,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
-#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/upright.h"
 #include "inhabit/math/rotation.h"
 
 namespace inhabit {
@@ -156,9 +156,6 @@ Tensor family_pelvis(const std::string& body) {
   return body == "smplx" ? torch::tensor({0.003F, -0.351F, 0.012F}) : torch::tensor({-0.002F, -0.223F, 0.028F});
 }
 
-/// Rotation that takes +Z up to +Y up: (x, y, z) -> (x, z, -y).
-Tensor upright() { return torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, 1.F, 0.F, -1.F, 0.F}).view({3, 3}); }
-
 bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const ClipReadOptions& options, Notes* notes) {
   if (options.up != ClipReadOptions::Up::automatic) return options.up == ClipReadOptions::Up::z;
   const Tensor trunk = root_matrices.select(2, 1).mean(0);  // where the pelvis' own up points, on average
@@ -170,28 +167,6 @@ bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const ClipRea
   }
   note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
   return z_up;
-}
-
-void turn_upright(Clip& clip) {
-  const Tensor turn = upright();
-  auto turned = [&](const Tensor& points) { return points.matmul(turn.t()); };
-  const Tensor root = clip.skeleton.offsets.defined() ? clip.skeleton.offsets[0] : torch::zeros({3});
-  if (clip.joints.defined()) clip.joints = turned(clip.joints);
-  if (clip.trans.defined()) clip.trans = turned(clip.trans + root) - root;
-  if (clip.rotations.defined()) {
-    clip.rotations = clip.rotations.clone();
-    clip.rotations.select(1, 0).copy_(
-        matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.rotations.select(1, 0)))));
-  }
-  if (clip.hand_targets.defined()) {
-    clip.hand_targets = clip.hand_targets.clone();
-    clip.hand_targets.narrow(2, 0, 3).copy_(turned(clip.hand_targets.narrow(2, 0, 3)));
-  }
-  if (clip.object_pose.defined() && clip.object_pose.numel() > 0) {
-    const Tensor place = turned(clip.object_pose.narrow(2, 0, 3));
-    const Tensor angle = matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.object_pose.narrow(2, 3, 3))));
-    clip.object_pose = torch::cat({place, angle}, 2);
-  }
 }
 
 Skeleton own_skeleton(const Npz& npz, const std::string& subject) {

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/number_text.h"
 
 namespace inhabit {
@@ -282,6 +283,26 @@ Mesh parse_ply(std::string_view bytes, const std::string& subject) {
   }
   mesh.faces = torch::tensor(faces, torch::kInt64).view({-1, 3});
   return mesh;
+}
+
+void write_ply(const std::string& path, const Scene& scene) {
+  if (scene.empty()) throw Error(path, "there is nothing to write: no mesh, no point");
+  Mesh mesh = merged_mesh(scene);
+  if (scene.meshes.empty()) mesh.vertices = scene.points;
+  const torch::Tensor vertices = mesh.vertices.to(torch::kFloat32).contiguous();
+  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices.size(0)) +
+                      "\nproperty float x\nproperty float y\nproperty float z\n";
+  if (mesh.faces.size(0) > 0)
+    bytes += "element face " + std::to_string(mesh.faces.size(0)) + "\nproperty list uchar int vertex_indices\n";
+  bytes += "end_header\n";
+  bytes.append(static_cast<const char*>(vertices.data_ptr()), vertices.nbytes());
+  const torch::Tensor faces = mesh.faces.to(torch::kInt32).contiguous();
+  const auto* corners = static_cast<const char*>(faces.data_ptr());
+  for (int64_t f = 0; f < faces.size(0); ++f) {
+    bytes += '\x03';
+    bytes.append(corners + 12 * f, 12);
+  }
+  write_atomically(path, bytes);
 }
 
 }  // namespace inhabit

@@ -12,4 +12,8 @@ namespace inhabit {
 /// Throws Error(subject, ...) when it is no PLY, ends early, names a vertex that is not there or holds a NaN.
 Mesh parse_ply(std::string_view bytes, const std::string& subject);
 
+/// A scene as binary PLY, metres and +Y up: all its meshes as one, or its points where it has no mesh.
+/// Throws Error(path, ...) for an empty scene or where the file cannot be written.
+void write_ply(const std::string& path, const Scene& scene);
+
 }  // namespace inhabit

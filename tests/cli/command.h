@@ -16,10 +16,10 @@ struct CommandResult {
   std::string out, err;
 };
 
-/// Runs `inhabit ARGUMENTS` in a shell.
-inline CommandResult run_command(const std::string& arguments) {
+/// Runs a program in a shell.
+inline CommandResult run_program(const std::string& command) {
   const auto err_path = std::filesystem::temp_directory_path() / ("inhabit_err_" + std::to_string(::getpid()));
-  const std::string line = std::string(INHABIT_COMMAND) + " " + arguments + " 2>" + err_path.string();
+  const std::string line = command + " 2>" + err_path.string();
   CommandResult result;
   FILE* pipe = popen(line.c_str(), "r");
   std::array<char, 4096> buffer{};
@@ -33,6 +33,11 @@ inline CommandResult run_command(const std::string& arguments) {
   result.err = text.str();
   std::filesystem::remove(err_path);
   return result;
+}
+
+/// Runs `inhabit ARGUMENTS` in a shell.
+inline CommandResult run_command(const std::string& arguments) {
+  return run_program(std::string(INHABIT_COMMAND) + " " + arguments);
 }
 
 /// A folder of this test's own, emptied at the start and removed at the end.

@@ -1,0 +1,210 @@
+#include "inhabit/io/describe.h"
+
+#include <filesystem>
+
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/bytes.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/npz.h"
+#include "inhabit/io/safetensors.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/io/smpl_model.h"
+
+namespace inhabit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using torch::Tensor;
+
+/// Three decimals: a millimetre, a millisecond.
+double rounded(double value) { return std::round(value * 1000) / 1000; }
+
+Json numbers(const Tensor& t) {
+  Json list = Json::array();
+  for (int64_t i = 0; i < t.size(0); ++i) list.push_back(rounded(t[i].item<double>()));
+  return list;
+}
+
+Json describe_motion(const std::string& path, const ClipReadOptions& options) {
+  Notes notes;
+  const Clip clip = read_clip(path, options, &notes);
+  const Tensor flat = clip.joints.reshape({-1, 3});
+  Json out;
+  out["kind"] = "motion";
+  out["frames"] = clip.frames();
+  out["rate"] = clip.rate;
+  out["seconds"] = rounded(clip.seconds());
+  const bool standard = clip.skeleton.names == standard_joint_names();
+  out["joints"] = clip.skeleton.size();
+  out["skeleton"] = standard ? Json("standard (SMPL's first 22 joints)") : Json(clip.skeleton.names);
+  const Tensor rest = clip.skeleton.rest_joints().select(1, 1);
+  out["rest_height"] = rounded((rest.max() - rest.min()).item<double>());
+  out["box"] = {{"lower", numbers(std::get<0>(flat.min(0)))}, {"upper", numbers(std::get<0>(flat.max(0)))}};
+  if (clip.frames() > 1) {
+    const Tensor path_steps = clip.root_path().slice(0, 1) - clip.root_path().slice(0, 0, -1);
+    const double travelled =
+        torch::stack({path_steps.select(1, 0), path_steps.select(1, 2)}, 1).norm(2, {1}).sum().item<double>();
+    out["travelled"] = rounded(travelled);
+    out["mean_speed"] = rounded(travelled / (clip.seconds() - 1 / clip.rate));
+  }
+  out["rotations"] = clip.rotations.defined() && clip.trans.defined();
+  out["gender"] = clip.gender;
+  if (clip.betas.defined()) out["betas"] = numbers(clip.betas);
+  if (!clip.source_body.empty()) out["source_body"] = clip.source_body;
+  if (clip.source_betas.defined()) out["source_betas"] = numbers(clip.source_betas);
+  if (clip.action.defined()) {
+    Json actions;
+    for (size_t a = 0; a < clip.action_names.size(); ++a) {
+      const auto frames = clip.action.eq(static_cast<int64_t>(a)).sum().item<int64_t>();
+      if (frames > 0) actions[clip.action_names[a]] = frames;
+    }
+    out["actions"] = actions;
+  }
+  if (clip.contact.defined()) {
+    Json contacts;
+    const Tensor share = clip.contact.mean(0);
+    for (int64_t j = 0; j < share.size(0); ++j)
+      if (share[j].item<double>() > 0)
+        contacts[clip.skeleton.names[static_cast<size_t>(j)]] = rounded(share[j].item<double>());
+    out["contact_share"] = contacts;
+  }
+  if (clip.hand_targets.defined())
+    out["hand_target_frames"] = clip.hand_targets.select(2, 3).gt(0.5).any(1).sum().item<int64_t>();
+  if (!clip.object_names.empty()) out["objects"] = clip.object_names;
+  if (!notes.empty()) out["notes"] = notes;
+  return out;
+}
+
+Json describe_scene(const std::string& path, const ClipReadOptions& given) {
+  SceneReadOptions options;
+  if (given.up == ClipReadOptions::Up::y) options.up = SceneReadOptions::Up::y;
+  if (given.up == ClipReadOptions::Up::z) options.up = SceneReadOptions::Up::z;
+  if (given.scale > 0) options.scale = given.scale;
+  const SceneFile file = read_scene_file(path, options);
+  const SceneReport& report = file.report;
+  Json out;
+  out["kind"] = "scene";
+  out["summary"] = describe(report);
+  out["up"] = std::string(1, report.up) + (report.up_detected ? " (detected)" : "");
+  out["metres_per_unit"] = report.scale;
+  out["unit_detected"] = report.scale_detected;
+  out["meshes"] = report.meshes;
+  out["vertices"] = report.vertices;
+  out["triangles"] = report.triangles;
+  out["degenerate_faces"] = report.degenerate;
+  out["points"] = report.points;
+  Json lower, upper, names = Json::array();
+  for (size_t k = 0; k < 3; ++k) {
+    lower.push_back(rounded(report.lower[k]));
+    upper.push_back(rounded(report.upper[k]));
+  }
+  out["box"] = {{"lower", lower}, {"upper", upper}};
+  for (const Mesh& mesh : file.scene.meshes) names.push_back(mesh.name);
+  if (!names.empty()) out["mesh_names"] = names;
+  return out;
+}
+
+Json describe_weights(const std::string& path) {
+  const SafeTensors file = read_safetensors(path);
+  Json out;
+  out["kind"] = "weights";
+  int64_t parameters = 0;
+  std::map<std::string, int64_t> parts;
+  for (const auto& [name, tensor] : file.tensors) {
+    parameters += tensor.numel();
+    parts[name.substr(0, name.find('.'))] += tensor.numel();
+  }
+  out["tensors"] = file.tensors.size();
+  out["parameters"] = parameters;
+  for (const auto& [name, count] : parts) out["parts"][name] = count;
+  for (const auto& [name, value] : file.metadata) {
+    const Json parsed = Json::parse(value, nullptr, false);  // a config travels as JSON
+    out["metadata"][name] = parsed.is_discarded() ? Json(value) : parsed;
+  }
+  return out;
+}
+
+Json describe_body(const std::string& path) {
+  const BodyModel body = read_smpl_model(path);
+  const Tensor y = body.template_vertices.select(1, 1);
+  Json out;
+  out["kind"] = "body model";
+  out["name"] = body.name;
+  out["joints"] = body.joints();
+  out["vertices"] = body.template_vertices.size(0);
+  out["triangles"] = body.faces.size(0);
+  out["shape_parameters"] = body.betas();
+  out["pose_blend_shapes"] = body.pose_dirs.defined();
+  out["stature"] = rounded((y.max() - y.min()).item<double>());
+  return out;
+}
+
+Json describe_arrays(const Npz& npz) {
+  Json out;
+  out["kind"] = "arrays";
+  for (const auto& [name, tensor] : npz.tensors) out["arrays"][name] = tensor.sizes().vec();
+  for (const auto& [name, strings] : npz.strings) out["arrays"][name] = strings.shape;
+  for (const auto& [name, reason] : npz.skipped) out["skipped"][name] = reason;
+  return out;
+}
+
+/// Everything short in dataset.json as it stands; long lists by their length.
+Json describe_data_set(const std::string& path) {
+  const Json file = Json::parse(read_whole_file(path, 1ULL << 28), nullptr, false);
+  if (file.is_discarded() || !file.is_object()) throw Error(path, "is not JSON, or is cut short");
+  Json out;
+  out["kind"] = "data set";
+  for (const auto& [key, value] : file.items()) {
+    if (value.is_array() && value.size() > 8) {
+      out[key] = std::to_string(value.size()) + " entries";
+    } else if (value.is_object() && value.dump().size() > 300) {
+      for (const auto& [inner, content] : value.items())
+        out[key][inner] =
+            content.is_array() && content.size() > 8 ? Json(std::to_string(content.size()) + " entries") : content;
+    } else {
+      out[key] = value;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+nlohmann::ordered_json describe_file(const std::string& path, const ClipReadOptions& options) {
+  const torch::NoGradGuard no_gradient;
+  Json out;
+  out["file"] = path;
+  const std::filesystem::path place(path);
+  if (std::filesystem::is_directory(place)) {
+    const std::string inside = (place / "dataset.json").string();
+    if (!std::filesystem::exists(inside)) throw Error(path, "is a folder without a dataset.json");
+    out.update(describe_data_set(inside));
+    return out;
+  }
+  if (!std::filesystem::exists(place)) throw Error(path, "there is no such file");
+  const std::string extension = extension_of(path);
+  if (place.filename() == "dataset.json")
+    out.update(describe_data_set(path));
+  else if (extension == "safetensors")
+    out.update(describe_weights(path));
+  else if (extension == "npz") {
+    const Npz npz = read_npz(path);
+    if (holds_smpl_model(npz))
+      out.update(describe_body(path));
+    else if (is_clip_file(path))
+      out.update(describe_motion(path, options));
+    else if (npz.has("points") || npz.has("xyz") || npz.has("positions"))
+      out.update(describe_scene(path, options));
+    else
+      out.update(describe_arrays(npz));
+  } else if (is_clip_file(path))
+    out.update(describe_motion(path, options));
+  else if (is_scene_extension(extension))
+    out.update(describe_scene(path, options));
+  else
+    throw Error(path, "is of a kind inhabit does not know");
+  return out;
+}
+
+}  // namespace inhabit

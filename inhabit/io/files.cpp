@@ -1,0 +1,73 @@
+#include "inhabit/io/files.h"
+
+#include <filesystem>
+
+#include "inhabit/error.h"
+#include "inhabit/io/bvh.h"
+#include "inhabit/io/bytes.h"
+#include "inhabit/io/clip_json.h"
+#include "inhabit/io/clip_npz.h"
+#include "inhabit/io/expmap_text.h"
+#include "inhabit/io/gltf.h"
+#include "inhabit/io/ply.h"
+#include "inhabit/io/upright.h"
+
+namespace inhabit {
+namespace {
+
+/// What the readers of recordings leave to the caller: rate and up axis given by hand.
+Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  if (options.rate != 0) motion.clip.rate = options.rate;
+  validate(motion.clip, path);
+  if (options.up == ClipReadOptions::Up::z) turn_upright(motion.clip);
+  if (notes != nullptr) notes->insert(notes->end(), motion.notes.begin(), motion.notes.end());
+  return std::move(motion.clip);
+}
+
+}  // namespace
+
+Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  const torch::NoGradGuard no_gradient;
+  const std::string extension = extension_of(path);
+  const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
+  if (extension == "npz" || extension == "npy") return read_clip_npz(path, options, notes);
+  if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
+  if (extension == "txt") return finished(read_expmap_text(path), path, options, notes);
+  if (extension == "json") {
+    SourceMotion motion;
+    motion.clip = read_clip_json(path);
+    return finished(std::move(motion), path, options, notes);
+  }
+  if (!std::filesystem::exists(path)) throw Error(path, "there is no such file");
+  throw Error(path, "is no motion format inhabit reads (.bvh .amc .txt .npz .npy .json)");
+}
+
+bool is_clip_file(const std::string& path) {
+  const std::string extension = extension_of(path);
+  if (extension == "npz") return holds_clip(read_npz(path));
+  for (const char* known : {"bvh", "amc", "txt", "npy", "json"})
+    if (extension == known) return true;
+  return false;
+}
+
+void write_clip(const std::string& path, const Clip& clip, const Scene* scene) {
+  const torch::NoGradGuard no_gradient;
+  const std::string extension = extension_of(path);
+  if (extension == "npz") return write_clip_npz(path, clip);
+  if (extension == "json") return write_clip_json(path, clip);
+  if (extension != "bvh" && extension != "glb")
+    throw Error(path, "is no motion format inhabit writes (.npz .json .bvh .glb)");
+  const Clip& posed = clip;
+  if (extension == "bvh") return write_bvh(path, posed);
+  const bool standard = posed.skeleton.names == standard_joint_names();
+  write_glb(path, {{&posed, standard ? &builtin_body() : nullptr}}, scene);
+}
+
+void write_scene(const std::string& path, const Scene& scene) {
+  const std::string extension = extension_of(path);
+  if (extension == "glb") return write_glb(path, {}, &scene);
+  if (extension == "ply") return write_ply(path, scene);
+  throw Error(path, "is no scene format inhabit writes (.glb .ply)");
+}
+
+}  // namespace inhabit

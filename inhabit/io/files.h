@@ -1,0 +1,28 @@
+#pragma once
+#include <string>
+
+#include "inhabit/io/read_options.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// A motion from any file inhabit reads, told by the extension: .bvh, .amc (with the .asf beside it), .txt (exponential
+/// maps of CMU and Human3.6M), .npz and .npy (clip_npz.h), .json (clip_json.h). The skeleton is the file's own.
+/// @param notes what was detected or assumed is added to it.
+/// Throws Error(path, ...) for a missing or damaged file and for an extension inhabit does not know.
+Clip read_clip(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
+
+/// True where read_clip would try the file: known extension, and for .npz that it holds motion (reads it to see).
+bool is_clip_file(const std::string& path);
+
+/// Writes a motion as its extension says: .npz, .json, .bvh or .glb. BVH and glTF need joint rotations: a clip of
+/// positions alone is fitted first (retarget). A .glb shows the built-in body where the skeleton is the standard one,
+/// else the bones, and `scene` with it; the other formats hold no scene. Throws Error(path, ...) where the file cannot
+/// be written or its extension is no motion format.
+void write_clip(const std::string& path, const Clip& clip, const Scene* scene = nullptr);
+
+/// Writes a scene as .glb (meshes with names and colours, points) or .ply (one mesh, or the points).
+void write_scene(const std::string& path, const Scene& scene);
+
+}  // namespace inhabit
