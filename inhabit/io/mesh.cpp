@@ -9,7 +9,9 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/bytes.h"
+#include "inhabit/io/obj.h"
 #include "inhabit/io/ply.h"
+#include "inhabit/io/stl.h"
 
 namespace inhabit {
 namespace {
@@ -82,10 +84,20 @@ Mesh to_mesh(const aiMesh& source, const aiMatrix4x4& to_world, const std::strin
   return mesh;
 }
 
+/// Gives meshes without a name that of the file, and a number to all but the first of those with one name.
+std::vector<Mesh> numbered(std::vector<Mesh> meshes, const std::string& subject) {
+  std::map<std::string, int> times;
+  for (Mesh& mesh : meshes) {
+    if (mesh.name.empty()) mesh.name = std::filesystem::path(subject).stem().string();
+    const int before = times[mesh.name]++;
+    if (before > 0) mesh.name += "." + std::to_string(before);
+  }
+  return meshes;
+}
+
 std::vector<Mesh> to_meshes(const aiScene* scene, const char* error, const std::string& subject) {
   if (scene == nullptr || scene->mRootNode == nullptr) throw Error(subject, one_line(error));
   std::vector<Mesh> meshes;
-  std::map<std::string, int> times;
   int64_t vertex_count = 0;
   std::vector<std::pair<const aiNode*, aiMatrix4x4>> open{{scene->mRootNode, scene->mRootNode->mTransformation}};
   while (!open.empty()) {
@@ -102,24 +114,33 @@ std::vector<Mesh> to_meshes(const aiScene* scene, const char* error, const std::
       Mesh mesh = to_mesh(source, to_world, subject);
       if (source.mMaterialIndex < scene->mNumMaterials)
         mesh.color = color_of(*scene->mMaterials[source.mMaterialIndex]);
-      const std::string name = one_line(node->mName.length > 0 ? node->mName.C_Str() : source.mName.C_Str());
-      const int before = times[name]++;
-      mesh.name = before == 0 ? name : name + "." + std::to_string(before);
+      mesh.name = one_line(node->mName.length > 0 ? node->mName.C_Str() : source.mName.C_Str());
       if (mesh.faces.size(0) > 0) meshes.push_back(std::move(mesh));
     }
   }
   if (meshes.empty()) throw Error(subject, "holds no faces");
-  return meshes;
+  return numbered(std::move(meshes), subject);
 }
 
 }  // namespace
 
 std::vector<Mesh> read_meshes(const std::string& path) {
   const std::string extension = extension_of(path);
-  // Only these two refer to other files; the rest goes through memory, which reports missing files in one way.
-  if (extension != "obj" && extension != "gltf") return parse_meshes(read_bytes(path), extension, path);
-  if (read_bytes(path).empty()) throw Error(path, "is empty");
-  Assimp::Importer importer;
+  const std::string bytes = read_bytes(path);
+  if (bytes.empty()) throw Error(path, "is empty");
+  if (extension == "obj") {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    return numbered(parse_obj(bytes, path,
+                              [&](const std::string& name) {
+                                std::error_code failed;
+                                const std::filesystem::path file = folder / name;
+                                return std::filesystem::is_regular_file(file, failed) ? read_bytes(file.string())
+                                                                                      : std::string();
+                              }),
+                    path);
+  }
+  if (extension != "gltf") return parse_meshes(bytes, extension, path);
+  Assimp::Importer importer;  // by name, for a .gltf has its buffers in files beside it
   set_up(importer);
   try {
     return to_meshes(importer.ReadFile(path, kSteps), importer.GetErrorString(), path);
@@ -132,11 +153,13 @@ std::vector<Mesh> read_meshes(const std::string& path) {
 
 std::vector<Mesh> parse_meshes(std::string_view bytes, const std::string& extension, const std::string& subject) {
   if (bytes.empty()) throw Error(subject, "is empty");
-  if (extension == "ply") {
-    Mesh mesh = parse_ply(bytes, subject);
-    mesh.name = std::filesystem::path(subject).stem().string();
-    return {std::move(mesh)};
-  }
+  if (extension == "ply") return numbered({parse_ply(bytes, subject)}, subject);
+  if (extension == "stl") return numbered({parse_stl(bytes, subject)}, subject);
+  if (extension == "off") return numbered({parse_off(bytes, subject)}, subject);
+  if (extension == "obj")
+    return numbered(parse_obj(bytes, subject, [](const std::string&) { return std::string(); }), subject);
+  if (extension != "glb" && extension != "gltf")
+    throw Error(subject, "'" + extension + "' is no mesh format; known are obj, ply, glb, gltf, off, stl");
   Assimp::Importer importer;
   set_up(importer);
   try {

@@ -4,6 +4,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/bytes.h"
+#include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/ply.h"
 
@@ -250,10 +251,30 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
 
 }  // namespace
 
+namespace {
+
+torch::Tensor parse_npz_points(std::string_view bytes, const std::string& subject) {
+  const std::vector<std::string> names{"points", "xyz", "positions", "arr_0"};
+  const Npz archive = parse_npz(bytes, subject, names);
+  for (const std::string& name : names) {
+    if (!archive.has(name)) continue;
+    const torch::Tensor& array = archive.at(name, subject);
+    if (array.dim() != 2 || array.size(1) < 3) throw Error(subject, "its array '" + name + "' is not (N, 3)");
+    if (array.size(0) == 0) throw Error(subject, "holds no points");
+    const torch::Tensor points = array.slice(1, 0, 3).to(torch::kFloat32).contiguous();
+    if (!torch::isfinite(points).all().item<bool>()) throw Error(subject, "a point of '" + name + "' is not finite");
+    return points;
+  }
+  throw Error(subject, "has no array 'points', 'xyz' or 'positions'");
+}
+
+}  // namespace
+
 torch::Tensor parse_point_cloud(std::string_view bytes, const std::string& extension, const std::string& subject) {
   if (bytes.empty()) throw Error(subject, "is empty");
   if (extension == "ply") return parse_ply(bytes, subject).vertices;
   if (extension == "pcd") return parse_pcd(bytes, subject);
+  if (extension == "npz" || extension == "npy") return parse_npz_points(bytes, subject);
   if (extension == "xyz" || extension == "txt" || extension == "pts" || extension == "csv")
     return parse_xyz(bytes, subject);
   throw Error(subject, "'" + extension + "' is no point cloud format; known are ply, pcd, xyz, npz");

@@ -11,8 +11,8 @@ namespace inhabit {
 /// .xyz: three numbers or more to a line, the first three count; between them spaces, tabs, commas or semicolons; a
 /// decimal comma is understood where the line has another separator; '#' and '//' start a comment; a first line without
 /// numbers is a heading, a first line with one whole number a count.
-/// .npz: the array `points`, `xyz` or `positions` (N, 3).
-/// Throws Error(path, ...) when the file is missing, damaged, holds no point, or a NaN or infinite coordinate.
+/// .npz: the array `points`, `xyz` or `positions`, (N, 3) or wider; the first three columns count. .npy: its only
+/// array. Throws Error(path, ...) when the file is missing, damaged, holds no point, or a NaN or infinite coordinate.
 torch::Tensor read_point_cloud(const std::string& path);
 
 /// The same from memory; `extension` ("pcd") tells the format.

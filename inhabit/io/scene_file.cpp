@@ -20,7 +20,7 @@ bool is_mesh(const std::string& extension) {
 }
 
 bool is_cloud(const std::string& extension) {
-  for (const char* known : {"pcd", "xyz", "pts", "npz"}) {
+  for (const char* known : {"pcd", "xyz", "pts", "npz", "npy"}) {
     if (extension == known) return true;
   }
   return false;

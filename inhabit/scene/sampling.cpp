@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "inhabit/error.h"
+#include "inhabit/scene/triangle.h"
 
 namespace inhabit {
 namespace {
@@ -23,20 +24,8 @@ struct Sphere {
   double radius = 0;
 };
 
-/// Squared distance from `p` to the nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
 double squared_distance(const Vector3d& p, const Triangle& t) {
-  const Vector3d ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a, bp = p - t.b, cp = p - t.c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
-  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
-  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t.c - t.b)).squaredNorm();
-  const double sum = va + vb + vc;
-  return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
+  return (closest_on_triangle<double>(p, t.a, t.b, t.c) - p).squaredNorm();
 }
 
 /// Calls use(triangle) for every triangle of the scene.

@@ -8,6 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/bytes.h"
 #include "inhabit/io/mesh.h"
+#include "inhabit/io/npz.h"
 #include "inhabit/io/point_cloud.h"
 #include "shared.h"
 
@@ -295,8 +296,10 @@ TEST(PointCloud, PcdAsciiBinaryAndCompressedAgree) {
   }
   // Thirty-six literal bytes in two runs, then twelve zeros: one literal and a copy that overlaps itself.
   std::string packed;
-  packed += '\x1f' + planes.substr(0, 32);
-  packed += '\x03' + planes.substr(32, 4);
+  packed += '\x1f';
+  packed.append(planes, 0, 32);
+  packed += '\x03';
+  packed.append(planes, 32, 4);
   packed += std::string("\x00\x00", 2);
   packed += std::string("\xe0\x02\x00", 3);  // length 7 + 2 + 2 = 11, one byte back
   const std::array<uint32_t, 2> sizes{static_cast<uint32_t>(packed.size()), 48};
@@ -308,6 +311,52 @@ TEST(PointCloud, PcdAsciiBinaryAndCompressedAgree) {
 TEST(PointCloud, PcdLeavesUnmeasuredPointsOut) {
   const std::string bytes = pcd_header("ascii", 2) + "nan nan nan 0\n4 5 6 0\n";
   EXPECT_TRUE(torch::equal(parse_point_cloud(bytes, "pcd", "a.pcd"), torch::tensor({4.F, 5.F, 6.F}).view({1, 3})));
+}
+
+TEST(PointCloud, NumpyArchives) {
+  Npz archive;
+  const torch::Tensor points = torch::arange(12, torch::kFloat64).view({4, 3});
+  for (const char* name : {"points", "xyz", "positions"}) {
+    archive.tensors.clear();
+    archive.tensors[name] = points;
+    EXPECT_TRUE(torch::equal(parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"), points.to(torch::kFloat32)));
+  }
+  archive.tensors["points"] = torch::zeros({4});
+  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not (N, 3)"));
+  archive.tensors["points"] = torch::full({4, 3}, NAN);
+  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not finite"));
+  archive.tensors = {{"trans", points}};
+  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("no array"));
+}
+
+TEST(Meshes, ObjCornersOfEveryForm) {
+  const std::string text =
+      "# a square and a triangle\ng first\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 0 1\nv 0 0 1\nvt 0 0\nvn 0 1 0\n"
+      "f 1/1 2/1/1 3//1 \\\n 4\nl 1 2\ng second\nf -4 -3 -2\ng first\nf 1 3 4\n";
+  const std::vector<Mesh> meshes = parse_meshes(text, "obj", "forms.obj");
+  ASSERT_EQ(meshes.size(), 2U);
+  EXPECT_EQ(meshes[0].name, "first");
+  EXPECT_TRUE(torch::equal(meshes[0].faces, torch::tensor({0, 1, 2, 0, 2, 3, 0, 2, 3}, torch::kInt64).view({3, 3})));
+  EXPECT_EQ(meshes[1].vertices.size(0), 3);
+}
+
+TEST(Meshes, BinaryStlIsWelded) {
+  std::string bytes = "solid but binary";
+  bytes.resize(80, ' ');
+  const uint32_t triangles = 2;
+  bytes.append(reinterpret_cast<const char*>(&triangles), 4);
+  for (const std::array<float, 12>& t :
+       {std::array<float, 12>{0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 1, 0}}) {
+    bytes.append(reinterpret_cast<const char*>(t.data()), 48);
+    bytes.append(2, '\0');
+  }
+  const Mesh mesh = parse_meshes(bytes, "stl", "square.stl").at(0);
+  EXPECT_EQ(mesh.name, "square");
+  EXPECT_EQ(mesh.vertices.size(0), 4);
+  EXPECT_EQ(mesh.faces.size(0), 2);
+  const float infinite = INFINITY;
+  std::memcpy(bytes.data() + 84 + 12, &infinite, 4);
+  EXPECT_THAT(error_of([&] { parse_meshes(bytes, "stl", "square.stl"); }), HasSubstr("not finite"));
 }
 
 TEST(BadScenes, OneLineThatNamesTheFile) {
@@ -329,7 +378,13 @@ TEST(BadScenes, OneLineThatNamesTheFile) {
       {"obj", "", "empty"},
       {"obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "bad.obj"},
       {"obj", "v 0 nan 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", "not finite"},
-      {"obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n", "bad.obj"},
+      {"obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 9\n", "line 4: a face names vertex 9 of 3"},
+      {"obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 0\n", "invalid corner '0'"},
+      {"obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 -9\n", "invalid corner '-9'"},
+      {"obj", "v 0 0,5 0\n", "line 1: a vertex is not three numbers"},
+      {"npz", "PK garbage", "bad.npz"},
+      {"off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 0 1\n3 0 1 7\n", "line 6: a face names vertex 7 of 3"},
+      {"stl", "solid a\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 nan 0\n", "line 5"},
       {"off", "OFF\n3 1 0\n0 0 0\n1 0 0\n", "bad.off"},
       {"off", "OFF\n4000000000 4000000000 0\n", "bad.off"},
       {"stl", "solid nothing\nendsolid nothing\n", "bad.stl"},

@@ -1,0 +1,39 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// All triangles of a scene in one list, and what is inside them. Scenes found in the wild have open parts, parts that
+/// run into each other, and faces that look the wrong way; this says which side of each face is out:
+/// - Faces that share an edge are made to agree; the larger part of a connected part's area decides for all of it.
+/// - A closed part whose faces all look inwards is turned, unless it is as large as a room (1.5 x 1.8 x 1.5 m) or lies
+/// in
+///   another part: people walk about in the one, and the other is a cavity.
+/// A point is inside when the winding number around it exceeds one half for one *body*: a closed part with its
+/// cavities, or all open parts of one mesh together. So bodies that overlap are one solid, a box without a lid holds
+/// what is in it (seen from there, the lid would be less than half of all directions), and a floor or a room's walls,
+/// which look towards the people, hold nothing.
+struct Solid {
+  std::vector<Eigen::Vector3f> vertices;       ///< metres, world
+  std::vector<std::array<uint32_t, 3>> faces;  ///< into vertices
+  std::vector<int64_t> first_face;             ///< of each mesh of the scene, then one past the last
+  std::vector<int8_t> outward;                 ///< a face: +1 its normal (right-hand rule) points out, -1 it points in
+  std::vector<int32_t> body;                   ///< a face: number of its body
+  int32_t bodies = 0;
+  std::vector<Eigen::Vector3f> points;  ///< the scene's point cloud; nothing is inside it
+
+  Eigen::Vector3f corner(size_t face, size_t k) const { return vertices[faces[face][k]]; }
+  /// Not normalised: twice the face's area long.
+  Eigen::Vector3f normal(size_t face) const {
+    return (corner(face, 1) - corner(face, 0)).cross(corner(face, 2) - corner(face, 0));
+  }
+};
+
+Solid make_solid(const Scene& scene);
+
+}  // namespace inhabit
