@@ -1,0 +1,98 @@
+#include "inhabit/synth/footsteps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/math/random.h"
+#include "inhabit/synth/curves.h"
+
+namespace inhabit {
+
+using Eigen::Vector2d;
+
+StepPlan::StepPlan(const Figure& figure, const GaitStyle& style, const Vector2d& place, double heading)
+    : figure_(figure), style_(style), heading_(heading) {
+  for (int side = 0; side < 2; ++side) start_[side] = plant_[side] = rest_plant(side, place, heading);
+}
+
+Plant StepPlan::rest_plant(int side, const Vector2d& place, double heading) const {
+  const double out = (side == 0 ? 1 : -1) * std::max(0.5 * style_.width + 0.035, 0.075);
+  return {place + left_of(heading) * out + ahead_of(heading) * figure_.ankle_ahead,
+          heading + (side == 0 ? 1 : -1) * style_.toe_out};
+}
+
+Vector2d StepPlan::place() const {
+  return 0.5 * (plant_[0].place + plant_[1].place) - ahead_of(heading_) * figure_.ankle_ahead;
+}
+
+void StepPlan::add(int side, const Plant& plant, double lift, double land) {
+  steps_.push_back({side, plant, lift, land});
+  plant_[side] = plant;
+  now_ = land;
+}
+
+double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& random) {
+  const double total = path.total();
+  // Step length L and cadence c from v = L c and the walk ratio L / c.
+  const double stature = figure_.leg() / 0.83;
+  const double wanted = std::sqrt(speed * 60 * style_.walk_ratio) * stature;
+  // The first step is short, the last but one too; the closing one goes beside.
+  auto weight = [](int k, int n) { return k == 0 ? 0.7 : k == n - 1 ? (n > 2 ? 0.72 : 0.7) : k == 1 || k == n - 2 ? 0.94 : 1.0; };
+  auto weights = [&](int n) {
+    double sum = 0;
+    for (int k = 0; k < n; ++k) sum += weight(k, n);
+    return sum;
+  };
+  int n = 1;
+  while (total / weights(n) > wanted * 1.06) ++n;
+  const double length = total / weights(n);
+  const double period = std::clamp(length / speed, 0.44, 0.78);
+  const double first_turn = wrapped(path.heading(std::min(0.4, total)) - heading_);
+  int side = std::abs(first_turn) > 0.2 ? (first_turn > 0 ? 0 : 1) : uniform_int(random, 0, 1);
+
+  double lift = now_ + 0.34, s = 0, last_landing = now_;
+  for (int k = 0; k <= n; ++k, side = 1 - side) {
+    const bool closing = k == n;
+    if (!closing) s += length * weight(k, n);
+    const double heading = path.heading(s);
+    const Vector2d middle = path.at(s);
+    const double out = (side == 0 ? 1 : -1) * (0.5 * style_.width + 0.01 * normal(random) * (closing ? 0 : 1));
+    Plant plant{middle + left_of(heading) * out + ahead_of(heading) * figure_.ankle_ahead,
+                heading + (side == 0 ? 1 : -1) * style_.toe_out * (closing ? 1 : 0.8)};
+    if (closing) plant = rest_plant(side, middle, heading);
+    const double paced = period * (1 + 0.015 * normal(random)) * (k == 0 ? 1.08 : closing ? 0.98 : 1.0);
+    const double swing = paced * (1 - style_.double_support);
+    if (closing) last_landing = now_;
+    add(side, plant, lift, lift + swing);
+    lift += paced;
+    heading_ = heading;
+  }
+  return last_landing;
+}
+
+void StepPlan::turn(double heading, const Vector2d& to, std::mt19937_64& random) {
+  const double whole = wrapped(heading - heading_);
+  const Vector2d here = place();
+  const double largest = uniform(random, 0.75, 1.05);
+  const int pairs = std::max(1, static_cast<int>(std::ceil(std::abs(whole) / largest)));
+  int side = whole > 0 ? 0 : 1;
+  const double from = heading_, period = uniform(random, 0.5, 0.6);
+  double lift = now_ + 0.3;
+  for (int k = 0; k < 2 * pairs; ++k, side = 1 - side) {
+    // The leading foot opens further than the body has come; the other follows.
+    const double done = std::min(1.0, (k / 2 + 1.0) / pairs);
+    const Vector2d middle = here + (to - here) * minimum_jerk(done);
+    add(side, rest_plant(side, middle, from + whole * done), lift, lift + period * 0.72);
+    lift += period * (1 + 0.03 * normal(random));
+  }
+  heading_ = from + whole;
+}
+
+void StepPlan::shift_foot(int side, double ahead, double out, double seconds) {
+  Plant plant = rest_plant(side, place(), heading_);
+  plant.place = plant_[side].place + ahead_of(heading_) * ahead + left_of(heading_) * (side == 0 ? out : -out);
+  plant.yaw = plant_[side].yaw;
+  add(side, plant, now_, now_ + seconds);
+}
+
+}  // namespace inhabit

@@ -1,0 +1,69 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <random>
+#include <vector>
+
+#include "inhabit/synth/figure.h"
+#include "inhabit/synth/floor_plan.h"
+
+namespace inhabit {
+
+/// A foot standing still: the ankle's place over the floor (x, z) and the foot's heading.
+struct Plant {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  double yaw = 0;
+};
+
+/// A foot leaves its place at `lift` and stands at `plant` from `land` on. Seconds.
+struct Footstep {
+  int side = 0;
+  Plant plant;
+  double lift = 0, land = 0;
+};
+
+/// How a person walks; drawn once for each clip.
+struct GaitStyle {
+  double speed = 1.1;         ///< metres a second at full stride
+  double walk_ratio = 0.0065; ///< step length over steps a minute, metres (about 0.0065 in adults, Sekiya & Nagasaki 1998)
+  double width = 0.09;        ///< between the ankles' lines, metres
+  double toe_out = 0.09;      ///< radians
+  double double_support = 0.22;  ///< share of a step during which both feet stand
+  double clearance = 0.035;   ///< lift of the swinging foot, metres
+  double push_off = 1.0;      ///< scales heel rise
+};
+
+/// The steps of a clip, laid one after the other.
+class StepPlan {
+ public:
+  /// Standing at `place` facing `heading` from time 0 on.
+  StepPlan(const Figure& figure, const GaitStyle& style, const Eigen::Vector2d& place, double heading);
+
+  double now() const { return now_; }
+  Eigen::Vector2d place() const;  ///< under the body while it stands
+  double heading() const { return heading_; }
+
+  void wait(double seconds) { now_ += seconds; }
+  /// Walks along `path` from standing to standing; returns when the last but one foot lands.
+  double walk(const WalkPath& path, double speed, std::mt19937_64& random);
+  /// Turns to `heading` by small steps, the foot of the turn's side first, and comes to stand at `to`, which is near.
+  void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);
+  /// One step of one foot to a place relative to where it would stand at rest: ahead and outwards, metres.
+  void shift_foot(int side, double ahead, double out, double seconds);
+
+  const std::array<Plant, 2>& start() const { return start_; }
+  const std::vector<Footstep>& steps() const { return steps_; }
+  /// Where the foot of `side` stands when the body stands at `place` with `heading`.
+  Plant rest_plant(int side, const Eigen::Vector2d& place, double heading) const;
+
+ private:
+  void add(int side, const Plant& plant, double lift, double land);
+
+  const Figure& figure_;
+  GaitStyle style_;
+  std::array<Plant, 2> start_, plant_;
+  std::vector<Footstep> steps_;
+  double now_ = 0, heading_ = 0;
+};
+
+}  // namespace inhabit

@@ -1,0 +1,33 @@
+#pragma once
+#include <random>
+#include <vector>
+
+#include "inhabit/synth/life_plan.h"
+
+namespace inhabit {
+
+/// A place to sit on a piece of furniture. Lengths in the furniture's frame (`pose` to world).
+struct Seat {
+  int furniture = -1;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  double heading = 0;          ///< which way one faces, world
+  double x = 0, height = 0;    ///< middle of the seat and its height
+  double half_width = 0, front = 0, rear = 0;
+  bool back = false;           ///< there is a back rest, at back_z
+  double back_z = 0;
+  std::vector<Surface> arms;   ///< arm rests within reach
+};
+
+std::vector<Seat> seats_of(const Room& room, const Figure& figure);
+
+/// Where one stands before sitting down, backs of the legs near the edge (x, z).
+Eigen::Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937_64& random);
+
+/// Where the root will rest for somebody who stands at `place`; times are left to the caller.
+SeatStay plan_stay(const Seat& seat, const Figure& figure, const Eigen::Vector2d& place, std::mt19937_64& random);
+
+/// What the hands do on the way down, while seated (on the thighs, on arm rests) and on the way up.
+void plan_seat_hands(const Seat& seat, const SeatStay& stay, const Figure& figure, std::mt19937_64& random,
+                     std::vector<HandTrip>& hands);
+
+}  // namespace inhabit
