@@ -74,6 +74,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     const double breath = std::sin(6.283185 * 0.25 * t + live.breath_phase);
     Controls c;
     double seated = 0;
+    int seat = -1;
     c.root = {steps.body[i].x(), height[i], steps.body[i].y()};
     const double still = (1 - moving) * manner.sway;
     c.root.x() += 0.004 * still * live.sway_x.at(t);
@@ -95,6 +96,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       c.tilt += s.lean * 0.5 * stay.deepest_lean - 0.14 * s.down;
       c.bend += s.lean * 0.5 * stay.deepest_lean + 0.1 * s.down;
       seated = std::max(seated, s.down);
+      if (s.across > 0.01) seat = stay.furniture;
     }
     bool on_back = false;
     for (const TrunkMove& move : plan.trunk) {
@@ -153,6 +155,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     for (const Doing& d : plan.doing)
       if (d.from <= t) action = d.action;
     out.action.push_back(action);
+    out.seat.push_back(seat);
     std::array<bool, kStandardJoints> touching{};
     for (int side = 0; side < 2; ++side) {
       touching[7 + side] = steps.heel_down[i][side];

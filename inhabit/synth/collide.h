@@ -1,0 +1,14 @@
+#pragma once
+#include "inhabit/body/body_model.h"
+#include "inhabit/synth/perform.h"
+#include "inhabit/synth/room.h"
+
+namespace inhabit {
+
+/// Metres that a segment with radius reaches into a box, 0 when apart. The box is axis-aligned in the segment's frame.
+double capsule_in_box(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius, const Box& box);
+
+/// How deep the body's capsules get into walls and furniture, metres, over all frames. The seat in use does not count.
+double deepest_collision(const Room& room, const BodyModel& body, const Performance& performance);
+
+}  // namespace inhabit
