@@ -5,7 +5,8 @@
 
 namespace inhabit {
 
-/// Minimum-jerk step from 0 at u <= 0 to 1 at u >= 1 (Flash & Hogan 1985): velocity and acceleration vanish at both ends.
+/// Minimum-jerk step from 0 at u <= 0 to 1 at u >= 1 (Flash & Hogan 1985): velocity and acceleration vanish at both
+/// ends.
 double minimum_jerk(double u);
 
 /// Rises from 0 between `rise` and `full`, stays 1, falls back to 0 between `fall` and `end`. Seconds.

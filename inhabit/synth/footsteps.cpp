@@ -37,7 +37,9 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
   const double stature = figure_.leg() / 0.83;
   const double wanted = std::sqrt(speed * 60 * style_.walk_ratio) * stature;
   // The first step is short, the last but one too; the closing one goes beside.
-  auto weight = [](int k, int n) { return k == 0 ? 0.7 : k == n - 1 ? (n > 2 ? 0.72 : 0.7) : k == 1 || k == n - 2 ? 0.94 : 1.0; };
+  auto weight = [](int k, int n) {
+    return k == 0 ? 0.7 : k == n - 1 ? (n > 2 ? 0.72 : 0.7) : k == 1 || k == n - 2 ? 0.94 : 1.0;
+  };
   auto weights = [&](int n) {
     double sum = 0;
     for (int k = 0; k < n; ++k) sum += weight(k, n);
@@ -62,7 +64,7 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
     if (closing) plant = rest_plant(side, middle, heading);
     const double paced = period * (1 + 0.015 * normal(random)) * (k == 0 ? 1.08 : closing ? 0.98 : 1.0);
     const double swing = paced * (1 - style_.double_support);
-    if (closing) last_landing = now_;
+    if (closing) last_landing = lift + 0.6 * swing;
     add(side, plant, lift, lift + swing);
     lift += paced;
     heading_ = heading;
@@ -73,16 +75,15 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
 void StepPlan::turn(double heading, const Vector2d& to, std::mt19937_64& random) {
   const double whole = wrapped(heading - heading_);
   const Vector2d here = place();
-  const double largest = uniform(random, 0.75, 1.05);
-  const int pairs = std::max(1, static_cast<int>(std::ceil(std::abs(whole) / largest)));
+  const int count = 1 + std::max(1, static_cast<int>(std::ceil(std::abs(whole) / uniform(random, 0.8, 1.15))));
   int side = whole > 0 ? 0 : 1;
-  const double from = heading_, period = uniform(random, 0.5, 0.6);
-  double lift = now_ + 0.3;
-  for (int k = 0; k < 2 * pairs; ++k, side = 1 - side) {
-    // The leading foot opens further than the body has come; the other follows.
-    const double done = std::min(1.0, (k / 2 + 1.0) / pairs);
+  const double from = heading_, period = uniform(random, 0.42, 0.52);
+  double lift = now_ + 0.26;
+  for (int k = 0; k < count; ++k, side = 1 - side) {
+    // Each step opens a little further; the last closes.
+    const double done = std::min(1.0, (k + 1.0) / (count - 1.0));
     const Vector2d middle = here + (to - here) * minimum_jerk(done);
-    add(side, rest_plant(side, middle, from + whole * done), lift, lift + period * 0.72);
+    add(side, rest_plant(side, middle, from + whole * done), lift, lift + period * 0.78);
     lift += period * (1 + 0.03 * normal(random));
   }
   heading_ = from + whole;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "inhabit/synth/figure.h"
-#include "inhabit/synth/floor_plan.h"
+#include "inhabit/synth/walk_path.h"
 
 namespace inhabit {
 
@@ -24,13 +24,14 @@ struct Footstep {
 
 /// How a person walks; drawn once for each clip.
 struct GaitStyle {
-  double speed = 1.1;         ///< metres a second at full stride
-  double walk_ratio = 0.0065; ///< step length over steps a minute, metres (about 0.0065 in adults, Sekiya & Nagasaki 1998)
-  double width = 0.09;        ///< between the ankles' lines, metres
-  double toe_out = 0.09;      ///< radians
+  double speed = 1.1;  ///< metres a second at full stride
+  double walk_ratio =
+      0.0065;             ///< step length over steps a minute, metres (about 0.0065 in adults, Sekiya & Nagasaki 1998)
+  double width = 0.09;    ///< between the ankles' lines, metres
+  double toe_out = 0.09;  ///< radians
   double double_support = 0.22;  ///< share of a step during which both feet stand
-  double clearance = 0.035;   ///< lift of the swinging foot, metres
-  double push_off = 1.0;      ///< scales heel rise
+  double clearance = 0.035;      ///< lift of the swinging foot, metres
+  double push_off = 1.0;         ///< scales heel rise
 };
 
 /// The steps of a clip, laid one after the other.
@@ -44,7 +45,7 @@ class StepPlan {
   double heading() const { return heading_; }
 
   void wait(double seconds) { now_ += seconds; }
-  /// Walks along `path` from standing to standing; returns when the last but one foot lands.
+  /// Walks along `path` from standing to standing; returns when it has all but stopped.
   double walk(const WalkPath& path, double speed, std::mt19937_64& random);
   /// Turns to `heading` by small steps, the foot of the turn's side first, and comes to stand at `to`, which is near.
   void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);

@@ -15,19 +15,19 @@ using Eigen::Vector3d;
 
 class Planner {
  public:
-  Planner(const Room& room, const FloorPlan& floor, const Figure& figure, std::mt19937_64& random)
-      : room_(room), floor_(floor), figure_(figure), random_(random) {}
+  Planner(const Room& room, const FreeSpace& floor, const Figure& figure, std::mt19937_64& random)
+      : room_(room), floor_(floor), figure_(figure), random_(random), region_(walkable_regions(floor, 0.26)) {}
 
   LifePlan plan(double seconds) {
     GaitStyle gait;
-    gait.speed = std::clamp(normal(random_, 1.08, 0.14), 0.8, 1.4);
-    gait.walk_ratio = 0.0065 * std::clamp(normal(random_, 1, 0.06), 0.88, 1.12);
+    gait.speed = std::clamp(normal(random_, 1.24, 0.12), 1.0, 1.5);
+    gait.walk_ratio = 0.0061 * std::clamp(normal(random_, 1, 0.06), 0.88, 1.12);
     gait.width = std::clamp(normal(random_, 0.09, 0.025), 0.04, 0.15);
     gait.toe_out = uniform(random_, 0.03, 0.16);
-    gait.clearance = uniform(random_, 0.03, 0.045);
+    gait.clearance = uniform(random_, 0.032, 0.05);
     gait.push_off = uniform(random_, 0.92, 1.08);
     Manner manner;
-    manner.arm_swing = uniform(random_, 0.32, 0.68);
+    manner.arm_swing = uniform(random_, 0.38, 0.8);
     manner.arms_out = uniform(random_, 0.12, 0.22);
     manner.elbow = uniform(random_, 0.2, 0.42);
     manner.upright = uniform(random_, -0.01, 0.05);
@@ -79,14 +79,16 @@ class Planner {
   void does(Action action) { life_->doing.push_back({now(), action}); }
   void does_at(double t, Action action) { life_->doing.push_back({t, action}); }
 
+  /// A place on the main part of the floor, with elbow room if there is any.
   Vector2d free_place() {
     Vector2d best(0, 0);
     double widest = -1;
-    for (int k = 0; k < 40; ++k) {
-      const Vector2d p(uniform(random_, -0.5, 0.5) * room_.size.x(), uniform(random_, -0.5, 0.5) * room_.size.y());
-      const double clear = floor_.clearance(p);
-      if (clear > widest) best = p, widest = clear;
-      if (clear > 0.45) return p;
+    for (int k = 0; k < 60; ++k) {
+      const size_t i = random_() % region_.size();
+      if (region_[i] != 1) continue;
+      const Vector2d p = floor_.point(static_cast<int>(i) % floor_.nx, static_cast<int>(i) / floor_.nx);
+      if (floor_.clearance[i] > widest) best = p, widest = floor_.clearance[i];
+      if (widest > 0.45) break;
     }
     return best;
   }
@@ -115,7 +117,8 @@ class Planner {
     if (until - from < 0.8) return;
     const Vector2d ahead = ahead_of(life_->steps.heading() + uniform(random_, -1.0, 1.0)) * 2;
     const Vector2d p = life_->steps.place() + ahead;
-    life_->looks.push_back({{from, from + 0.45, until - 0.4, until + 0.1}, Vector3d(p.x(), uniform(random_, 0.7, 1.7), p.y())});
+    life_->looks.push_back(
+        {{from, from + 0.45, until - 0.4, until + 0.1}, Vector3d(p.x(), uniform(random_, 0.7, 1.7), p.y())});
   }
 
   /// Hands speak: one or both move in front of the chest.
@@ -124,7 +127,8 @@ class Planner {
     double t = from;
     bool any = false;
     while (t + 0.9 < until) {
-      const double go = uniform(random_, 0.45, 0.7), hold = uniform(random_, 0.1, 0.5), back = uniform(random_, 0.45, 0.75);
+      const double go = uniform(random_, 0.45, 0.7), hold = uniform(random_, 0.1, 0.5),
+                   back = uniform(random_, 0.45, 0.75);
       for (int side = 0; side < 2; ++side) {
         if (both != 2 && both != side) continue;
         const double mirror = side == 0 ? 1 : -1;
@@ -133,8 +137,10 @@ class Planner {
         trip.when = {t + uniform(random_, 0, 0.1), t + go + 0.1, t + go + 0.1 + hold, t + go + 0.1 + hold + back};
         trip.pull.anchor = 9;
         // From the upper chest's joint: beside, below and in front.
-        trip.pull.place = {mirror * uniform(random_, 0.06, 0.26), uniform(random_, seated ? -0.12 : -0.18, 0.06), uniform(random_, 0.24, 0.36)};
-        const Vector3d ahead = Vector3d(-mirror * uniform(random_, 0.1, 0.7), uniform(random_, -0.1, 0.6), 1).normalized();
+        trip.pull.place = {mirror * uniform(random_, 0.06, 0.26), uniform(random_, seated ? -0.12 : -0.18, 0.06),
+                           uniform(random_, 0.24, 0.36)};
+        const Vector3d ahead =
+            Vector3d(-mirror * uniform(random_, 0.1, 0.7), uniform(random_, -0.1, 0.6), 1).normalized();
         const Vector3d palm = Vector3d(-mirror, uniform(random_, -0.8, 0.8), 0.1).normalized();
         trip.pull.turn = hand_turn(side, ahead, palm);
         trip.pull.swivel = uniform(random_, 0.25, 0.6);
@@ -152,7 +158,8 @@ class Planner {
   bool go(const Vector2d& place, double least) {
     const Vector2d here = life_->steps.place();
     if ((place - here).norm() < least) return false;
-    const auto path = floor_.way(here, place, 0.32);
+    auto path = find_way(floor_, here, place, 0.32);
+    if (!path) path = find_way(floor_, here, place, 0.25);  // through a gap
     if (!path || path->total() > 9) return false;
     const double first = path->heading(std::min(0.3, path->total()));
     const double off = wrapped(first - life_->steps.heading());
@@ -160,10 +167,9 @@ class Planner {
       does(Action::turn);
       life_->steps.turn(life_->steps.heading() + (std::abs(off) - 0.25) * (off > 0 ? 1 : -1), here, random_);
     }
-    does(Action::walk);
-    const double speed = life_->gait.speed * uniform(random_, 0.92, 1.08) * std::min(1.0, 0.72 + 0.12 * path->total());
-    const double closing = life_->steps.walk(*path, speed, random_);
-    does_at(closing, Action::stand);
+    does_at(now() + 0.28, Action::walk);
+    const double speed = life_->gait.speed * uniform(random_, 0.92, 1.08) * std::min(1.0, 0.8 + 0.08 * path->total());
+    does_at(life_->steps.walk(*path, speed, random_), Action::stand);
     return true;
   }
 
@@ -184,7 +190,7 @@ class Planner {
   bool go_and_sit(const Seat& seat) {
     const Vector2d stand = stand_place(seat, figure_, random_);
     const Vector2d before = stand + ahead_of(seat.heading) * uniform(random_, 0.22, 0.32);
-    if (floor_.clearance(before) < 0.2) return false;
+    if (floor_.at(before) < 0.17) return false;
     if ((before - life_->steps.place()).norm() > 0.4 && !go(before, 1.2)) return false;
     turn_to(seat.heading, stand);
     life_->steps.wait(uniform(random_, 0.15, 0.4));
@@ -262,7 +268,8 @@ class Planner {
     turn_to(touch->heading, touch->stand);
     does(Action::reach);
     const double pace = life_->manner.pace, t = now() + 0.05;
-    const double reach = pace * uniform(random_, 0.75, 1.15), hold = uniform(random_, 0.5, 2.0), back = pace * uniform(random_, 0.8, 1.1);
+    const double reach = pace * uniform(random_, 0.75, 1.15), hold = uniform(random_, 0.5, 2.0),
+                 back = pace * uniform(random_, 0.8, 1.1);
     const Envelope when{t, t + reach, t + reach + hold, t + reach + hold + back};
     for (HandTrip trip : touch->hands) {
       const double late = uniform(random_, 0, 0.12);
@@ -282,9 +289,10 @@ class Planner {
   }
 
   const Room& room_;
-  const FloorPlan& floor_;
+  const FreeSpace& floor_;
   const Figure& figure_;
   std::mt19937_64& random_;
+  std::vector<int32_t> region_;
   LifePlan* life_ = nullptr;
 };
 
@@ -296,7 +304,7 @@ const std::vector<std::string>& action_names() {
   return names;
 }
 
-LifePlan plan_life(const Room& room, const FloorPlan& floor, const Figure& figure, double seconds,
+LifePlan plan_life(const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                    std::mt19937_64& random) {
   return Planner(room, floor, figure, random).plan(seconds);
 }

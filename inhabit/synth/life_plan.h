@@ -15,12 +15,12 @@ const std::vector<std::string>& action_names();
 
 /// How a person moves apart from walking; drawn once for each clip.
 struct Manner {
-  double arm_swing = 0.5;   ///< radians of shoulder for a metre of stride
-  double arms_out = 0.17;   ///< radians off the body
-  double elbow = 0.28;      ///< radians
-  double upright = 0.02;    ///< forward lean, radians
-  double sway = 1.0;        ///< scales small motions
-  double pace = 1.0;        ///< scales the time sitting down and reaching take
+  double arm_swing = 0.5;  ///< radians of shoulder for a metre of stride
+  double arms_out = 0.17;  ///< radians off the body
+  double elbow = 0.28;     ///< radians
+  double upright = 0.02;   ///< forward lean, radians
+  double sway = 1.0;       ///< scales small motions
+  double pace = 1.0;       ///< scales the time sitting down and reaching take
 };
 
 /// A stay on a seat: going down from `down` to `seated`, getting up from `rise` to `risen`, seconds.
@@ -35,18 +35,18 @@ struct SeatStay {
 struct HandTrip {
   int side = 0;
   Envelope when;
-  HandPull pull;          ///< its weight comes from `when`
-  double arch = 0;        ///< metres upwards half way there
-  bool touches = false;   ///< a surface of the room, at `point`
+  HandPull pull;         ///< its weight comes from `when`
+  double arch = 0;       ///< metres upwards half way there
+  bool touches = false;  ///< a surface of the room, at `point`
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
 };
 
 /// The trunk and head move out of their way of being and back.
 struct TrunkMove {
   Envelope when;
-  double tilt = 0, bend = 0, lean = 0, twist = 0;         ///< radians, as in Controls
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();        ///< of the root, world metres
-  bool leans_on_back = false;                             ///< the back touches the back rest
+  double tilt = 0, bend = 0, lean = 0, twist = 0;   ///< radians, as in Controls
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of the root, world metres
+  bool leans_on_back = false;                       ///< the back touches the back rest
 };
 
 /// The eyes go to a point.
@@ -78,7 +78,7 @@ struct LifePlan {
 };
 
 /// A life of at least `seconds` in `room`: walks, turns, stays on seats, touches tables and shelves, stands about.
-LifePlan plan_life(const Room& room, const FloorPlan& floor, const Figure& figure, double seconds,
+LifePlan plan_life(const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                    std::mt19937_64& random);
 
 }  // namespace inhabit

@@ -35,8 +35,13 @@ SeatShare share_of(const SeatStay& stay, double t) {
 /// Small motions that are never still.
 struct Liveliness {
   explicit Liveliness(std::mt19937_64& random)
-      : tilt(random, 0.08, 0.4), lean(random, 0.08, 0.4), twist(random, 0.08, 0.4), gaze_yaw(random, 0.1, 0.5),
-        gaze_pitch(random, 0.1, 0.5), sway_x(random, 0.15, 0.7), sway_z(random, 0.15, 0.7),
+      : tilt(random, 0.08, 0.4),
+        lean(random, 0.08, 0.4),
+        twist(random, 0.08, 0.4),
+        gaze_yaw(random, 0.1, 0.5),
+        gaze_pitch(random, 0.1, 0.5),
+        sway_x(random, 0.15, 0.7),
+        sway_z(random, 0.15, 0.7),
         arm{{Wander(random, 0.1, 0.5), Wander(random, 0.1, 0.5)}},
         elbow{{Wander(random, 0.1, 0.5), Wander(random, 0.1, 0.5)}},
         breath_phase(6.28 * static_cast<double>(random() >> 11) * 0x1.0p-53) {}
@@ -57,7 +62,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
   const auto n = static_cast<size_t>(all);
   const Liveliness live(random);
 
-  std::vector<double> swing = smoothed(steps.stride, 0.06 * rate), list(n), yaw(n);
+  std::vector<double> swing = smoothed(steps.stride, 0.05 * rate), list(n), yaw(n);
   const std::vector<double> load = smoothed(steps.load, 0.07 * rate);
   for (size_t i = 0; i < n; ++i) {
     const double moving = steps.stepping[i] * std::min(1.0, steps.speed[i] / 1.1);
@@ -77,12 +82,14 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     int seat = -1;
     c.root = {steps.body[i].x(), height[i], steps.body[i].y()};
     const double still = (1 - moving) * manner.sway;
+    const double jolt = steps.jolt[i];
+    c.root.y() -= 0.008 * jolt;
     c.root.x() += 0.004 * still * live.sway_x.at(t);
     c.root.z() += 0.005 * still * live.sway_z.at(t);
     c.yaw = yaw[i];
     c.list = list[i];
-    c.tilt = 0.01 + 0.03 * speed;
-    c.bend = manner.upright + 0.015 * speed + 0.012 * manner.sway * live.tilt.at(t) + 0.006 * breath;
+    c.tilt = 0.01 + 0.03 * speed + 0.018 * jolt;
+    c.bend = manner.upright + 0.015 * speed + 0.012 * manner.sway * live.tilt.at(t) + 0.006 * breath + 0.014 * jolt;
     c.lean = -0.7 * c.list + 0.012 * manner.sway * live.lean.at(t);
     c.twist = 0.24 * swing[i] + 0.015 * manner.sway * live.twist.at(t);
     for (const SeatStay& stay : plan.seats) {
@@ -114,8 +121,9 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     // The head looks where the way goes and stays level.
     const size_t soon = std::min(i + static_cast<size_t>(0.4 * rate), n - 1);
     const double trunk_lean = c.tilt + c.bend;
-    c.gaze_yaw = steps.yaw[i] + std::clamp(1.1 * (steps.yaw[soon] - steps.yaw[i]), -0.9, 0.9) + 0.05 * live.gaze_yaw.at(t);
-    c.gaze_pitch = 0.06 + 0.05 * moving + 0.45 * trunk_lean + 0.035 * live.gaze_pitch.at(t);
+    c.gaze_yaw =
+        steps.yaw[i] + std::clamp(1.1 * (steps.yaw[soon] - steps.yaw[i]), -0.9, 0.9) + 0.05 * live.gaze_yaw.at(t);
+    c.gaze_pitch = 0.06 + 0.05 * moving + 0.45 * trunk_lean + 0.035 * live.gaze_pitch.at(t) + 0.02 * jolt;
     const Vector3d eyes = c.root + Vector3d(0, 0.62, 0);
     for (const Look& look : plan.looks) {
       const double w = look.when.at(t);
@@ -131,12 +139,14 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       ArmControl& a = c.arm[side];
       const double ahead = (side == 0 ? -1 : 1) * swing[i];
       const double flexion = manner.arm_swing * ahead;
-      a.flexion = flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving;
+      a.flexion =
+          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.08 * jolt;
       // Hanging arms stay upright when the trunk leans.
       a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
       a.abduction = manner.arms_out + 0.02 * live.elbow[side].at(t) + 0.1 * seated;
       a.twist = 0.25;
-      a.elbow = manner.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving + 0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated;
+      a.elbow = manner.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
+                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.08 * jolt;
       size_t slot = 0;
       for (const HandTrip& trip : plan.hands) {
         if (trip.side != side || slot == a.pull.size()) continue;

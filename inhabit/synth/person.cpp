@@ -97,7 +97,7 @@ Clip clip_of(const Room& room, const BodyModel& body, const torch::Tensor& betas
 Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, const LifeOptions& options) {
   if (!(options.seconds > 0) || options.seconds > 3600) throw Error("seconds", "a clip lasts between 0 and 3600 s");
   const torch::NoGradGuard no_gradient;
-  const FloorPlan floor(room);
+  const FreeSpace floor = free_space(room);
   const int frames = std::max(1, static_cast<int>(std::lround(options.seconds * kRate)));
   torch::Tensor best_betas;
   Performance best;

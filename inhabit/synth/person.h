@@ -11,9 +11,9 @@ struct LifeOptions {
   double seconds = 12;  ///< length of the clip
 };
 
-/// A person living in `room` for a while: walks around the furniture, turns, sits down and stands up with the hands free
-/// or on arm rests or the seat, gestures, leans back, reaches for and touches tables and shelves, stands about. Stature,
-/// limb lengths, girth and style are drawn anew for each clip.
+/// A person living in `room` for a while: walks around the furniture, turns, sits down and stands up with the hands
+/// free or on arm rests or the seat, gestures, leans back, reaches for and touches tables and shelves, stands about.
+/// Stature, limb lengths, girth and style are drawn anew for each clip.
 ///
 /// The clip has 30 frames a second and every annotation of Clip, exact: rotations, trans, betas, joints, action,
 /// contact (feet on the floor: 7, 8 heel and 10, 11 ball; 0, 1, 2 on a seat; 6, 9 on a back rest; 20, 21 hands on a

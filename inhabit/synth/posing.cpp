@@ -101,8 +101,7 @@ class Poser {
     double reach = 0;
     Vector3d target = posed_.position[wrist];
     Quaterniond turn = posed_.global[wrist];
-    Vector3d pole = posed_.position[elbow] -
-                    0.5 * (posed_.position[shoulder] + posed_.position[wrist]);
+    Vector3d pole = posed_.position[elbow] - 0.5 * (posed_.position[shoulder] + posed_.position[wrist]);
     pole += 0.02 * (posed_.global[9] * Vector3d(0, -0.3, -1));
     pole.normalize();
     for (const HandPull& pull : free.pull) {
@@ -121,7 +120,8 @@ class Poser {
     const Vector3d away = target - posed_.position[shoulder];
     const double stretch = std::clamp((away.norm() / figure_.arm() - 0.75) / 0.25, 0.0, 1.0);
     if (stretch > 0) {
-      const Quaterniond along = Quaterniond::FromTwoVectors(posed_.global[collar] * figure_.bones.offsets[shoulder], away);
+      const Quaterniond along =
+          Quaterniond::FromTwoVectors(posed_.global[collar] * figure_.bones.offsets[shoulder], away);
       const double angle = 2 * std::acos(std::min(1.0, std::abs(along.w())));
       const double share = std::min(0.3, angle) / std::max(angle, 1e-6) * stretch * stretch * (3 - 2 * stretch) * reach;
       set_global(collar, part(along, share) * posed_.global[collar]);

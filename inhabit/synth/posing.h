@@ -17,11 +17,11 @@ struct FootControl {
 /// A hand drawn towards a place, with `weight` from 0 (hanging freely) to 1 (pinned).
 struct HandPull {
   double weight = 0;
-  int anchor = -1;                                            ///< joint in whose frame place and turn are; -1: world
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();            ///< wrist joint
-  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();   ///< wrist's global rotation
-  double swivel = 0;                                          ///< elbow outwards (radians) from hanging down
-  double rise = 0;                                            ///< metres the wrist is higher on its way
+  int anchor = -1;                                           ///< joint in whose frame place and turn are; -1: world
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();           ///< wrist joint
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< wrist's global rotation
+  double swivel = 0;                                         ///< elbow outwards (radians) from hanging down
+  double rise = 0;                                           ///< metres the wrist is higher on its way
 };
 
 /// The wrist's global rotation when the hand points along `ahead` with the palm facing `palm` (unit, orthogonal).
@@ -36,7 +36,7 @@ struct ArmControl {
 /// Everything that decides one frame's pose.
 struct Controls {
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< world position of the root joint
-  double yaw = 0, tilt = 0, list = 0;  ///< of the pelvis: heading, forward lean, left side down; radians
+  double yaw = 0, tilt = 0, list = 0;              ///< of the pelvis: heading, forward lean, left side down; radians
   double bend = 0, lean = 0, twist = 0;  ///< of the thorax against the pelvis: forward, to the left, turned left
   double gaze_yaw = 0, gaze_pitch = 0;   ///< of the head in the world; pitch down positive
   std::array<FootControl, 2> foot;

@@ -10,12 +10,12 @@ namespace inhabit {
 struct Seat {
   int furniture = -1;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  double heading = 0;          ///< which way one faces, world
-  double x = 0, height = 0;    ///< middle of the seat and its height
+  double heading = 0;        ///< which way one faces, world
+  double x = 0, height = 0;  ///< middle of the seat and its height
   double half_width = 0, front = 0, rear = 0;
-  bool back = false;           ///< there is a back rest, at back_z
+  bool back = false;  ///< there is a back rest, at back_z
   double back_z = 0;
-  std::vector<Surface> arms;   ///< arm rests within reach
+  std::vector<Surface> arms;  ///< arm rests within reach
 };
 
 std::vector<Seat> seats_of(const Room& room, const Figure& figure);

@@ -10,8 +10,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kGravity = 9.81;
-constexpr double kToeBreak = 0.45;     // radians of heel rise until the toes leave the floor too
-constexpr double kStraightest = 0.993; // of a leg's length
+constexpr double kToeBreak = 0.45;      // radians of heel rise until the toes leave the floor too
+constexpr double kStraightest = 0.993;  // of a leg's length
 
 /// One foot through all its plants: where it stands, and pitch keys.
 class FootWay {
@@ -54,12 +54,12 @@ class FootWay {
       }
       const double u = (t - step.lift) / (step.land - step.lift), u2 = u * u, u3 = u2 * u;
       // The foot leaves and comes with some speed in long steps.
-      const double leave = 0.5 * vigour_[k], come = 0.22 * vigour_[k];
+      const double leave = 0.5 * vigour_[k] * vigour_[k], come = 0.22 * vigour_[k];
       const double f = 3 * u2 - 2 * u3 + leave * (u3 - 2 * u2 + u) + come * (u3 - u2);
       g.plant.place += f * (step.plant.place - g.plant.place);
       g.plant.yaw += minimum_jerk(u) * wrapped(step.plant.yaw - g.plant.yaw);
-      const double bump = 16 * u2 * (1 - u) * (1 - u);
-      g.lift = style_.clearance * bump;
+      // Up quickly, before the foot is fast, and down late.
+      g.lift = style_.clearance * Envelope{0, 0.3, 0.5, 1}.at(u);
       g.swinging = true;
       break;
     }
@@ -100,7 +100,7 @@ class FootWay {
     const double strike = vigour > 0.25 ? 0.36 * (vigour - 0.25) / 0.75 : vigour < -0.05 ? -0.12 : 0.0;
     const double rising = std::min(0.17 + 0.15 * forward, 0.6 * (step.lift - stood_from));
     pitch_.add(step.lift - rising, 0);
-    pitch_.add(step.lift - 0.4 * rising, 0.36 * push);
+    pitch_.add(step.lift - 0.4 * rising, 0.42 * push);
     pitch_.add(step.lift + 0.02 * swing, push);
     pitch_.add(step.lift + 0.14 * swing, 0.97 * push);
     pitch_.add(step.lift + 0.62 * swing, 0.02 * push + 0.2 * strike);
@@ -142,10 +142,10 @@ Pressure pressure_of(const StepPlan& plan) {
     const double full = step.side == 0 ? 0.03 : 0.97;
     p.load.add(step.lift + 0.02, full);
     p.load.add(step.land - 0.02, full);
-    p.ahead[other].add(step.lift, first ? -0.02 : -0.03);
-    p.ahead[other].add(step.land, last ? 0.02 : 0.075);
-    p.ahead[step.side].add(step.lift, 0.08);
-    p.ahead[step.side].add(step.land, -0.03);
+    p.ahead[other].add(step.lift, first ? -0.02 : -0.045);
+    p.ahead[other].add(step.land, last ? 0.03 : 0.1);
+    p.ahead[step.side].add(step.lift, 0.11);
+    p.ahead[step.side].add(step.land, -0.045);
     if (last) {
       p.load.add(step.land + 0.4, 0.5);
       p.ahead[0].add(step.land + 0.4, 0);
@@ -186,21 +186,34 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
   std::array<std::vector<FootWay::Ground>, 2> ground;
   std::vector<double> busy(n, 0.0), heading(n);
   for (const Footstep& step : plan.steps())
-    for (int i = std::max(0, static_cast<int>((step.lift - 0.15) * rate)); i < std::min(frames, static_cast<int>((step.land + 0.1) * rate)); ++i)
+    for (int i = std::max(0, static_cast<int>((step.lift - 0.15) * rate));
+         i < std::min(frames, static_cast<int>((step.land + 0.1) * rate)); ++i)
       busy[i] = 1;
   out.stepping = smoothed(busy, 0.12 * rate);
+  out.jolt.assign(n, 0.0);
+  Plant before[2] = {plan.start()[0], plan.start()[1]};
+  for (const Footstep& step : plan.steps()) {
+    // A damped ring of some 5 Hz.
+    const double strength = std::min(1.2, (step.plant.place - before[step.side].place).norm() / (1.45 * figure.leg()));
+    before[step.side] = step.plant;
+    for (int i = std::max(0, static_cast<int>(std::ceil(step.land * rate)));
+         i < std::min(frames, static_cast<int>((step.land + 0.5) * rate)); ++i) {
+      const double t = static_cast<double>(i) / rate - step.land;
+      out.jolt[i] += strength * 1.6 * std::exp(-t / 0.09) * std::sin(2 * M_PI * 4.6 * t);
+    }
+  }
   for (int side = 0; side < 2; ++side) {
     for (size_t i = 0; i < n; ++i) {
       const double t = static_cast<double>(i) / rate;
       ground[side].push_back(way[side].ground(t));
       pitch[side][i] = way[side].pitch(t);
     }
-    pitch[side] = smoothed(pitch[side], 0.022 * rate);
+    pitch[side] = smoothed(pitch[side], 0.014 * rate);
     // Soften leaving and landing a little, as a shoe does.
     std::array<std::vector<double>, 2> place{std::vector<double>(n), std::vector<double>(n)};
     for (size_t i = 0; i < n; ++i)
       for (int a = 0; a < 2; ++a) place[a][i] = ground[side][i].plant.place[a];
-    for (int a = 0; a < 2; ++a) place[a] = smoothed(place[a], 0.018 * rate);
+    for (int a = 0; a < 2; ++a) place[a] = smoothed(place[a], 0.012 * rate);
     for (size_t i = 0; i < n; ++i) {
       FootWay::Ground g = ground[side][i];
       g.plant.place = {place[0][i], place[1][i]};
@@ -219,7 +232,8 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
     heading[i] = ground[0][i].plant.yaw + 0.5 * wrapped(ground[1][i].plant.yaw - ground[0][i].plant.yaw);
     for (int side = 0; side < 2; ++side) {
       const Plant& plant = ground[side][i].plant;
-      const Vector2d center = plant.place + ahead_of(plant.yaw) * pressure.ahead[side].at(t) - ahead_of(heading[i]) * figure.ankle_ahead;
+      const Vector2d center =
+          plant.place + ahead_of(plant.yaw) * pressure.ahead[side].at(t) - ahead_of(heading[i]) * figure.ankle_ahead;
       p += (side == 0 ? load : 1 - load) * center;
     }
     for (int a = 0; a < 2; ++a) px_pz[a][i] = p[a];
@@ -250,7 +264,7 @@ std::vector<double> root_height(const Figure& figure, const Stepping& stepping, 
     c.root = {stepping.body[i].x(), 0, stepping.body[i].y()};
     c.yaw = yaw[i];
     c.list = list[i];
-    double highest = figure.stand_height - 0.004;
+    double highest = figure.stand_height - 0.004 - 0.016 * stepping.stepping[i] * std::min(1.0, stepping.speed[i]);
     for (int side = 0; side < 2; ++side) {
       const Vector3d hip = hip_position(figure, side, c), ankle = ankle_position(figure, side, stepping.foot[i][side]);
       const double across = Vector2d(hip.x() - ankle.x(), hip.z() - ankle.z()).norm();
@@ -259,11 +273,11 @@ std::vector<double> root_height(const Figure& figure, const Stepping& stepping, 
     bound[i] = highest;
   }
   // Smooth, then lower where the smooth curve would overstretch a leg.
-  std::vector<double> height = smoothed(bound, 2.0);
+  std::vector<double> height = smoothed(bound, 1.3);
   for (int round = 0; round < 3; ++round) {
     std::vector<double> excess(n);
     for (size_t i = 0; i < n; ++i) excess[i] = std::max(0.0, height[i] - bound[i]);
-    excess = smoothed(excess, 1.5);
+    excess = smoothed(excess, 1.0);
     for (size_t i = 0; i < n; ++i) height[i] -= 1.3 * excess[i];
   }
   return height;

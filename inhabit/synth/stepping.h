@@ -13,12 +13,13 @@ namespace inhabit {
 struct Stepping {
   std::vector<std::array<FootControl, 2>> foot;
   std::vector<std::array<bool, 2>> heel_down, ball_down;  ///< left, right
-  std::vector<Eigen::Vector2d> body;  ///< the root over the floor (x, z)
-  std::vector<double> yaw;            ///< the pelvis's heading without the rotation of each step
-  std::vector<double> load;           ///< share of the weight on the left foot, 0 to 1
-  std::vector<double> stride;         ///< left foot ahead of the right, metres; 0 at rest
-  std::vector<double> stepping;       ///< 1 while taking steps, 0 at rest, smooth between
-  std::vector<double> speed;          ///< of the body, metres a second
+  std::vector<Eigen::Vector2d> body;                      ///< the root over the floor (x, z)
+  std::vector<double> yaw;                                ///< the pelvis's heading without the rotation of each step
+  std::vector<double> load;                               ///< share of the weight on the left foot, 0 to 1
+  std::vector<double> stride;                             ///< left foot ahead of the right, metres; 0 at rest
+  std::vector<double> stepping;                           ///< 1 while taking steps, 0 at rest, smooth between
+  std::vector<double> jolt;   ///< what a landing foot sends up the body, about 1 at its largest in brisk walking
+  std::vector<double> speed;  ///< of the body, metres a second
 };
 
 /// Feet roll from heel to toe over their plants and swing between them; the body follows as a linear inverted pendulum

@@ -34,7 +34,7 @@ std::vector<TouchPlace> touch_places(const Room& room) {
   return places;
 }
 
-std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FloorPlan& floor, const Figure& figure,
+std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FreeSpace& floor, const Figure& figure,
                                     std::mt19937_64& random) {
   const Vector3d along = place.inward.cross(Vector3d::UnitY());  // to the right of somebody who faces inward
   TouchPlan plan;
@@ -42,7 +42,7 @@ std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FloorPlan& fl
   const double across = uniform(random, -1, 1) * std::max(0.0, place.half_length - 0.15);
   const Vector3d before = place.edge + along * across - place.inward * uniform(random, 0.34, 0.42);
   plan.stand = {before.x(), before.z()};
-  if (floor.clearance(plan.stand) < 0.24) return std::nullopt;
+  if (floor.at(plan.stand) < 0.24) return std::nullopt;
   plan.heading = heading_of(inward) + uniform(random, -0.12, 0.12);
 
   const int which = uniform_int(random, 0, 4);  // left twice, right twice, both
@@ -71,7 +71,8 @@ std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FloorPlan& fl
     c.yaw = plan.heading;
     plan.trunk.tilt = 0.5 * lean;
     plan.trunk.bend = 0.5 * lean;
-    plan.trunk.twist = plan.hands.size() == 2 ? 0 : (plan.hands.front().side == 0 ? -0.25 : 0.25) * std::min(1.0, lean / 0.4);
+    plan.trunk.twist =
+        plan.hands.size() == 2 ? 0 : (plan.hands.front().side == 0 ? -0.25 : 0.25) * std::min(1.0, lean / 0.4);
     plan.trunk.shift = Vector3d(-inward.x(), 0, -inward.y()) * (0.1 * lean);
     c.tilt = plan.trunk.tilt + 0.01;
     c.bend = plan.trunk.bend;

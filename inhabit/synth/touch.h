@@ -10,10 +10,10 @@ namespace inhabit {
 /// A side of a level surface that can be reached from the floor before it.
 struct TouchPlace {
   int furniture = -1;
-  Eigen::Vector3d edge = Eigen::Vector3d::Zero();     ///< middle of the side, world, on the surface
-  Eigen::Vector3d inward = Eigen::Vector3d::Zero();   ///< unit, from the side over the surface
-  double half_length = 0;                             ///< of the side
-  double depth = 0;                                   ///< of the surface
+  Eigen::Vector3d edge = Eigen::Vector3d::Zero();    ///< middle of the side, world, on the surface
+  Eigen::Vector3d inward = Eigen::Vector3d::Zero();  ///< unit, from the side over the surface
+  double half_length = 0;                            ///< of the side
+  double depth = 0;                                  ///< of the surface
 };
 
 std::vector<TouchPlace> touch_places(const Room& room);
@@ -27,7 +27,7 @@ struct TouchPlan {
 };
 
 /// Nothing when there is no room to stand or the place is out of reach.
-std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FloorPlan& floor, const Figure& figure,
+std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FreeSpace& floor, const Figure& figure,
                                     std::mt19937_64& random);
 
 }  // namespace inhabit

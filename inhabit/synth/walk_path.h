@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "inhabit/synth/free_space.h"
+
+namespace inhabit {
+
+// On the floor a point is (x, z) and a heading is an angle from +Z towards +X, as a turn about +Y.
+
+/// Unit vector of a heading, (x, z).
+Eigen::Vector2d ahead_of(double heading);
+/// Unit vector to the left of a heading, (x, z).
+Eigen::Vector2d left_of(double heading);
+double heading_of(const Eigen::Vector2d& direction);
+/// The same angle in (-pi, pi].
+double wrapped(double angle);
+
+/// A smooth way over the floor, points 2 cm apart.
+struct WalkPath {
+  std::vector<Eigen::Vector2d> points;
+  std::vector<double> length;  ///< metres from the start to each point
+
+  double total() const { return length.empty() ? 0 : length.back(); }
+  Eigen::Vector2d at(double s) const;
+  double heading(double s) const;
+};
+
+/// A way from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m and then drawn
+/// smooth; at its ends it may come nearer. Nothing when there is none.
+std::optional<WalkPath> find_way(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                 double margin);
+
+}  // namespace inhabit
