@@ -37,9 +37,7 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
   const double stature = figure_.leg() / 0.83;
   const double wanted = std::sqrt(speed * 60 * style_.walk_ratio) * stature;
   // The first step is short, the last but one too; the closing one goes beside.
-  auto weight = [](int k, int n) {
-    return k == 0 ? 0.7 : k == n - 1 ? (n > 2 ? 0.72 : 0.7) : k == 1 || k == n - 2 ? 0.94 : 1.0;
-  };
+  auto weight = [](int k, int n) { return k == 0 ? 0.8 : k == n - 1 ? 0.8 : 1.0; };
   auto weights = [&](int n) {
     double sum = 0;
     for (int k = 0; k < n; ++k) sum += weight(k, n);
@@ -52,7 +50,7 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
   const double first_turn = wrapped(path.heading(std::min(0.4, total)) - heading_);
   int side = std::abs(first_turn) > 0.2 ? (first_turn > 0 ? 0 : 1) : uniform_int(random, 0, 1);
 
-  double lift = now_ + 0.34, s = 0, last_landing = now_;
+  double lift = now_ + 0.3, s = 0, last_landing = now_;
   for (int k = 0; k <= n; ++k, side = 1 - side) {
     const bool closing = k == n;
     if (!closing) s += length * weight(k, n);
@@ -64,7 +62,7 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
     if (closing) plant = rest_plant(side, middle, heading);
     const double paced = period * (1 + 0.015 * normal(random)) * (k == 0 ? 1.08 : closing ? 0.98 : 1.0);
     const double swing = paced * (1 - style_.double_support);
-    if (closing) last_landing = lift + 0.6 * swing;
+    if (closing) last_landing = lift + 0.3 * swing;
     add(side, plant, lift, lift + swing);
     lift += paced;
     heading_ = heading;

@@ -20,11 +20,12 @@ class Planner {
 
   LifePlan plan(double seconds) {
     GaitStyle gait;
-    gait.speed = std::clamp(normal(random_, 1.24, 0.12), 1.0, 1.5);
+    gait.speed = std::clamp(normal(random_, 1.3, 0.12), 1.05, 1.55);
     gait.walk_ratio = 0.0061 * std::clamp(normal(random_, 1, 0.06), 0.88, 1.12);
     gait.width = std::clamp(normal(random_, 0.09, 0.025), 0.04, 0.15);
     gait.toe_out = uniform(random_, 0.03, 0.16);
-    gait.clearance = uniform(random_, 0.032, 0.05);
+    gait.clearance = uniform(random_, 0.038, 0.055);
+    gait.double_support = uniform(random_, 0.22, 0.27);
     gait.push_off = uniform(random_, 0.92, 1.08);
     Manner manner;
     manner.arm_swing = uniform(random_, 0.38, 0.8);
@@ -168,13 +169,13 @@ class Planner {
       life_->steps.turn(life_->steps.heading() + (std::abs(off) - 0.25) * (off > 0 ? 1 : -1), here, random_);
     }
     does_at(now() + 0.28, Action::walk);
-    const double speed = life_->gait.speed * uniform(random_, 0.92, 1.08) * std::min(1.0, 0.8 + 0.08 * path->total());
+    const double speed = life_->gait.speed * uniform(random_, 0.92, 1.08) * std::min(1.0, 0.82 + 0.07 * path->total());
     does_at(life_->steps.walk(*path, speed, random_), Action::stand);
     return true;
   }
 
   bool go_somewhere() {
-    if (!go(free_place(), 1.8)) return false;
+    if (!go(free_place(), 2.2)) return false;
     stand_about(chance(random_, 0.3) ? uniform(random_, 1.5, 3.5) : uniform(random_, 0.2, 0.7));
     return true;
   }
@@ -191,7 +192,7 @@ class Planner {
     const Vector2d stand = stand_place(seat, figure_, random_);
     const Vector2d before = stand + ahead_of(seat.heading) * uniform(random_, 0.22, 0.32);
     if (floor_.at(before) < 0.17) return false;
-    if ((before - life_->steps.place()).norm() > 0.4 && !go(before, 1.2)) return false;
+    if ((before - life_->steps.place()).norm() > 0.4 && !go(before, 1.6)) return false;
     turn_to(seat.heading, stand);
     life_->steps.wait(uniform(random_, 0.15, 0.4));
     stay_on(seat, false);
@@ -264,7 +265,7 @@ class Planner {
   bool go_and_touch(const TouchPlace& spot) {
     const auto touch = plan_touch(spot, floor_, figure_, random_);
     if (!touch) return false;
-    if ((touch->stand - life_->steps.place()).norm() > 0.35 && !go(touch->stand, 1.2)) return false;
+    if ((touch->stand - life_->steps.place()).norm() > 0.35 && !go(touch->stand, 1.5)) return false;
     turn_to(touch->heading, touch->stand);
     does(Action::reach);
     const double pace = life_->manner.pace, t = now() + 0.05;

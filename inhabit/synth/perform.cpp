@@ -83,13 +83,15 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     c.root = {steps.body[i].x(), height[i], steps.body[i].y()};
     const double still = (1 - moving) * manner.sway;
     const double jolt = steps.jolt[i];
-    c.root.y() -= 0.008 * jolt;
+    c.root.y() -= 0.013 * jolt;
+    c.root.x() -= 0.005 * jolt * std::sin(steps.yaw[i]);
+    c.root.z() -= 0.005 * jolt * std::cos(steps.yaw[i]);
     c.root.x() += 0.004 * still * live.sway_x.at(t);
     c.root.z() += 0.005 * still * live.sway_z.at(t);
     c.yaw = yaw[i];
     c.list = list[i];
-    c.tilt = 0.01 + 0.03 * speed + 0.018 * jolt;
-    c.bend = manner.upright + 0.015 * speed + 0.012 * manner.sway * live.tilt.at(t) + 0.006 * breath + 0.014 * jolt;
+    c.tilt = 0.01 + 0.03 * speed + 0.010 * jolt;
+    c.bend = manner.upright + 0.015 * speed + 0.012 * manner.sway * live.tilt.at(t) + 0.006 * breath + 0.008 * jolt;
     c.lean = -0.7 * c.list + 0.012 * manner.sway * live.lean.at(t);
     c.twist = 0.24 * swing[i] + 0.015 * manner.sway * live.twist.at(t);
     for (const SeatStay& stay : plan.seats) {
@@ -123,7 +125,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     const double trunk_lean = c.tilt + c.bend;
     c.gaze_yaw =
         steps.yaw[i] + std::clamp(1.1 * (steps.yaw[soon] - steps.yaw[i]), -0.9, 0.9) + 0.05 * live.gaze_yaw.at(t);
-    c.gaze_pitch = 0.06 + 0.05 * moving + 0.45 * trunk_lean + 0.035 * live.gaze_pitch.at(t) + 0.02 * jolt;
+    c.gaze_pitch = 0.06 + 0.05 * moving + 0.45 * trunk_lean + 0.035 * live.gaze_pitch.at(t) + 0.01 * jolt;
     const Vector3d eyes = c.root + Vector3d(0, 0.62, 0);
     for (const Look& look : plan.looks) {
       const double w = look.when.at(t);
@@ -140,13 +142,13 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       const double ahead = (side == 0 ? -1 : 1) * swing[i];
       const double flexion = manner.arm_swing * ahead;
       a.flexion =
-          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.08 * jolt;
+          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.11 * jolt;
       // Hanging arms stay upright when the trunk leans.
       a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
       a.abduction = manner.arms_out + 0.02 * live.elbow[side].at(t) + 0.1 * seated;
       a.twist = 0.25;
       a.elbow = manner.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
-                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.08 * jolt;
+                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.13 * jolt;
       size_t slot = 0;
       for (const HandTrip& trip : plan.hands) {
         if (trip.side != side || slot == a.pull.size()) continue;

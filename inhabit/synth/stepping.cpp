@@ -52,14 +52,16 @@ class FootWay {
         g.plant = step.plant;
         continue;
       }
-      const double u = (t - step.lift) / (step.land - step.lift), u2 = u * u, u3 = u2 * u;
+      const double share = (t - step.lift) / (step.land - step.lift);
+      // The heel leads: the foot is off the floor before it goes anywhere.
+      const double u = std::max(0.0, (share - 0.09) / 0.91), u2 = u * u, u3 = u2 * u;
       // The foot leaves and comes with some speed in long steps.
-      const double leave = 0.5 * vigour_[k] * vigour_[k], come = 0.22 * vigour_[k];
+      const double leave = 0.45 * vigour_[k] * vigour_[k], come = 0.25 * vigour_[k];
       const double f = 3 * u2 - 2 * u3 + leave * (u3 - 2 * u2 + u) + come * (u3 - u2);
       g.plant.place += f * (step.plant.place - g.plant.place);
       g.plant.yaw += minimum_jerk(u) * wrapped(step.plant.yaw - g.plant.yaw);
       // Up quickly, before the foot is fast, and down late.
-      g.lift = style_.clearance * Envelope{0, 0.3, 0.5, 1}.at(u);
+      g.lift = style_.clearance * Envelope{0, 0.31, 0.6, 1}.at(share);
       g.swinging = true;
       break;
     }
@@ -106,7 +108,7 @@ class FootWay {
     pitch_.add(step.lift + 0.62 * swing, 0.02 * push + 0.2 * strike);
     pitch_.add(step.lift + 0.93 * swing, strike);
     pitch_.add(step.land, 0.96 * strike);
-    pitch_.add(step.land + 0.06 + 0.03 * forward, 0);
+    pitch_.add(step.land + 0.055 + 0.02 * forward, 0);
   }
 
   const Figure& figure_;
@@ -193,13 +195,13 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
   out.jolt.assign(n, 0.0);
   Plant before[2] = {plan.start()[0], plan.start()[1]};
   for (const Footstep& step : plan.steps()) {
-    // A damped ring of some 5 Hz.
+    // A damped ring.
     const double strength = std::min(1.2, (step.plant.place - before[step.side].place).norm() / (1.45 * figure.leg()));
     before[step.side] = step.plant;
     for (int i = std::max(0, static_cast<int>(std::ceil(step.land * rate)));
          i < std::min(frames, static_cast<int>((step.land + 0.5) * rate)); ++i) {
       const double t = static_cast<double>(i) / rate - step.land;
-      out.jolt[i] += strength * 1.6 * std::exp(-t / 0.09) * std::sin(2 * M_PI * 4.6 * t);
+      out.jolt[i] += strength * 1.6 * std::exp(-t / 0.09) * std::sin(2 * M_PI * 5.2 * t);
     }
   }
   for (int side = 0; side < 2; ++side) {
