@@ -1,0 +1,50 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// One person on a page. A clip with rotations on the standard 22 joints (more may follow them) is shown as a skinned
+/// body, any other as its skeleton.
+struct PagePerson {
+  enum class Role { motion, past, truth, prediction };  ///< colours: warm, grey, orange, blue
+  Clip clip;
+  std::string name;
+  Role role = Role::motion;
+  double start_seconds = 0;         ///< when the clip's first frame is shown
+  const BodyModel* body = nullptr;  ///< nullptr: the built-in body. Must outlive the page.
+};
+
+/// Contact maps (Eq. 1) to be painted on the scene.
+struct PageContacts {
+  torch::Tensor points;            ///< (N, 3) metres
+  torch::Tensor maps;              ///< (T, J, N) in [0, 1], 1 where the joint touches the point
+  std::vector<std::string> names;  ///< J names; empty: the standard joints' names
+  double rate = 30;                ///< frames a second
+  double start_seconds = 0;        ///< time of the first map
+};
+
+/// What a page shows.
+struct Page {
+  std::string title;  ///< plain text, as is `note`: a short caption below the title
+  std::string note;
+  std::vector<PagePerson> people;
+  const Scene* scene = nullptr;  ///< nullptr: an empty ground with a grid
+  std::optional<PageContacts> contacts;
+};
+
+/// Writes one HTML file that needs no other file and no network: a three.js view with orbit camera, timeline, bodies or
+/// skeletons, the scene, root paths and footprints, and contact maps. Positions are kept to 1/65535 of their extent,
+/// rotations to 1/32767; scenes beyond 200,000 triangles or 60,000 points are thinned.
+/// Throws Error(path, ...) where a clip, the scene or the contacts are inconsistent or not finite, or the file cannot be
+/// written; an older file of that name then stays as it was.
+void write_page(const std::string& path, const Page& page);
+
+}  // namespace inhabit

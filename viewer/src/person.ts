@@ -1,0 +1,217 @@
+import * as THREE from 'three';
+import { Data, PersonData } from './data';
+
+const SPHERE = new THREE.SphereGeometry(1, 14, 10);
+const STICK = new THREE.CylinderGeometry(1, 1, 1, 10, 1, true).translate(0, 0.5, 0);
+const UP = new THREE.Vector3(0, 1, 0);
+
+// Scratch, so that a frame allocates nothing.
+const a = new THREE.Vector3();
+const b = new THREE.Vector3();
+const q = new THREE.Quaternion();
+const s = new THREE.Vector3();
+const m = new THREE.Matrix4();
+
+export type Shape = 'body' | 'skeleton';
+
+/** Skinned geometries of the page's bodies, one per shape. */
+export class Bodies {
+  readonly geometries: THREE.BufferGeometry[];
+  readonly rests: Float32Array[];
+
+  constructor(data: Data) {
+    this.rests = data.header.bodies.map((body) => data.floats(body.rest));
+    this.geometries = data.header.bodies.map((body) => {
+      const geometry = new THREE.BufferGeometry();
+      const positions = data.floats(body.vertices);
+      const count = positions.length / 3;
+      const weights = data.raw(body.weights);
+      const bones = data.raw(body.bones);
+      const weight4 = new Float32Array(count * 4);
+      const bone4 = new Uint16Array(count * 4);
+      for (let v = 0; v < count; ++v) {
+        let sum = 0;
+        for (let k = 0; k < body.influences; ++k) sum += weights[v * body.influences + k];
+        for (let k = 0; k < body.influences; ++k) {
+          weight4[v * 4 + k] = weights[v * body.influences + k] / sum;
+          bone4[v * 4 + k] = bones[v * body.influences + k];
+        }
+      }
+      geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+      geometry.setAttribute('skinIndex', new THREE.BufferAttribute(bone4, 4));
+      geometry.setAttribute('skinWeight', new THREE.BufferAttribute(weight4, 4));
+      geometry.setIndex(new THREE.BufferAttribute(data.raw(body.faces), 1));
+      geometry.computeVertexNormals();
+      return geometry;
+    });
+  }
+}
+
+/** One person: body and skeleton, posed at a time. */
+export class Person {
+  readonly group = new THREE.Group();
+  readonly parents: number[];
+  readonly joints: Float32Array; // (T, J, 3)
+  readonly now: Float32Array; // (J, 3) at the time last set
+  readonly start: number;
+  readonly end: number; // time of the last frame
+  readonly material: THREE.MeshStandardMaterial;
+  enabled = true; // switched on in the legend
+  private readonly frames: number;
+  private readonly count: number;
+  private readonly spheres: THREE.InstancedMesh;
+  private readonly sticks: THREE.InstancedMesh;
+  private readonly headJoint: number;
+  private readonly body?: THREE.SkinnedMesh;
+  private readonly bones: THREE.Bone[] = [];
+  private readonly rotations?: Float32Array; // (T, B, 4) x y z w
+  private readonly roots?: Float32Array; // (T, 3)
+  private readonly targets: THREE.Mesh[] = [];
+  private readonly hands?: { places: Float32Array; on: ArrayLike<number> };
+
+  constructor(data: Data, bodies: Bodies, readonly data_: PersonData, readonly color: number, opacity: number) {
+    this.parents = data_.parents;
+    this.count = this.parents.length;
+    this.frames = data_.frames;
+    this.joints = data.floats(data_.joints);
+    this.now = new Float32Array(this.count * 3);
+    this.start = data_.start;
+    this.end = data_.start + (data_.frames - 1) / data_.rate;
+    this.headJoint = data_.names.findIndex((name) => /^head$/i.test(name));
+    this.material = new THREE.MeshStandardMaterial({
+      color, roughness: 0.62, metalness: 0, transparent: opacity < 1, opacity,
+    });
+
+    this.spheres = new THREE.InstancedMesh(SPHERE, this.material, this.count);
+    this.sticks = new THREE.InstancedMesh(STICK, this.material, this.count);
+    for (const part of [this.spheres, this.sticks]) {
+      part.castShadow = true;
+      part.frustumCulled = false;
+      part.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
+      this.group.add(part);
+    }
+
+    if (data_.body !== undefined) {
+      const rest = bodies.rests[data_.body];
+      const offsets = data.floats(data_.offsets!);
+      const joints = rest.length / 3;
+      const inverses: THREE.Matrix4[] = [];
+      for (let j = 0; j < joints; ++j) {
+        const bone = new THREE.Bone();
+        bone.position.fromArray(offsets, j * 3);
+        this.bones.push(bone);
+        if (j > 0) this.bones[this.parents[j]].add(bone);
+        inverses.push(new THREE.Matrix4().makeTranslation(-rest[j * 3], -rest[j * 3 + 1], -rest[j * 3 + 2]));
+      }
+      const wxyz = data.floats(data_.rotations!);
+      for (let i = 0; i < wxyz.length; i += 4) {
+        const w = wxyz[i];
+        wxyz.copyWithin(i, i + 1, i + 4);
+        wxyz[i + 3] = w;
+      }
+      this.rotations = wxyz;
+      this.roots = data.floats(data_.trans!);
+      for (let i = 0; i < this.roots.length; ++i) this.roots[i] += offsets[i % 3];
+      this.body = new THREE.SkinnedMesh(bodies.geometries[data_.body], this.material);
+      this.body.castShadow = true;
+      this.body.receiveShadow = true;
+      this.body.frustumCulled = false;
+      this.body.add(this.bones[0]);
+      this.body.bind(new THREE.Skeleton(this.bones, inverses), new THREE.Matrix4());
+      this.group.add(this.body);
+    }
+
+    if (data_.hands) {
+      this.hands = { places: data.floats(data_.hands.places), on: data.raw(data_.hands.on) };
+      for (let h = 0; h < 2; ++h) {
+        const ring = new THREE.Mesh(
+          new THREE.SphereGeometry(0.028, 16, 12),
+          new THREE.MeshBasicMaterial({ color: h === 0 ? 0x1fb5a3 : 0xd64c8a, depthTest: false, transparent: true, opacity: 0.85 }),
+        );
+        ring.renderOrder = 5;
+        this.targets.push(ring);
+        this.group.add(ring);
+      }
+    }
+  }
+
+  get hasBody() {
+    return this.body !== undefined;
+  }
+
+  show(shape: Shape) {
+    const asBody = shape === 'body' && this.body !== undefined;
+    if (this.body) this.body.visible = asBody;
+    this.spheres.visible = this.sticks.visible = !asBody;
+  }
+
+  /** Frame (whole number) shown at time t. */
+  frame(t: number) {
+    return Math.round(Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1));
+  }
+
+  setTime(t: number) {
+    const at = Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1);
+    const i = Math.min(Math.floor(at), this.frames - 1);
+    const next = Math.min(i + 1, this.frames - 1);
+    const u = at - i;
+    const n = this.count * 3;
+    for (let k = 0; k < n; ++k) {
+      const from = this.joints[i * n + k];
+      this.now[k] = from + u * (this.joints[next * n + k] - from);
+    }
+    if (this.body?.visible) this.poseBody(i, next, u);
+    else this.poseSkeleton();
+    if (this.hands) {
+      const f = this.frame(t);
+      for (let h = 0; h < 2; ++h) {
+        this.targets[h].visible = this.hands.on[f * 2 + h] > 0;
+        this.targets[h].position.fromArray(this.hands.places, (f * 2 + h) * 3);
+      }
+    }
+  }
+
+  /** World position of a joint at the time last set: of the drawn body where that is shown. */
+  joint(j: number, out: THREE.Vector3) {
+    if (this.body?.visible && j < this.bones.length) {
+      this.group.updateMatrixWorld();
+      return this.bones[j].getWorldPosition(out);
+    }
+    return out.fromArray(this.now, j * 3).add(this.group.position);
+  }
+
+  private poseBody(i: number, next: number, u: number) {
+    const count = this.bones.length;
+    for (let j = 0; j < count; ++j) {
+      const bone = this.bones[j];
+      THREE.Quaternion.slerpFlat(
+        quaternion, 0, this.rotations! as unknown as number[], (i * count + j) * 4,
+        this.rotations! as unknown as number[], (next * count + j) * 4, u);
+      bone.quaternion.set(quaternion[0], quaternion[1], quaternion[2], quaternion[3]).normalize();
+    }
+    const root = this.bones[0].position;
+    root.fromArray(this.roots!, i * 3).lerp(a.fromArray(this.roots!, next * 3), u);
+  }
+
+  private poseSkeleton() {
+    for (let j = 0; j < this.count; ++j) {
+      a.fromArray(this.now, j * 3);
+      const parent = this.parents[j];
+      const ball = j === this.headJoint ? 0.05 : 0.026;
+      this.spheres.setMatrixAt(j, m.compose(a, q.identity(), s.setScalar(ball)));
+      if (parent < 0) {
+        this.sticks.setMatrixAt(j, m.makeScale(0, 0, 0));
+        continue;
+      }
+      b.fromArray(this.now, parent * 3);
+      a.sub(b);
+      const length = a.length();
+      q.setFromUnitVectors(UP, length > 1e-6 ? a.divideScalar(length) : UP);
+      this.sticks.setMatrixAt(j, m.compose(b, q, s.set(0.016, length, 0.016)));
+    }
+    this.spheres.instanceMatrix.needsUpdate = true;
+    this.sticks.instanceMatrix.needsUpdate = true;
+  }
+}
+
+const quaternion: number[] = [0, 0, 0, 1];
