@@ -1,16 +1,12 @@
 #include "inhabit/view/page.h"
 
-#include <unistd.h>
 #include <zlib.h>
 
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <unordered_map>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/view/page_template.h"
 
@@ -320,23 +316,6 @@ std::string script_json(const json& value) {
   return out;
 }
 
-void write_whole(const std::string& path, const std::string& text) {
-  const std::string part = path + "." + std::to_string(::getpid()) + ".part";
-  std::error_code failure;
-  {
-    std::ofstream file(part, std::ios::binary);
-    if (file) file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    file.close();
-    if (!file) failure = std::make_error_code(std::errc::io_error);
-  }
-  if (!failure) std::filesystem::rename(part, path, failure);
-  if (failure) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw Error(path, "cannot be written");
-  }
-}
-
 }  // namespace
 
 void write_page(const std::string& path, const Page& page) {
@@ -363,7 +342,7 @@ void write_page(const std::string& path, const Page& page) {
     out += at == at_title ? title : data;
     rest.remove_prefix(at + (at == at_title ? kTitle.size() : kData.size()));
   }
-  write_whole(path, out);
+  write_atomically(path, out);
 }
 
 }  // namespace inhabit

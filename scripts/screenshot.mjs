@@ -1,0 +1,57 @@
+#!/usr/bin/env node
+// Renders a page of `inhabit view` to a PNG:
+//   scripts/screenshot.mjs PAGE.html OUT.png [--time S | --times S,S,...] [--size WxH] [--camera X,Y,Z] [--target X,Y,Z]
+//     [--joint NAME] [--shape body|skeleton] [--theme light|dark] [--bare] [--columns N]
+// --times gives one image per time, in rows of N (default: one row); --bare leaves the controls out; --joint NAME
+// paints that joint's contact map, --joint off none. Needs chromium and the packages of viewer/ (npm ci).
+import { writeFile } from 'node:fs/promises';
+import { resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { parseArgs } from 'node:util';
+import { openPage, withBrowser } from '../viewer/browser.mjs';
+
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: {
+    time: { type: 'string' }, times: { type: 'string' }, size: { type: 'string', default: '1280x800' },
+    camera: { type: 'string' }, target: { type: 'string' }, joint: { type: 'string' }, shape: { type: 'string' },
+    theme: { type: 'string', default: 'light' }, bare: { type: 'boolean', default: false }, columns: { type: 'string' },
+  },
+});
+const numbers = (text) => text.split(',').map(Number);
+const [width, height] = values.size.split('x').map(Number);
+const times = values.times ? numbers(values.times) : [Number(values.time ?? 0)];
+const vectors = [values.camera, values.target].filter(Boolean).map(numbers);
+if (positionals.length !== 2 || !(width > 0 && height > 0) || times.some(Number.isNaN) ||
+    vectors.some((v) => v.length !== 3 || v.some(Number.isNaN))) {
+  console.error('screenshot: expected PAGE.html OUT.png and options; see the head of scripts/screenshot.mjs');
+  process.exit(2);
+}
+const [source, target] = positionals;
+
+await withBrowser({ viewport: { width, height }, colorScheme: values.theme }, async (context) => {
+  const page = await openPage(context, pathToFileURL(resolve(source)).href);
+  if (values.bare) await page.addStyleTag({ content: '#head, #tools, #bar { visibility: hidden }' });
+  const shots = [];
+  for (const time of times) {
+    await page.evaluate(([view, at]) => {
+      const { inhabit } = window;
+      if (view.shape) inhabit.setShape(view.shape);
+      if (view.joint) inhabit.setJoint(view.joint);
+      inhabit.setTime(at);
+      if (view.camera) inhabit.setCamera(...view.camera, view.target);
+      inhabit.setTime(at);
+    }, [{ shape: values.shape, joint: values.joint, camera: values.camera && numbers(values.camera), target: values.target && numbers(values.target) }, time]);
+    shots.push(await page.screenshot({ timeout: 120_000 }));
+  }
+  if (shots.length === 1) {
+    await writeFile(target, shots[0]);
+    return;
+  }
+  const columns = Number(values.columns ?? shots.length);
+  const sheet = await context.newPage();
+  const images = shots.map((shot) => `<img src="data:image/png;base64,${shot.toString('base64')}" width="${width}" height="${height}">`);
+  await sheet.setViewportSize({ width: columns * width, height: Math.ceil(shots.length / columns) * height });
+  await sheet.setContent(`<body style="margin:0;display:grid;grid-template-columns:repeat(${columns},${width}px)">${images.join('')}</body>`);
+  await writeFile(target, await sheet.screenshot({ timeout: 120_000 }));
+});

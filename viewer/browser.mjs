@@ -1,0 +1,40 @@
+// A headless Chromium without network and with software WebGL, for screenshots and the page's tests.
+import { existsSync } from 'node:fs';
+import { mkdtemp, rm } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const executablePath = process.env.CHROMIUM ??
+  ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((path) => existsSync(path));
+
+/** Runs `use(context)` with a fresh browser profile that is removed afterwards. */
+export async function withBrowser(options, use) {
+  if (!executablePath) throw new Error('chromium was not found (Debian: apt-get install chromium; or set CHROMIUM)');
+  const profile = await mkdtemp(join(tmpdir(), 'inhabit-chromium-'));
+  const context = await chromium.launchPersistentContext(profile, {
+    executablePath,
+    headless: true,
+    chromiumSandbox: false,
+    offline: true,
+    args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-background-networking',
+      '--disable-component-update', '--disable-sync', '--no-first-run', '--hide-scrollbars', '--force-color-profile=srgb'],
+    ...options,
+  });
+  try {
+    return await use(context);
+  } finally {
+    await context.close();
+    await rm(profile, { recursive: true, force: true });
+  }
+}
+
+/** Opens a page file and waits until it is drawn; throws what the page says when it fails. */
+export async function openPage(context, url) {
+  const page = await context.newPage();
+  await page.goto(url);
+  await page.waitForFunction('window.inhabit && (inhabit.ready || inhabit.error)', undefined, { timeout: 120_000 });
+  const error = await page.evaluate('inhabit.error');
+  if (error) throw new Error(error);
+  return page;
+}
