@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   add_version(app);
   add_info(app);
+  add_view(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

@@ -5,3 +5,4 @@
 // A callback throws inhabit::Error for whatever a user can get wrong.
 void add_version(CLI::App& app);
 void add_info(CLI::App& app);
+void add_view(CLI::App& app);

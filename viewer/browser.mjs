@@ -5,11 +5,12 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 
-const executablePath = process.env.CHROMIUM ??
+export const findChromium = () => process.env.CHROMIUM ??
   ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((path) => existsSync(path));
 
 /** Runs `use(context)` with a fresh browser profile that is removed afterwards. */
 export async function withBrowser(options, use) {
+  const executablePath = findChromium();
   if (!executablePath) throw new Error('chromium was not found (Debian: apt-get install chromium; or set CHROMIUM)');
   const profile = await mkdtemp(join(tmpdir(), 'inhabit-chromium-'));
   const context = await chromium.launchPersistentContext(profile, {
@@ -29,9 +30,10 @@ export async function withBrowser(options, use) {
   }
 }
 
-/** Opens a page file and waits until it is drawn; throws what the page says when it fails. */
-export async function openPage(context, url) {
+/** Opens a page file and waits until it is drawn; throws what the page says when it fails. `listen(page)` comes first. */
+export async function openPage(context, url, listen = () => {}) {
   const page = await context.newPage();
+  listen(page);
   await page.goto(url);
   await page.waitForFunction('window.inhabit && (inhabit.ready || inhabit.error)', undefined, { timeout: 120_000 });
   const error = await page.evaluate('inhabit.error');

@@ -117,8 +117,7 @@ struct Bodies {
 
 bool has_standard_joints(const Skeleton& skeleton) {
   const auto& standard = standard_joint_names();
-  return skeleton.size() >= kStandardJoints &&
-         std::equal(standard.begin(), standard.end(), skeleton.names.begin()) &&
+  return skeleton.size() >= kStandardJoints && std::equal(standard.begin(), standard.end(), skeleton.names.begin()) &&
          std::equal(standard_parents().begin(), standard_parents().end(), skeleton.parents.begin());
 }
 
@@ -137,16 +136,13 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
   validate(clip, path);
   if (!std::isfinite(person.start_seconds)) throw Error(path, "a start time is not finite");
   static const char* const kRoles[] = {"motion", "past", "truth", "prediction"};
-  json out = {{"name", person.name},
-              {"role", kRoles[static_cast<int>(person.role)]},
-              {"start", person.start_seconds},
-              {"rate", clip.rate},
-              {"frames", clip.frames()},
-              {"joints", blob.add_positions(clip.joints)},
-              {"names", clip.skeleton.names},
-              {"parents", clip.skeleton.parents}};
-  if (clip.rotations.defined() && clip.trans.defined() && has_standard_joints(clip.skeleton)) {
-    const BodyModel& model = person.body != nullptr ? *person.body : builtin_body();
+  json out = {{"name", person.name},           {"role", kRoles[static_cast<int>(person.role)]},
+              {"start", person.start_seconds}, {"rate", clip.rate},
+              {"frames", clip.frames()},       {"joints", blob.add_positions(clip.joints)},
+              {"names", clip.skeleton.names},  {"parents", clip.skeleton.parents}};
+  const BodyModel& model = person.body != nullptr ? *person.body : builtin_body();
+  if (clip.rotations.defined() && clip.trans.defined() && has_standard_joints(clip.skeleton) &&
+      model.template_vertices.defined()) {
     const int joints = std::min(model.joints(), clip.skeleton.size());
     out["body"] = bodies.add(blob, model, betas_of_model(clip, model), joints);
     const torch::Tensor rotations = plain(clip.rotations).slice(1, 0, joints);
@@ -170,8 +166,9 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
       // A place is only meant where the flag is set: keep others out of the quantisation's bounding box.
       const torch::Tensor place = torch::where(on.unsqueeze(2).to(torch::kBool), hands.slice(2, 0, 3),
                                                plain(clip.root_path()).unsqueeze(1).expand({-1, 2, 3}));
-      out["hands"] = {{"places", blob.add_positions(place)},
-                      {"on", blob.add(std::vector<uint8_t>(on.data_ptr<uint8_t>(), on.data_ptr<uint8_t>() + on.numel()), "u8")}};
+      out["hands"] = {
+          {"places", blob.add_positions(place)},
+          {"on", blob.add(std::vector<uint8_t>(on.data_ptr<uint8_t>(), on.data_ptr<uint8_t>() + on.numel()), "u8")}};
     }
   }
   return out;
@@ -187,8 +184,8 @@ Mesh thinned(const Mesh& mesh, int64_t target) {
     const torch::Tensor q = ((vertices - low) / cell).floor().to(torch::kInt64);
     const torch::Tensor key = (q.select(1, 0) * 2048 + q.select(1, 1)) * 2048 + q.select(1, 2);
     const auto [unique, inverse, counts] = at::_unique2(key, true, true, true);
-    out.vertices = torch::zeros({unique.size(0), 3}).index_add_(0, inverse, vertices) /
-                   counts.to(torch::kFloat32).unsqueeze(1);
+    out.vertices =
+        torch::zeros({unique.size(0), 3}).index_add_(0, inverse, vertices) / counts.to(torch::kFloat32).unsqueeze(1);
     const torch::Tensor f = inverse.index({faces.reshape({-1})}).reshape({-1, 3});
     const torch::Tensor a = f.select(1, 0), b = f.select(1, 1), c = f.select(1, 2);
     out.faces = f.index({(a != b) & (b != c) & (a != c)});
@@ -295,12 +292,23 @@ std::string escaped_html(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -310,8 +318,10 @@ std::string escaped_html(const std::string& text) {
 std::string script_json(const json& value) {
   std::string out;
   for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace)) {
-    if (c == '<') out += "\\u003c";
-    else out += c;
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
   }
   return out;
 }
@@ -330,7 +340,8 @@ void write_page(const std::string& path, const Page& page) {
 
   const std::string title = escaped_html(page.title.empty() ? "inhabit" : page.title);
   const std::string data = "<script id=\"header\" type=\"application/json\">" + script_json(header) +
-                           "</script>\n<script id=\"blob\" type=\"text/plain\">" + base64(gzipped(blob.bytes)) + "</script>";
+                           "</script>\n<script id=\"blob\" type=\"text/plain\">" + base64(gzipped(blob.bytes)) +
+                           "</script>";
   // One pass over the template, so that marks inside a title or the data mean nothing.
   std::string out;
   std::string_view rest = page_template();

@@ -14,7 +14,7 @@ export class Contacts {
   constructor(data: Data, source: ContactsData) {
     this.source = source;
     this.names = source.names;
-    this.points = new PointSet(data.floats(source.points), 0.024, 0.28);
+    this.points = new PointSet(data.floats(source.points), 0.022, 0.16);
     this.first = data.raw(source.first);
     this.index = data.raw(source.index);
     this.maps = Uint8Array.from(data.raw(source.changes));

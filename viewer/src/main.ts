@@ -89,6 +89,10 @@ async function start() {
     stage.scene.add(contacts.points.object);
   }
 
+  // In a frame of another page (an index of pages) the motion plays by itself, without controls.
+  const framed = window.self !== window.top;
+  document.documentElement.classList.toggle('framed', framed);
+
   // State
   let time = begin;
   let playing = false;
@@ -339,7 +343,8 @@ async function start() {
     const width = innerWidth;
     const height = innerHeight;
     const bar = element('bar').getBoundingClientRect();
-    const pixels = stage.resize(width, height, 0, height - bar.top - (width < 640 ? 0 : 20));
+    document.documentElement.style.setProperty('--bar-top', `${height - bar.top}px`);
+    const pixels = stage.resize(width, height, 0, framed ? 0 : height - bar.top);
     contacts?.points.setHeight(pixels);
     room.points?.setHeight(pixels);
     dirty = true;
@@ -353,7 +358,7 @@ async function start() {
   pose();
   setFocus();
   const heading = people.length > 0 ? facing(people[0]) : 0.5;
-  const reach = Math.min(3.2, Math.max(1.35, extent.getSize(v).setY(0).length() * 0.42 + 0.9));
+  const reach = Math.min(3.2, Math.max(header.scene ? 1.7 : 1.35, extent.getSize(v).setY(0).length() * 0.42 + 0.9));
   const first = new THREE.Vector3(middle.x, ground + 0.82, middle.z);
   const wanders = reach >= 3.2;
   following = wanders;
@@ -419,7 +424,7 @@ async function start() {
       people[i].parents.map((_, j) => people[i].joint(j, new THREE.Vector3()).toArray()),
     visible: (i: number) => isVisible(people[i]),
   } satisfies Partial<Hooks>);
-  setPlaying(false);
+  setPlaying(framed);
   room.settle(stage.camera);
   draw(1);
   hooks.ready = true;

@@ -7,8 +7,8 @@ const VERTEX = /* glsl */ `
   void main() {
     v = value;
     vec4 view = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = projectionMatrix * view;
-    gl_PointSize = max(1.5, size * (1.0 + 1.1 * value) * projectionMatrix[1][1] * height / (2.0 * -view.z));
+    gl_Position = projectionMatrix * (view + vec4(0.0, 0.0, size, 0.0)); // in front of the surface they lie on
+    gl_PointSize = max(1.5, size * (1.0 + 1.4 * value) * projectionMatrix[1][1] * height / (2.0 * -view.z));
   }`;
 
 const FRAGMENT = /* glsl */ `

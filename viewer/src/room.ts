@@ -1,7 +1,10 @@
 import * as THREE from 'three';
+import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import type { Data, MeshData } from './data';
 import { PointSet } from './points';
 
+const CREASE = 0.7; // radians: edges sharper than this stay sharp
+const MAX_CREASED = 60_000; // triangle corners of a mesh beyond which it is shaded face by face
 const FADED = 0.07; // opacity of a wall between the camera and the room
 
 interface Wall {
@@ -26,13 +29,16 @@ export class Room {
     const scene = data.header.scene;
     const parts: { mesh: THREE.Mesh; box: THREE.Box3; source: MeshData }[] = [];
     for (const source of scene?.meshes ?? []) {
-      const geometry = new THREE.BufferGeometry();
+      let geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(data.floats(source.vertices), 3));
       geometry.setIndex(new THREE.BufferAttribute(data.raw(source.faces), 1));
+      const creased = source.faces.count < MAX_CREASED;
+      if (creased) geometry = toCreasedNormals(geometry, CREASE);
+      else geometry.computeVertexNormals();
       geometry.computeBoundingBox();
       geometry.computeBoundingSphere();
       const box = geometry.boundingBox!;
-      const material = new THREE.MeshStandardMaterial({ roughness: 0.92, metalness: 0, flatShading: true });
+      const material = new THREE.MeshStandardMaterial({ roughness: 0.92, metalness: 0, flatShading: !creased });
       material.color.setRGB(...source.color, THREE.LinearSRGBColorSpace);
       const mesh = new THREE.Mesh(geometry, material);
       parts.push({ mesh, box, source });
@@ -68,7 +74,6 @@ export class Room {
       mesh.castShadow = !(wall || ceiling || isFloor || shell);
       // Seen from outside, one-sided shells vanish; furniture may have open surfaces and stays two-sided.
       material.side = shell || isFloor || ceiling ? THREE.FrontSide : THREE.DoubleSide;
-      material.shadowSide = THREE.DoubleSide;
       if (wall || ceiling) {
         const outward = ceiling ? new THREE.Vector3(0, 1, 0)
           : size.x < size.z ? new THREE.Vector3(Math.sign(center.x - middle.x), 0, 0)

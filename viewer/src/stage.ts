@@ -37,7 +37,7 @@ export class Stage {
   private readonly move = new THREE.Vector3();
 
   constructor(canvas: HTMLCanvasElement) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.toneMapping = THREE.NeutralToneMapping;
@@ -53,8 +53,8 @@ export class Stage {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(2048, 2048);
     this.sun.shadow.radius = 3.5;
-    this.sun.shadow.bias = -0.0004;
-    this.sun.shadow.normalBias = 0.02;
+    this.sun.shadow.bias = -0.0006;
+    this.sun.shadow.normalBias = 0.03;
     const frustum = this.sun.shadow.camera;
     frustum.left = frustum.bottom = -4.5;
     frustum.right = frustum.top = 4.5;
@@ -101,7 +101,7 @@ export class Stage {
     const azimuth = heading + 0.75;
     this.controls.target.copy(target);
     this.camera.position.set(
-      target.x + distance * 0.9 * Math.sin(azimuth), target.y + distance * 0.4, target.z + distance * 0.9 * Math.cos(azimuth));
+      target.x + distance * 0.9 * Math.sin(azimuth), target.y + distance * 0.36, target.z + distance * 0.9 * Math.cos(azimuth));
     this.controls.update();
   }
 

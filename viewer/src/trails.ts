@@ -47,11 +47,14 @@ export function makeTrails(person: Person, ground: number): THREE.Group {
 
   const prints = [...footprints(person, 'left', ground), ...footprints(person, 'right', ground)];
   if (prints.length > 0) {
+    // A sole from heel (0) to toe (1), as wide as it is long; a print scales it.
     const sole = new THREE.Shape();
-    sole.absellipse(0, 0.5, 0.2, 0.29, 0, Math.PI * 2);
-    const heel = new THREE.Shape();
-    heel.absellipse(0, -0.02, 0.15, 0.16, 0, Math.PI * 2);
-    const shape = new THREE.ShapeGeometry([sole, heel], 10).rotateX(Math.PI / 2); // +y of the shape becomes +z
+    sole.moveTo(-0.16, 0.02);
+    sole.bezierCurveTo(-0.16, -0.22, 0.16, -0.22, 0.16, 0.02);
+    sole.bezierCurveTo(0.16, 0.3, 0.22, 0.4, 0.23, 0.62);
+    sole.bezierCurveTo(0.23, 1.02, -0.2, 1.02, -0.2, 0.62);
+    sole.bezierCurveTo(-0.2, 0.42, -0.14, 0.3, -0.16, 0.02);
+    const shape = new THREE.ShapeGeometry(sole, 10).rotateX(Math.PI / 2); // +y of the shape becomes +z
     const mesh = new THREE.InstancedMesh(shape, material(0.4), prints.length);
     prints.forEach((matrix, i) => mesh.setMatrixAt(i, matrix));
     mesh.frustumCulled = false;
@@ -88,7 +91,7 @@ function footprints(person: Person, side: string, ground: number): THREE.Matrix4
       out.push(new THREE.Matrix4().compose(
         new THREE.Vector3(joints[k], ground + LIFT + 0.001, joints[k + 2]),
         new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 1, 0), Math.atan2(dx, dz)),
-        new THREE.Vector3(0.24, 1, 0.26)));
+        new THREE.Vector3(side === 'left' ? 0.24 : -0.24, 1, 0.23)));
     }
     first = -1;
   }

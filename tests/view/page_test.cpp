@@ -1,0 +1,233 @@
+#include "inhabit/view/page.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include "cli/command.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/scene/contact_map.h"
+#include "inhabit/scene/sampling.h"
+#include "inhabit/synth/room.h"
+
+namespace inhabit {
+namespace {
+
+/// Somebody who strides along +Z at 1 m/s from (x, z), arms and legs swinging.
+Clip striding(int64_t frames, double x, double z, int64_t from = 0) {
+  Clip clip;
+  clip.skeleton = builtin_body().skeleton;
+  clip.rotations = torch::zeros({frames, kStandardJoints, 3});
+  const torch::Tensor seconds = torch::arange(from, from + frames).to(torch::kFloat32) / 30.0;
+  const torch::Tensor swing = torch::sin(seconds * 6.0);
+  clip.rotations.select(2, 0).select(1, 1).copy_(0.4 * swing);
+  clip.rotations.select(2, 0).select(1, 2).copy_(-0.4 * swing);
+  clip.rotations.select(2, 0).select(1, 4).copy_(0.35 * (1 - swing));
+  clip.rotations.select(2, 0).select(1, 5).copy_(0.35 * (1 + swing));
+  clip.rotations.select(2, 2).select(1, 16).fill_(-1.2);
+  clip.rotations.select(2, 2).select(1, 17).fill_(1.2);
+  clip.rotations.select(2, 1).select(1, 0).copy_(0.2 * swing);
+  clip.trans = torch::stack({torch::full({frames}, x), torch::zeros({frames}), seconds + z}, 1).to(torch::kFloat32);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  const torch::Tensor lift = -clip.joints.select(2, 1).min() + 0.02;
+  clip.trans.select(1, 1).add_(lift);
+  clip.joints.select(2, 1).add_(lift);
+  return clip;
+}
+
+/// A second observed and two seconds predicted in a furnished room, with true motion beside it and contact maps.
+struct Forecast {
+  Scene scene;
+  Page page;
+
+  Forecast() {
+    std::mt19937_64 random(7);
+    scene = make_room(random).scene();
+    page.title = "Forecast in a room";
+    page.note = "One second observed, two seconds predicted.";
+    page.scene = &scene;
+    page.people = {{striding(30, 0, -1), "Observed", PagePerson::Role::past, 0.0, nullptr},
+                   {striding(60, 0, -1, 30), "Truth", PagePerson::Role::truth, 1.0, nullptr},
+                   {striding(60, 0.5, -1, 30), "Prediction", PagePerson::Role::prediction, 1.0, nullptr}};
+    Clip& past = page.people[0].clip;
+    past.action_names = {"walk", "turn"};
+    past.action = (torch::arange(30) > 14).to(torch::kInt64);
+    past.hand_targets = torch::zeros({30, 2, 4});
+    past.hand_targets.index_put_({torch::indexing::Slice(), 0}, torch::tensor({0.3F, 1.0F, -0.5F, 1.0F}));
+    const torch::Tensor joints = torch::cat({past.joints, page.people[1].clip.joints});
+    PageContacts contacts;
+    contacts.points = sample_points_near(scene, past.joints[29][0], 2.5, 5000, random);
+    contacts.maps = contact_map(joints, contacts.points);
+    page.contacts = contacts;
+  }
+};
+
+std::string text_of(const std::string& path) { return read_whole_file(path); }
+
+TEST(Page, ThreeSecondsInARoomWithContactsStayBelowFourMegabytes) {
+  TempFolder folder;
+  const Forecast forecast;
+  write_page(folder / "page.html", forecast.page);
+  const auto bytes = std::filesystem::file_size(folder / "page.html");
+  RecordProperty("bytes", static_cast<int>(bytes));
+  EXPECT_LT(bytes, 4'000'000U);
+  EXPECT_GT(bytes, 500'000U);
+}
+
+TEST(Page, NamesNothingOutsideItself) {
+  TempFolder folder;
+  write_page(folder / "page.html", Forecast().page);
+  const std::string text = text_of(folder / "page.html");
+  for (const char* reference : {" src=\"", "src='", "href=\"http", "@import", "url(http"}) {
+    EXPECT_EQ(text.find(reference), std::string::npos) << reference;
+  }
+}
+
+TEST(Page, TextIsNeverMarkup) {
+  TempFolder folder;
+  Page page;
+  const std::string evil =
+      "</script></title><script>window.hacked=1</script><!--inhabit:data--><img id=evil onerror=1>\xff";
+  page.title = page.note = evil;
+  page.people = {{striding(3, 0, 0), evil, PagePerson::Role::motion, 0.0, nullptr}};
+  write_page(folder / "page.html", page);
+  const std::string text = text_of(folder / "page.html");
+  EXPECT_EQ(text.find("<script>window.hacked"), std::string::npos);
+  EXPECT_EQ(text.find("<img"), std::string::npos);
+  EXPECT_NE(text.find("&lt;script&gt;window.hacked=1"), std::string::npos);
+  EXPECT_NE(text.find("\\u003cscript>window.hacked=1"), std::string::npos);
+}
+
+TEST(Page, RefusesWhatIsNotFiniteAndKeepsTheOldFile) {
+  TempFolder folder;
+  const std::string path = folder / "page.html";
+  std::ofstream(path) << "old";
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Forecast forecast;
+  const auto refused = [&](const char* word) {
+    try {
+      write_page(path, forecast.page);
+      ADD_FAILURE() << "was written: " << word;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << e.what();
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+    }
+    EXPECT_EQ(text_of(path), "old");
+    forecast = Forecast();
+    forecast.page.scene = &forecast.scene;
+  };
+  forecast.page.scene = &forecast.scene;
+  forecast.page.people[1].clip.joints[3][4][1] = nan;
+  refused("finite");
+  forecast.page.people[1].clip.rotations[3][4][1] = nan;
+  refused("finite");
+  forecast.page.people[0].start_seconds = std::numeric_limits<double>::infinity();
+  refused("start");
+  forecast.scene.meshes[0].vertices[0][0] = nan;
+  refused("mesh");
+  forecast.scene.meshes[0].faces[0][0] = 1 << 30;
+  refused("vertex");
+  forecast.scene.points = torch::full({4, 3}, nan);
+  refused("cloud");
+  forecast.page.contacts->maps[2][3][4] = nan;
+  refused("contact map");
+  forecast.page.contacts->points = torch::zeros({7, 3});
+  refused("do not agree");
+  forecast.page.contacts->rate = 0;
+  refused("rate");
+  forecast.page.contacts->names = {"one"};
+  refused("names");
+  forecast.page.people.clear();
+  forecast.page.scene = nullptr;
+  refused("nothing to show");
+}
+
+TEST(Page, UnwritableFolderIsAnError) {
+  Forecast forecast;
+  EXPECT_THROW(write_page("/nowhere/at/all/page.html", forecast.page), Error);
+}
+
+TEST(Page, ThinsALargeScene) {
+  TempFolder folder;
+  const int64_t side = 700;  // 2 x 699^2 = 977,202 triangles
+  const torch::Tensor line = torch::linspace(-5, 5, side);
+  const torch::Tensor x = line.unsqueeze(1).expand({side, side}), z = line.unsqueeze(0).expand({side, side});
+  Mesh mesh;
+  mesh.name = "scan";
+  mesh.vertices = torch::stack({x, 0.05 * torch::sin(x * 3), z}, 2).reshape({-1, 3});
+  const torch::Tensor index = torch::arange(side * side).reshape({side, side});
+  const auto corner = [&](int64_t i, int64_t j) {
+    return index.slice(0, i, side - 1 + i).slice(1, j, side - 1 + j).reshape({-1});
+  };
+  mesh.faces = torch::cat({torch::stack({corner(0, 0), corner(0, 1), corner(1, 1)}, 1),
+                           torch::stack({corner(0, 0), corner(1, 1), corner(1, 0)}, 1)});
+  Scene scene;
+  scene.meshes.push_back(mesh);
+  scene.points = torch::rand({300'000, 3});
+  Page page;
+  page.people = {{striding(90, 0, 0), "", PagePerson::Role::motion, 0.0, nullptr}};
+  page.scene = &scene;
+  write_page(folder / "page.html", page);
+  EXPECT_LT(std::filesystem::file_size(folder / "page.html"), 4'000'000U);
+}
+
+// What a visitor sees: viewer/test/page_test.mjs opens the pages in headless Chromium. It skips (exit code 77) where
+// there is no Chromium.
+TEST(PageInBrowser, ShowsMovesAndPaints) {
+  TempFolder folder;
+  const Forecast forecast;
+  write_page(folder / "forecast.html", forecast.page);
+
+  Page hostile;
+  const std::string evil = "</script><script>window.hacked=1</script><img src=x onerror=window.hacked=1>";
+  hostile.title = hostile.note = evil;
+  Clip clip = striding(30, 0, 0);
+  clip.action_names = {evil};
+  clip.action = torch::zeros({30}, torch::kInt64);
+  hostile.people = {{clip, evil, PagePerson::Role::motion, 0.0, nullptr}};
+  Scene scene = floor_scene();
+  scene.meshes[0].name = evil;
+  hostile.scene = &scene;
+  write_page(folder / "hostile.html", hostile);
+
+  Page skeleton;  // joints only, of a skeleton of three joints; one frame beside fifty futures
+  Clip chain;
+  chain.skeleton.names = {"base", "middle", "end"};
+  chain.skeleton.parents = {-1, 0, 1};
+  chain.skeleton.offsets = torch::tensor({{0.0F, 0.0F, 0.0F}, {0.0F, 0.5F, 0.0F}, {0.0F, 0.5F, 0.0F}});
+  chain.joints = torch::rand({1, 3, 3});
+  skeleton.people.push_back({chain, "chain", PagePerson::Role::past, 0.0, nullptr});
+  for (int k = 0; k < 50; ++k)
+    skeleton.people.push_back({striding(60, 0.05 * k, 0), "", PagePerson::Role::prediction, 0.0, nullptr});
+  write_page(folder / "crowd.html", skeleton);
+
+  // Where the joints have to be drawn, from this side's kinematics.
+  nlohmann::json expected = nlohmann::json::array();
+  const torch::Tensor joints = forecast.page.people[2].clip.joints[15].contiguous();  // 1.5 s
+  for (int64_t j = 0; j < joints.size(0); ++j)
+    expected.push_back({joints[j][0].item<float>(), joints[j][1].item<float>(), joints[j][2].item<float>()});
+  std::ofstream(folder / "expected.json") << expected.dump();
+
+  const std::string log = folder / "log.txt";
+  const std::string line =
+      "node '" INHABIT_SOURCE_DIR "/viewer/test/page_test.mjs' '" + folder.path.string() + "' > '" + log + "' 2>&1";
+  const int status = std::system(line.c_str());
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << text_of(log);
+  EXPECT_EQ(status, 0) << text_of(log);
+}
+
+TEST(ViewCommand, NamesTheFileThatIsMissing) {
+  TempFolder folder;
+  const CommandResult result = run_command("view " + (folder / "none.npz") + " -o " + (folder / "page.html"));
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("none.npz"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "page.html"));
+}
+
+}  // namespace
+}  // namespace inhabit

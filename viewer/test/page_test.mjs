@@ -1,0 +1,143 @@
+// Opens the pages that tests/view/page_test.cpp wrote into FOLDER in headless Chromium: node page_test.mjs FOLDER
+// Exit code 77: no Chromium here.
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { findChromium, openPage, withBrowser } from '../browser.mjs';
+
+if (!findChromium()) {
+  console.log('no Chromium');
+  process.exit(77);
+}
+const folder = process.argv[2];
+const expected = JSON.parse(await readFile(join(folder, 'expected.json'), 'utf8'));
+
+/** Opens a page, and gathers what it says or asks for. */
+async function open(context, name) {
+  const complaints = [];
+  const listen = (page) => {
+    page.on('console', (message) => {
+      if (['error', 'warning'].includes(message.type()) && !/GPU stall|ReadPixels|software WebGL|GL Driver Message/i.test(message.text())) complaints.push(message.text());
+    });
+    page.on('pageerror', (error) => complaints.push(String(error)));
+    page.on('request', (request) => {
+      if (!/^(file|data|blob):/.test(request.url())) complaints.push('asked for ' + request.url());
+    });
+  };
+  const page = await openPage(context, pathToFileURL(join(folder, name)).href, listen);
+  return { page, complaints };
+}
+
+/** Brightness deviation of the view at a time, and how many pixels turned warm since the look before (contact colours). */
+const look = (page, time, joint) => page.evaluate(([at, name]) => {
+  if (name) inhabit.setJoint(name);
+  inhabit.setTime(at);
+  const view = document.getElementById('view');
+  const flat = document.createElement('canvas');
+  flat.width = view.width;
+  flat.height = view.height;
+  const context = flat.getContext('2d', { willReadFrequently: true });
+  context.drawImage(view, 0, 0);
+  const { data } = context.getImageData(0, 0, flat.width, flat.height);
+  const before = window.lookedAt?.length === data.length ? window.lookedAt : data;
+  window.lookedAt = data;
+  let sum = 0, squares = 0, painted = 0, hash = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
+    const y = (r + g + b) / 3;
+    sum += y;
+    squares += y * y;
+    painted += r - b > 60 && (r - b) - (before[i] - before[i + 2]) > 40;
+    hash = (hash * 31 + r + 7 * g + 13 * b) | 0;
+  }
+  const n = data.length / 4;
+  return { deviation: Math.sqrt(squares / n - (sum / n) ** 2), painted, hash };
+}, [time, joint]);
+
+const joints = (page, person) => page.evaluate((i) => inhabit.jointPositions(i), person);
+const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => {
+  {
+    const { page, complaints } = await open(context, 'forecast.html');
+    assert.equal(await page.title(), 'Forecast in a room');
+    assert.ok(Math.abs(await page.evaluate('inhabit.duration') - (1 + 59 / 30)) < 1e-6);
+
+    // The timeline moves the person, and to where it is.
+    const early = await look(page, 0.2, 'off');
+    const before = await joints(page, 0);
+    const later = await look(page, 0.8);
+    const after = await joints(page, 0);
+    assert.ok(Math.abs(distance(before[0], after[0]) - 0.6) < 0.01, 'the pelvis walks 0.6 m in 0.6 s');
+    assert.ok(before.every((p, j) => distance(p, after[j]) > 0.05), 'every joint moves');
+    assert.notEqual(early.hash, later.hash);
+    assert.ok(early.deviation > 8, `the view is blank (deviation ${early.deviation})`);
+    for (const shape of ['body', 'skeleton']) {
+      await page.evaluate((s) => inhabit.setShape(s), shape);
+      const picture = await look(page, 1.5);
+      assert.ok(picture.deviation > 8);
+      const drawn = await joints(page, 2);
+      drawn.forEach((p, j) => assert.ok(distance(p, expected[j]) < 0.002, `${shape}: joint ${j} is ${distance(p, expected[j])} m off`));
+    }
+    assert.deepEqual(await page.evaluate('[0, 1, 2].map(inhabit.visible)'), [false, true, true]);
+    await look(page, 0.5);
+    assert.deepEqual(await page.evaluate('[0, 1, 2].map(inhabit.visible)'), [true, false, false]);
+
+    // Contact maps: a foot's is painted, another time and another joint look different.
+    await look(page, 1.5, 'off');
+    assert.equal((await look(page, 1.5, 'off')).painted, 0);
+    const foot = await look(page, 1.5, 'left_foot');
+    assert.ok(foot.painted > 30, `only ${foot.painted} pixels are painted`);
+    const head = await look(page, 1.5, 'head');
+    assert.notEqual(foot.hash, head.hash);
+    await page.evaluate('inhabit.setCamera(0, 6, 0.1, [0, 0, 0])');
+    assert.notEqual((await look(page, 1.2, 'left_foot')).hash, (await look(page, 2.6)).hash);
+
+    // Controls as a visitor uses them.
+    await page.evaluate('inhabit.setTime(1)');
+    await page.keyboard.press('ArrowRight');
+    assert.ok(Math.abs(await page.evaluate('inhabit.time()') - 31 / 30) < 1e-6);
+    await page.keyboard.press('ArrowLeft');
+    await page.keyboard.press('ArrowLeft');
+    assert.ok(Math.abs(await page.evaluate('inhabit.time()') - 29 / 30) < 1e-6);
+    await page.locator('#time').fill('2');
+    assert.equal(await page.evaluate('inhabit.time()'), 2);
+    await page.selectOption('#speed', '0.1');
+    await page.click('#play');
+    await page.waitForFunction('inhabit.time() > 2.01', undefined, { timeout: 60_000 });
+    await page.click('#play');
+    assert.equal(await page.evaluate('inhabit.playing()'), false);
+    await page.selectOption('#joint', { label: 'right foot' });
+    assert.deepEqual(await page.locator('#actions span').allTextContents(), ['walk', 'turn']);
+    assert.equal(await page.locator('#legend button').count(), 3);
+
+    // A telephone held upright: nothing beyond its edges.
+    await page.setViewportSize({ width: 360, height: 680 });
+    for (const id of ['#bar', '#tools', '#head']) {
+      const box = await page.locator(id).boundingBox();
+      assert.ok(box.x >= 0 && box.x + box.width <= 361 && box.y >= 0 && box.y + box.height <= 681, `${id} is off the screen`);
+    }
+    assert.deepEqual(complaints, []);
+    await page.close();
+  }
+  {
+    const { page, complaints } = await open(context, 'hostile.html');
+    assert.equal(await page.evaluate('window.hacked'), undefined);
+    assert.equal(await page.locator('img').count(), 0);
+    assert.match(await page.title(), /<script>/);
+    assert.match(await page.locator('#legend').textContent(), /<img/);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  }
+  {
+    const { page, complaints } = await open(context, 'crowd.html');
+    assert.equal((await page.evaluate('inhabit.people')).length, 51);
+    const picture = await look(page, 1);
+    assert.ok(picture.deviation > 4);
+    await page.click('#spread');
+    assert.notEqual((await look(page, 1)).hash, picture.hash);
+    assert.deepEqual(complaints, []);
+  }
+});
+console.log('pages are as they should be');
