@@ -30,12 +30,20 @@ export async function withBrowser(options, use) {
   }
 }
 
+/** Waits until `expression` holds on the page. (Playwright's own waiting evaluates text inside the page, which its policy forbids.) */
+export async function until(page, expression, seconds = 120) {
+  for (const end = Date.now() + seconds * 1000; !(await page.evaluate(expression));) {
+    if (Date.now() > end) throw new Error('waited in vain for ' + expression);
+    await page.waitForTimeout(30);
+  }
+}
+
 /** Opens a page file and waits until it is drawn; throws what the page says when it fails. `listen(page)` comes first. */
 export async function openPage(context, url, listen = () => {}) {
   const page = await context.newPage();
   listen(page);
   await page.goto(url);
-  await page.waitForFunction('window.inhabit && (inhabit.ready || inhabit.error)', undefined, { timeout: 120_000 });
+  await until(page, 'Boolean(window.inhabit && (inhabit.ready || inhabit.error))');
   const error = await page.evaluate('inhabit.error');
   if (error) throw new Error(error);
   return page;

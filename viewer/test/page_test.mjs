@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { findChromium, openPage, withBrowser } from '../browser.mjs';
+import { findChromium, openPage, until, withBrowser } from '../browser.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -105,7 +105,7 @@ await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => 
     assert.equal(await page.evaluate('inhabit.time()'), 2);
     await page.selectOption('#speed', '0.1');
     await page.click('#play');
-    await page.waitForFunction('inhabit.time() > 2.01', undefined, { timeout: 60_000 });
+    await until(page, 'inhabit.time() > 2.01');
     await page.click('#play');
     assert.equal(await page.evaluate('inhabit.playing()'), false);
     await page.selectOption('#joint', { label: 'right foot' });
