@@ -273,8 +273,14 @@ class Planner {
                  back = pace * uniform(random_, 0.8, 1.1);
     const Envelope when{t, t + reach, t + reach + hold, t + reach + hold + back};
     for (HandTrip trip : touch->hands) {
-      const double late = uniform(random_, 0, 0.12);
-      trip.when = {when.rise + late, when.full + late, when.fall, when.end};
+      // By way of a place before the edge, a little higher.
+      const double late = uniform(random_, 0, 0.1);
+      HandTrip before = trip;
+      before.touches = false;
+      before.pull.place += touch->before_edge;
+      before.when = {when.rise + late, when.rise + late + 0.7 * reach, when.fall + 0.3 * back, when.end};
+      trip.when = {when.rise + late + 0.4 * reach, when.full + late, when.fall, when.fall + 0.62 * back};
+      life_->hands.push_back(before);
       life_->hands.push_back(trip);
     }
     TrunkMove move = touch->trunk;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "inhabit/body/two_bone.h"
+#include "inhabit/math/quaternion.h"
 
 namespace inhabit {
 namespace {
@@ -131,7 +132,25 @@ class Poser {
                                        posed_.position[shoulder], target, pole, 0.01);
     set(shoulder, solved.start_rotation);
     set(elbow, solved.mid_rotation);
-    set_global(wrist, turn);
+    hold(side, turn);
+  }
+
+  /// Turns the hand towards `turn`: most of the roll comes from the forearm, and the wrist gives only as far as wrists
+  /// do.
+  void hold(int side, const Quaterniond& turn) {
+    const int elbow = 18 + side, wrist = 20 + side;
+    const Vector3d along = figure_.bones.offsets[wrist].normalized();
+    const Quaterniond wanted = posed_.global[elbow].conjugate() * turn;
+    const double roll = std::remainder(2 * std::atan2(wanted.vec().dot(along), wanted.w()), 2 * M_PI);
+    set(elbow, posed_.local[elbow] * about(0.75 * softly(roll, 1.5), along));
+    const Vector3d rest = axis_angle_of(posed_.global[elbow].conjugate() * turn);
+    set(wrist, quaternion_of(Vector3d(softly(rest.x(), 0.9), softly(rest.y(), 0.75), softly(rest.z(), 1.35))));
+  }
+
+  /// x near zero, never beyond +-most.
+  static double softly(double x, double most) {
+    const double knee = 0.7 * most, over = std::abs(x) - knee;
+    return over <= 0 ? x : std::copysign(knee + (most - knee) * std::tanh(over / (most - knee)), x);
   }
 
   const Figure& figure_;

@@ -45,6 +45,7 @@ std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FreeSpace& fl
   if (floor.at(plan.stand) < 0.24) return std::nullopt;
   plan.heading = heading_of(inward) + uniform(random, -0.12, 0.12);
 
+  plan.before_edge = -0.2 * place.inward + Vector3d(0, place.edge.y() < 1.0 ? 0.12 : 0.05, 0);
   const int which = uniform_int(random, 0, 4);  // left twice, right twice, both
   for (int side = 0; side < 2; ++side) {
     if (which < 4 && which % 2 != side) continue;
@@ -62,7 +63,6 @@ std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FreeSpace& fl
     trip.pull.place = trip.point - ahead * figure.palm_reach + Vector3d(0, figure.palm_depth, 0);
     trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitY());
     trip.pull.swivel = uniform(random, 0.25, 0.6);
-    trip.arch = place.edge.y() < 1.0 ? 0.14 : 0.03;
     plan.hands.push_back(trip);
   }
   // Lean as far as the arms need it.

@@ -23,6 +23,7 @@ struct TouchPlan {
   Eigen::Vector2d stand = Eigen::Vector2d::Zero();
   double heading = 0;
   std::vector<HandTrip> hands;
+  Eigen::Vector3d before_edge = Eigen::Vector3d::Zero();  ///< from where a wrist rests to where it comes from
   TrunkMove trunk;
 };
 
