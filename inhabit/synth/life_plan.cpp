@@ -30,7 +30,7 @@ class Planner {
     Manner manner;
     manner.arm_swing = uniform(random_, 0.38, 0.8);
     manner.arms_out = uniform(random_, 0.12, 0.22);
-    manner.elbow = uniform(random_, 0.2, 0.42);
+    manner.elbow = uniform(random_, 0.14, 0.32);
     manner.upright = uniform(random_, -0.01, 0.05);
     manner.sway = uniform(random_, 0.7, 1.3);
     manner.pace = uniform(random_, 0.85, 1.2);
