@@ -34,15 +34,15 @@ struct Range {
 Tensor builtin_joint_limits() {
   using Axes = std::array<Range, 3>;
   std::array<Axes, kStandardJoints> limits;
-  const Axes spine{{{-0.5F, 1.0F}, {-0.7F, 0.7F}, {-0.6F, 0.6F}}};
+  const Axes spine{{{-0.6F, 1.25F}, {-0.7F, 0.7F}, {-0.6F, 0.6F}}};
   limits[0] = {{{-6.3F, 6.3F}, {-6.3F, 6.3F}, {-6.3F, 6.3F}}};
   limits[3] = limits[6] = limits[9] = spine;
   limits[12] = limits[15] = {{{-0.9F, 0.9F}, {-1.1F, 1.1F}, {-0.8F, 0.8F}}};
   // Of the left side; flexing a hip forwards is negative about x, bending a knee positive, pointing the toes positive.
   limits[1] = {{{-2.5F, 0.9F}, {-1.2F, 1.2F}, {-0.9F, 1.2F}}};
   limits[4] = {{{-0.2F, 2.8F}, {-0.7F, 0.7F}, {-0.7F, 0.7F}}};
-  limits[7] = {{{-0.8F, 1.1F}, {-0.8F, 0.8F}, {-0.7F, 0.7F}}};
-  limits[10] = {{{-1.2F, 0.8F}, {-0.4F, 0.4F}, {-0.4F, 0.4F}}};
+  limits[7] = {{{-1.1F, 1.1F}, {-0.8F, 0.8F}, {-0.7F, 0.7F}}};
+  limits[10] = {{{-1.2F, 1.1F}, {-0.4F, 0.4F}, {-0.4F, 0.4F}}};
   // Arms hang about -1.3 about z from the T-pose and swing forwards negative about y; elbows bend negative about y.
   limits[13] = {{{-0.6F, 0.6F}, {-0.8F, 0.8F}, {-0.6F, 0.8F}}};
   limits[16] = {{{-2.2F, 2.2F}, {-2.5F, 1.6F}, {-2.2F, 2.2F}}};

@@ -1,0 +1,45 @@
+// Skinning a 90-frame clip of the built-in body: the plain way is the full (V, J) weights times 3x4 transforms as one
+// tensor product, which is what the differentiable path does.
+#include <benchmark/benchmark.h>
+
+#include "inhabit/body/kinematics.h"
+#include "inhabit/math/rotation.h"
+
+namespace {
+
+using namespace inhabit;
+
+torch::Tensor poses(int64_t frames) {
+  torch::manual_seed(1);
+  return axis_angle_to_matrix(torch::randn({frames, 22, 3}) * 0.4);
+}
+
+void plain(benchmark::State& state) {
+  const torch::NoGradGuard no_gradient;
+  const BodyModel& body = builtin_body();
+  const torch::Tensor rotations = poses(state.range(0)), trans = torch::zeros({state.range(0), 3});
+  const torch::Tensor rest = body.joint_template;
+  for (auto _ : state) {
+    const Pose pose = forward_kinematics(body.skeleton.parents, body.skeleton.offsets, rotations, trans);
+    const torch::Tensor shifts = pose.positions - pose.rotations.matmul(rest.unsqueeze(-1)).squeeze(-1);
+    const torch::Tensor transforms = torch::cat({pose.rotations, shifts.unsqueeze(-1)}, -1).flatten(-2);
+    const torch::Tensor blended = body.skin_weights.matmul(transforms).unflatten(-1, {3, 4});
+    benchmark::DoNotOptimize(blended.narrow(-1, 0, 3).matmul(body.template_vertices.unsqueeze(-1)).squeeze(-1) +
+                             blended.select(-1, 3));
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+
+void fast(benchmark::State& state) {
+  const torch::NoGradGuard no_gradient;
+  const BodyModel& body = builtin_body();
+  const torch::Tensor rotations = poses(state.range(0)), trans = torch::zeros({state.range(0), 3});
+  for (auto _ : state) benchmark::DoNotOptimize(skin(body, {}, rotations, trans));
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+
+}  // namespace
+
+BENCHMARK(plain)->Arg(90)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(fast)->Arg(90)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_MAIN();

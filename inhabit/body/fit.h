@@ -1,0 +1,35 @@
+#pragma once
+#include <torch/torch.h>
+
+#include "inhabit/body/body_model.h"
+
+namespace inhabit {
+
+struct FitOptions {
+  torch::Tensor weights;     ///< (22) how much each joint's error counts; undefined: all 1
+  torch::Tensor betas;       ///< shape of the body; undefined: the mean, or found where fit_shape is set
+  bool fit_shape = false;    ///< finds betas from the clip's median bone lengths
+  double smoothness = 0.02;  ///< metres of joint error that a turn of one radian between frames weighs as much as
+};
+
+/// What a fit found.
+struct BodyFit {
+  torch::Tensor rotations;  ///< (T, J, 3) axis-angle; zero for joints beyond the standard 22
+  torch::Tensor trans;      ///< (T, 3)
+  torch::Tensor betas;      ///< as given or found; undefined for the mean shape
+  double mean_error = 0;    ///< metres, mean distance of the body's joints from the targets
+};
+
+/// Inverse kinematics of a whole clip: the rotations that bring a body's first 22 joints nearest to `joints`
+/// (T, 22 or more, 3) metres, whose bone lengths need not be the body's nor stay the same. Each frame starts from
+/// closed forms (pelvis and chest by Kabsch, limbs by their bending plane, the rest by the shortest turn); then
+/// Levenberg-Marquardt over all frames together lessens joint error plus turning between frames, turns beyond the
+/// model's joint limits, and turns that positions cannot tell (twist), which go to the smallest. Joints at the ends
+/// (head, wrists, feet) keep their parents' orientation. Throws Error on wrong shapes or numbers that are not finite.
+BodyFit fit_body(const BodyModel& model, const torch::Tensor& joints, const FitOptions& options = {});
+
+/// Shape parameters (B) whose bone lengths come nearest to those of `joints` (T, 22 or more, 3): medians over the clip,
+/// with a pull towards the mean shape of one standard deviation for a length error of 3 mm.
+torch::Tensor fit_shape(const BodyModel& model, const torch::Tensor& joints);
+
+}  // namespace inhabit
