@@ -20,6 +20,7 @@ export interface Hooks {
   playing(): boolean;
   setShape(shape: Shape): void;
   setFollow(on: boolean): void;
+  setGhosts(on: boolean): void;
   setTheme(theme: Theme): void;
   setJoint(name: string): void;
   setCamera(x: number, y: number, z: number, target?: [number, number, number]): void;
@@ -80,6 +81,22 @@ async function start() {
   const middle = extent.getCenter(new THREE.Vector3());
   stage.setGround(ground, middle, Math.max(6, extent.getSize(v).length() / 2 + 4), !room.hasFloor);
 
+  // Still, see-through copies of each person along the way.
+  const ghosts: { of: Person; ghost: Person; at: number }[] = [];
+  const makeGhosts = () => {
+    const gap = Math.max(0.5, (end - begin) / 12);
+    for (const person of people) {
+      for (let t = Math.ceil((person.start + 1e-6) / gap) * gap; t <= person.end + 1e-6; t += gap) {
+        const ghost = new Person(data, bodies, person.data_, person.color, 0.3);
+        ghost.group.traverse((part) => (part.castShadow = false));
+        ghost.show(shape);
+        ghost.setTime(t);
+        stage.scene.add(ghost.group);
+        ghosts.push({ of: person, ghost, at: t });
+      }
+    }
+  };
+
   const trails = people.map((person) => makeTrails(person, ground));
   trails.forEach((trail, i) => people[i].group.add(trail));
 
@@ -99,6 +116,7 @@ async function start() {
   let following = true;
   let showTrails = true;
   let apart = false;
+  let showGhosts = false;
   let shape: Shape = people.some((person) => person.hasBody) ? 'body' : 'skeleton';
   let dirty = true;
   let painted = NaN; // time the scene was last posed at
@@ -135,6 +153,10 @@ async function start() {
       if (!there) continue;
       person.show(shape);
       person.setTime(time);
+    }
+    for (const { of, ghost } of ghosts) {
+      ghost.group.visible = showGhosts && of.enabled;
+      ghost.group.position.copy(of.group.position);
     }
     contacts?.setTime(time);
     painted = time;
@@ -274,6 +296,10 @@ async function start() {
     shape = people.some((person) => person.hasBody) ? next : 'skeleton';
     shapeButton.textContent = shape === 'body' ? 'Skeleton' : 'Body';
     shapeButton.title = (shape === 'body' ? 'Show the skeleton' : 'Show the body') + ' (B)';
+    for (const { ghost, at } of ghosts) {
+      ghost.show(shape);
+      ghost.setTime(at);
+    }
     painted = NaN;
     dirty = true;
   };
@@ -285,6 +311,18 @@ async function start() {
   shapeButton.hidden = !people.some((person) => person.hasBody);
   toggle('follow', 'f', () => (following = !following)).setAttribute('aria-pressed', 'true');
   toggle('trails', 't', () => (showTrails = !showTrails)).setAttribute('aria-pressed', 'true');
+
+  const setGhosts = (on: boolean) => {
+    showGhosts = on;
+    if (on && ghosts.length === 0) makeGhosts();
+    painted = NaN;
+    dirty = true;
+  };
+  const ghostButton = toggle('ghosts', 'g', () => {
+    setGhosts(!showGhosts);
+    return showGhosts;
+  });
+  ghostButton.hidden = people.length > 8;
 
   const spread = toggle('spread', 's', () => {
     apart = !apart;
@@ -410,6 +448,10 @@ async function start() {
       following = on;
       element('follow').setAttribute('aria-pressed', String(on));
       dirty = true;
+    },
+    setGhosts: (on: boolean) => {
+      setGhosts(on);
+      ghostButton.setAttribute('aria-pressed', String(on));
     },
     setTheme,
     setJoint: (name: string) => chooseJoint(contacts ? contacts.names.indexOf(name) : -1),
