@@ -29,8 +29,8 @@ export class Stage {
   readonly camera = new THREE.PerspectiveCamera(36, 1, 0.05, 200);
   readonly controls: OrbitControls;
   readonly renderer: THREE.WebGLRenderer;
-  private readonly sun = new THREE.DirectionalLight(0xfff3e2, 2.3);
-  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb9aa98, 1.55);
+  private readonly sun = new THREE.DirectionalLight(0xfff4e6, 2.5);
+  private readonly sky = new THREE.HemisphereLight(0xfffaf4, 0xb9aa98, 2.0);
   private readonly fill = new THREE.DirectionalLight(0xdfe9ff, 0.55);
   private readonly grid: THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial>;
   private readonly shade: THREE.Mesh<THREE.PlaneGeometry, THREE.ShadowMaterial>;
@@ -78,9 +78,9 @@ export class Stage {
     this.scene.background = new THREE.Color(dark ? 0x16181c : 0xf1efec);
     this.grid.material.uniforms.ink.value.set(dark ? 0xffffff : 0x3a352f);
     this.shade.material.opacity = dark ? 0.45 : 0.2;
-    this.sky.intensity = dark ? 1.05 : 1.55;
+    this.sky.intensity = dark ? 1.35 : 2.0;
     this.sky.groundColor.set(dark ? 0x6a645d : 0xb9aa98);
-    this.sun.intensity = dark ? 2.1 : 2.3;
+    this.sun.intensity = dark ? 2.2 : 2.5;
   }
 
   /** A grid `reach` metres about the middle, where no floor is given. */
