@@ -7,11 +7,10 @@
 
 namespace inhabit {
 
-/// Meshes of an .obj, .ply, .glb, .gltf, .off or .stl file in the file's own axes and units, node transforms applied.
-/// A mesh is named after its node, or after itself where the node has no name, and a number where a name comes twice;
-/// its colour is the material's base colour (vertex colours' mean in .ply). Polygons are triangulated; points and lines
-/// are skipped; degenerate faces stay (see drop_degenerate_faces). A .ply without faces gives one mesh with no faces.
-/// Throws Error(path, ...) when the file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
+/// Meshes of an .obj, .ply, .glb, .gltf, .off or .stl file in the file's own axes and units, each as its format's
+/// reader says. A mesh without a name gets the file's, and a number where a name comes twice. Degenerate faces stay
+/// (see drop_degenerate_faces); a .ply without faces gives one mesh with no faces. Throws Error(path, ...) when the
+/// file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
 std::vector<Mesh> read_meshes(const std::string& path);
 
 /// The same from memory; `extension` ("obj") tells the format, files it refers to (materials, buffers) are not read.

@@ -5,30 +5,10 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/number_text.h"
+#include "inhabit/io/weld.h"
 
 namespace inhabit {
 namespace {
-
-/// Makes a mesh of corners, three floats each and three to a triangle.
-Mesh weld(const std::vector<float>& corners) {
-  const size_t n = corners.size() / 3;
-  std::vector<int64_t> order(n), number(n);
-  std::iota(order.begin(), order.end(), int64_t{0});
-  const auto at = [&](int64_t i) { return corners.begin() + 3 * i; };
-  std::sort(order.begin(), order.end(),
-            [&](int64_t i, int64_t j) { return std::lexicographical_compare(at(i), at(i) + 3, at(j), at(j) + 3); });
-  std::vector<float> vertices;
-  for (size_t k = 0; k < n; ++k) {
-    if (k == 0 || !std::equal(at(order[k]), at(order[k]) + 3, at(order[k - 1]))) {
-      vertices.insert(vertices.end(), at(order[k]), at(order[k]) + 3);
-    }
-    number[static_cast<size_t>(order[k])] = static_cast<int64_t>(vertices.size() / 3) - 1;
-  }
-  Mesh mesh;
-  mesh.vertices = torch::tensor(vertices).view({-1, 3});
-  mesh.faces = torch::tensor(number, torch::kInt64).view({-1, 3});
-  return mesh;
-}
 
 std::vector<float> binary_corners(std::string_view bytes, uint32_t triangles, const std::string& subject) {
   std::vector<float> corners(9UL * triangles);
@@ -86,7 +66,9 @@ Mesh parse_stl(std::string_view bytes, const std::string& subject) {
     throw Error(subject, "is no STL file");
   }
   if (corners.empty()) throw Error(subject, "holds no faces");
-  return weld(corners);
+  std::vector<int64_t> faces(corners.size() / 3);
+  std::iota(faces.begin(), faces.end(), int64_t{0});
+  return weld(corners, faces);
 }
 
 Mesh parse_off(std::string_view text, const std::string& subject) {

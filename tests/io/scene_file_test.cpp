@@ -233,6 +233,37 @@ TEST(SceneFile, GlbAppliesNodeTransformsAndTurnsMirroredFaces) {
   }
 }
 
+std::string gltf_of(const std::string& nodes, const std::string& more = "") {
+  // Two triangles as a strip, in a buffer that is part of the text: (0 0 0) (1 0 0) (0 1 0) (1 1 0) as bytes.
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":)" + nodes +
+         R"(,"meshes":[{"name":"strip","primitives":[{"attributes":{"POSITION":0},"mode":5}]}],)" +
+         R"("buffers":[{"byteLength":16,"uri":"data:application/octet-stream;base64,AAAAAAEAAAAAAQAAAQEAAA=="}],)" +
+         R"("bufferViews":[{"buffer":0,"byteLength":16,"byteStride":4}],)" +
+         R"("accessors":[{"bufferView":0,"componentType":5121,"count":4,"type":"VEC3"}])" + more + "}";
+}
+
+TEST(SceneFile, GltfStripsBytesAndTrees) {
+  const std::vector<Mesh> meshes = parse_meshes(
+      gltf_of(R"([{"scale":[2,2,2],"children":[1]},{"translation":[1,0,0],"mesh":0}])"), "gltf", "strip.gltf");
+  ASSERT_EQ(meshes.size(), 1U);
+  EXPECT_EQ(meshes[0].name, "strip");
+  ASSERT_EQ(meshes[0].faces.size(0), 2);
+  EXPECT_TRUE(torch::allclose(std::get<0>(meshes[0].vertices.max(0)), torch::tensor({4.F, 2.F, 0.F})));
+  for (int64_t face = 0; face < 2; ++face) {
+    const torch::Tensor c = meshes[0].vertices.index_select(0, meshes[0].faces[face]);
+    EXPECT_GT(torch::cross(c[1] - c[0], c[2] - c[0], 0)[2].item<float>(), 0);
+  }
+  const auto message = [](const std::string& text) {
+    return error_of([&] { parse_meshes(text, "gltf", "bad.gltf"); });
+  };
+  EXPECT_THAT(message(gltf_of(R"([{"mesh":0,"children":[1]},{"children":[0]}])")), HasSubstr("no tree"));
+  EXPECT_THAT(message(gltf_of(R"([{"mesh":7}])")), HasSubstr("mesh that is not there"));
+  EXPECT_THAT(message(gltf_of(R"([{"translation":[1e39,0,0],"mesh":0}])")), HasSubstr("not finite"));
+  std::string longer = gltf_of(R"([{"mesh":0}])");
+  longer.replace(longer.find("\"count\":4"), 9, "\"count\":5");
+  EXPECT_THAT(message(longer), HasSubstr("past the end"));
+}
+
 TEST(SceneFile, PlyWithoutFacesIsACloud) {
   std::string bytes =
       "ply\nformat binary_big_endian 1.0\ncomment a cloud\nelement vertex 2\nproperty double x\nproperty double y\n"
@@ -432,6 +463,54 @@ TEST(BadScenes, EveryTruncationIsAnErrorOrAShorterScene) {
         EXPECT_FALSE(file.scene.empty());
       } catch (const Error& error) {
         EXPECT_THAT(error.what(), HasSubstr("cut." + extension));
+      }
+    }
+  }
+}
+
+TEST(BadScenes, RandomDamageIsAnErrorOrAScene) {
+  Npz archive;
+  archive.tensors["points"] = torch::rand({5, 3});
+  const std::vector<std::pair<std::string, std::string>> files{{"obj", obj_of(OpenRoom(), Axis::y_up, 1)},
+                                                               {"ply", ply_of(OpenRoom(), Axis::y_up, 1)},
+                                                               {"off", off_of(OpenRoom(), Axis::y_up, 1)},
+                                                               {"stl", stl_of(OpenRoom(), Axis::y_up, 1)},
+                                                               {"glb", two_triangles_glb()},
+                                                               {"gltf", gltf_of(R"([{"mesh":0}])")},
+                                                               {"pcd", pcd_header("ascii", 2) + "1 2 3 0\n4 5 6 0\n"},
+                                                               {"xyz", "1 2 3\n4, 5, 6\n"},
+                                                               {"npz", npz_bytes(archive)}};
+  std::mt19937_64 random(1);
+  const std::array<const char*, 8> snippets{"-1", "99999999999", "nan", "1e39", "\n", "\\\n", "0", "4294967295"};
+  for (const auto& [extension, bytes] : files) {
+    for (int round = 0; round < 300; ++round) {
+      std::string damaged = bytes;
+      for (uint64_t edits = 1 + random() % 4; edits > 0 && !damaged.empty(); --edits) {
+        const size_t at = random() % damaged.size();
+        switch (random() % 4) {
+          case 0:
+            damaged[at] = static_cast<char>(random());
+            break;
+          case 1:
+            damaged.erase(at, 1 + random() % 8);
+            break;
+          case 2:
+            damaged.insert(at, snippets[random() % snippets.size()]);
+            break;
+          default:
+            damaged.replace(at, std::min<size_t>(2, damaged.size() - at), snippets[random() % snippets.size()]);
+        }
+      }
+      try {
+        const SceneFile file = parse_scene(damaged, extension, "damaged." + extension);
+        EXPECT_FALSE(file.scene.empty());
+        for (const Mesh& mesh : file.scene.meshes) {
+          EXPECT_TRUE(torch::isfinite(mesh.vertices).all().item<bool>());
+          EXPECT_LT(mesh.faces.max().item<int64_t>(), mesh.vertices.size(0));
+        }
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("damaged." + extension));
+        EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
       }
     }
   }
