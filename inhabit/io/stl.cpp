@@ -37,7 +37,7 @@ std::vector<float> ascii_corners(std::string_view text, const std::string& subje
       }
       ++in_face;
     } else if (key == "endloop" || key == "endfacet") {
-      if (in_face != 3 && key == "endloop") {
+      if (in_face != 0 && in_face != 3) {
         throw Error(subject, "line " + std::to_string(number) + ": a face has " + std::to_string(in_face) + " corners");
       }
       in_face = 0;
