@@ -1,17 +1,17 @@
-// Headers that nearly every source needs and that are slow to parse.
+// Headers that nearly every source needs and that are slow to parse. <torch/torch.h> is not among them: its templates cost every source
+// three seconds, and only what defines or trains networks needs it.
 #pragma once
-#include <torch/torch.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
 #include <string>
+#include <torch/types.h>
+#include <torch/utils.h>
 #include <vector>

@@ -1,5 +1,7 @@
 #include "inhabit/io/bytes.h"
 
+#include <fstream>
+
 #include "inhabit/error.h"
 
 namespace inhabit {

@@ -1,6 +1,7 @@
 #include "inhabit/nn/grid_conv.h"
 
 #include <ATen/Parallel.h>
+#include <torch/csrc/autograd/custom_function.h>
 
 #include <vector>
 

@@ -1,5 +1,6 @@
 #include "inhabit/nn/point_ops.h"
 
+#include <torch/csrc/autograd/custom_function.h>
 #include <ATen/Parallel.h>
 
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "inhabit/view/page.h"
 
+#include <nlohmann/json.hpp>
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,0 +1,46 @@
+#include "inhabit/forecast/contact_forecaster.h"
+
+#include "inhabit/error.h"
+#include "inhabit/forecast/features.h"
+
+namespace inhabit {
+
+struct ContactForecaster::Impl {
+  ForecastNetworks networks;
+};
+
+ContactForecaster::ContactForecaster(const ForecastNetworks& networks)
+    : impl_(std::make_unique<Impl>(Impl{networks})) {}
+ContactForecaster::~ContactForecaster() = default;
+ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
+
+ContactForecaster ContactForecaster::load(const std::string& path) {
+  ForecastNetworks networks = load_forecast_networks(path);
+  if (networks.contact.is_empty() || networks.motion.is_empty())
+    throw Error(path, "lacks the contact or the motion network: train both stages");
+  return ContactForecaster(networks);
+}
+
+const ForecastConfig& ContactForecaster::config() const { return impl_->networks.config; }
+
+Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Tensor& points) const {
+  torch::NoGradGuard no_grad;
+  const ForecastConfig& c = config();
+  if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
+    throw Error("the forecaster observes (" + std::to_string(c.past) + ", " + std::to_string(c.joints) +
+                ", 3) joints, not another shape");
+  // The networks were trained with the origin at the root of the last observed frame.
+  const torch::Tensor origin = past[c.past - 1][c.root].clone();
+  const torch::Tensor observed = (past - origin).unsqueeze(0), scene = (points - origin).unsqueeze(0);
+  const torch::Tensor dct = impl_->networks.contact->forward(scene, contact_features(scene, observed, c), observed);
+  Forecast out;
+  out.contact_maps = contact_maps_from_dct(dct, c)[0];
+  torch::Tensor contacts = contact_points(scene, dct, c);
+  out.joints = forecast_joints(impl_->networks.motion->forward(observed, contacts), c.root)[0] + origin;
+  contacts.narrow(3, 0, 3).add_(contacts.narrow(3, 3, 1) * origin);
+  out.contact_points = contacts[0];
+  out.points = points;
+  return out;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,28 @@
+#pragma once
+#include <torch/types.h>
+
+#include "inhabit/forecast/config.h"
+#include "inhabit/forecast/network.h"
+
+namespace inhabit {
+
+/// Eq. 7 from DCT coefficients: the basis is orthonormal, so the squared error of the first L coefficients differs from
+/// that of the contact maps only by the energy above L, which no prediction can change. Mean over frames, joints and
+/// points.
+/// @param predicted, truth (B, J*L, N) coefficients over past + future frames.
+torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth,
+                               const ForecastConfig& config);
+
+/// Terms of Eq. 13, each a scalar.
+struct MotionLosses {
+  torch::Tensor root;     ///< Eq. 10
+  torch::Tensor local;    ///< Eq. 11
+  torch::Tensor contact;  ///< Eq. 12
+  torch::Tensor total;    ///< Eq. 13
+};
+
+/// @param past (B, P, J, 3), future (B, T, J, 3) true joints; @param contact_points (B, T, J, 4) true contact points.
+MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,
+                           const torch::Tensor& contact_points, const ForecastConfig& config);
+
+}  // namespace inhabit

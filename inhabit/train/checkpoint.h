@@ -1,0 +1,18 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <map>
+#include <string>
+
+namespace inhabit {
+
+/// Everything a run needs to go on: weights and buffers as `module.*`, Adam's moments as `adam.*`, numbers in `state`.
+void save_checkpoint(const std::string& path, const torch::nn::Module& module, torch::optim::Adam& optimizer,
+                     const std::map<std::string, std::string>& state);
+
+/// Fills module and optimizer, returns `state`. Throws Error naming the file when it is not a checkpoint of this
+/// module.
+std::map<std::string, std::string> load_checkpoint(const std::string& path, torch::nn::Module& module,
+                                                   torch::optim::Adam& optimizer);
+
+}  // namespace inhabit

@@ -1,0 +1,189 @@
+#include "inhabit/train/loop.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "inhabit/error.h"
+#include "inhabit/math/random.h"
+#include "inhabit/train/checkpoint.h"
+
+namespace inhabit {
+namespace {
+
+volatile std::sig_atomic_t stop_requested = 0;
+void request_stop(int) { stop_requested = 1; }
+
+/// SIGINT and SIGTERM ask the loop to stop after the step at hand, while one of these lives.
+struct StopOnSignal {
+  decltype(std::signal(SIGINT, SIG_DFL)) interrupt, terminate;
+  StopOnSignal() : interrupt(std::signal(SIGINT, request_stop)), terminate(std::signal(SIGTERM, request_stop)) {
+    stop_requested = 0;
+  }
+  ~StopOnSignal() {
+    std::signal(SIGINT, interrupt);
+    std::signal(SIGTERM, terminate);
+  }
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+};
+
+/// The batches of a run, by step alone. Every epoch is a fresh permutation; one that does not divide goes on into the
+/// next.
+class Order {
+ public:
+  Order(int64_t samples, int64_t batch, uint64_t seed) : samples_(samples), batch_(batch), seed_(seed) {}
+  std::vector<int64_t> indices(int64_t step) {
+    std::vector<int64_t> out;
+    for (int64_t i = step * batch_; i < (step + 1) * batch_; ++i) {
+      permute(i / samples_);
+      out.push_back(permutation_[static_cast<size_t>(i % samples_)]);
+    }
+    return out;
+  }
+
+ private:
+  void permute(int64_t epoch) {
+    if (epoch == epoch_) return;
+    epoch_ = epoch;
+    permutation_.resize(static_cast<size_t>(samples_));
+    std::iota(permutation_.begin(), permutation_.end(), 0);
+    std::mt19937_64 random(item_seed(seed_, static_cast<uint64_t>(epoch)));
+    for (int64_t i = samples_ - 1; i > 0; --i)
+      std::swap(permutation_[static_cast<size_t>(i)],
+                permutation_[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(i)))]);
+  }
+  int64_t samples_, batch_, epoch_ = -1;
+  uint64_t seed_;
+  std::vector<int64_t> permutation_;
+};
+
+double scheduled_rate(const TrainOptions& options, int64_t step) {
+  const double progress = static_cast<double>(step) / static_cast<double>(options.steps);
+  const double warmup = std::min(1.0, (progress + 1.0 / static_cast<double>(options.steps)) / 0.05);
+  return options.learning_rate * warmup * (0.02 + 0.98 * 0.5 * (1 + std::cos(M_PI * progress)));
+}
+
+std::string clock_text(double seconds) {
+  const auto s = static_cast<int64_t>(seconds);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+}  // namespace
+
+TrainResult train(const TrainTask& task, const TrainOptions& options) {
+  if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
+  torch::optim::Adam optimizer(task.module->parameters(), torch::optim::AdamOptions(options.learning_rate));
+  TrainResult result;
+  result.best = std::numeric_limits<double>::infinity();
+  int64_t first_step = 0;
+  double seconds_before = 0;
+  const std::string run = fmt::format("{} steps {} batch {} rate {} samples {} seed {}", task.name, options.steps,
+                                      options.batch, options.learning_rate, task.samples, options.seed);
+  if (options.resume) {
+    auto state = load_checkpoint(options.checkpoint, *task.module, optimizer);
+    if (state["run"] != run)
+      throw Error(options.checkpoint, "belongs to another run (" + state["run"] + "; this one is " + run + ")");
+    first_step = std::stoll(state.at("step"));
+    seconds_before = std::stod(state.at("seconds"));
+    result.best = std::stod(state.at("best"));
+    result.best_step = std::stoll(state.at("best_step"));
+  }
+
+  StopOnSignal stop;
+  std::ofstream log(options.log, options.append_log ? std::ios::app : std::ios::trunc);
+  if (!options.log.empty() && !log) throw Error(options.log, "cannot be written");
+  Order order(task.samples, options.batch, options.seed);
+  auto prepare = [&](int64_t step) {
+    return task.prepare(order.indices(step), item_seed(options.seed + 1, static_cast<uint64_t>(step)));
+  };
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  auto seconds = [&] { return seconds_before + std::chrono::duration<double>(Clock::now() - start).count(); };
+  auto save = [&](int64_t step) {
+    save_checkpoint(options.checkpoint, *task.module, optimizer,
+                    {{"run", run},
+                     {"step", std::to_string(step)},
+                     {"seconds", std::to_string(seconds())},
+                     {"best", fmt::format("{}", result.best)},
+                     {"best_step", std::to_string(result.best_step)}});
+  };
+  double last_report = -1e9, reported_seconds = seconds();
+  int64_t reported_step = first_step;
+
+  if (!options.resume) save(0);  // so that a run that ends before its first checkpoint can be resumed too
+
+  std::future<Batch> next = std::async(std::launch::async, prepare, first_step);
+  for (int64_t step = first_step; step < options.steps; ++step) {
+    const Batch batch = next.get();
+    if (step + 1 < options.steps) next = std::async(std::launch::async, prepare, step + 1);
+    const double rate = scheduled_rate(options, step);
+    static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[0].options()).lr(rate);
+
+    task.module->train();
+    optimizer.zero_grad();
+    const Losses losses = task.losses(batch);
+    losses.front().second.backward();
+    torch::nn::utils::clip_grad_norm_(task.module->parameters(), 1.0);
+    optimizer.step();
+
+    const int64_t done = step + 1;
+    const bool report = seconds() - last_report > 10 || done == options.steps;
+    if (report || done % 20 == 0) {
+      const double per_second =
+          static_cast<double>((done - reported_step) * options.batch) / std::max(1e-9, seconds() - reported_seconds);
+      nlohmann::json line = {{"stage", task.name}, {"step", done}, {"seconds", seconds()}, {"rate", rate}};
+      std::string text;
+      for (const auto& [name, value] : losses) {
+        const double v = value.item<double>();
+        if (!std::isfinite(v))
+          throw Error("training " + task.name, "loss " + name + " is not finite at step " + std::to_string(done));
+        line["losses"][name] = v;
+        text += fmt::format("  {} {:.5g}", name, v);
+      }
+      if (log) log << line.dump() << std::endl;
+      if (report) {
+        spdlog::info("{} {}/{}{}  {:.1f} samples/s  left {}", task.name, done, options.steps, text, per_second,
+                     clock_text(static_cast<double>((options.steps - done) * options.batch) / per_second));
+        last_report = reported_seconds = seconds();
+        reported_step = done;
+      }
+    }
+    if (done % options.validate_every == 0 || done == options.steps) {
+      torch::NoGradGuard no_grad;
+      task.module->eval();
+      const double value = task.validate();
+      if (value < result.best) {
+        result.best = value;
+        result.best_step = done;
+        task.on_best();
+      }
+      spdlog::info("{} {}/{}  validation {:.5g}  best {:.5g} at {}", task.name, done, options.steps, value, result.best,
+                   result.best_step);
+      if (log)
+        log << nlohmann::json{{"stage", task.name}, {"step", done}, {"validation", value}, {"best", result.best}}.dump()
+            << std::endl;
+      last_report = reported_seconds = seconds();  // validation is not training time
+      reported_step = done;
+    }
+    if (stop_requested != 0 && done < options.steps) {
+      save(done);
+      spdlog::info("{} stopped at step {}; --resume goes on from there", task.name, done);
+      result.interrupted = true;
+      break;
+    }
+    if (done % options.checkpoint_every == 0 && done < options.steps) save(done);
+  }
+  if (next.valid()) next.wait();
+  result.seconds = seconds();
+  if (!result.interrupted) std::filesystem::remove(options.checkpoint);
+  return result;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,116 @@
+// Protects the training loop: it learns, its batches depend on the seed and step alone, and an interrupted run that is
+// resumed ends with the very weights of one that was not.
+#include "inhabit/train/loop.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "cli/command.h"
+#include "inhabit/error.h"
+
+namespace inhabit {
+namespace {
+
+/// y = x W^T + b with known W and b, fitted by a linear layer.
+struct Toy {
+  torch::nn::Linear layer{nullptr};
+  torch::Tensor weight, x, y;
+  TrainTask task;
+  int64_t bests = 0;
+
+  Toy() {
+    torch::manual_seed(3);
+    layer = torch::nn::Linear(4, 2);
+    weight = torch::randn({2, 4});
+    x = torch::randn({50, 4});
+    y = torch::matmul(x, weight.t()) + 0.5;
+    task.name = "toy";
+    task.module = layer.ptr();
+    task.samples = 50;
+    task.prepare = [this](const std::vector<int64_t>& indices, uint64_t) {
+      const torch::Tensor i = torch::tensor(indices);
+      return Batch{x.index_select(0, i), y.index_select(0, i)};
+    };
+    task.losses = [this](const Batch& b) { return Losses{{"square", torch::mse_loss(layer->forward(b[0]), b[1])}}; };
+    task.validate = [this] { return torch::mse_loss(layer->forward(x), y).item<double>(); };
+    task.on_best = [this] { ++bests; };
+  }
+};
+
+TrainOptions options_in(const TempFolder& folder) {
+  TrainOptions o;
+  o.steps = 400;
+  o.batch = 8;
+  o.learning_rate = 0.05;
+  o.validate_every = 100;
+  o.checkpoint_every = 50;
+  o.checkpoint = folder / "checkpoint.safetensors";
+  o.log = folder / "log.jsonl";
+  return o;
+}
+
+TEST(TrainLoop, FitsALineAndLogsIt) {
+  const TempFolder folder;
+  Toy toy;
+  const TrainResult r = train(toy.task, options_in(folder));
+  EXPECT_LT(r.best, 1e-3);
+  EXPECT_GE(toy.bests, 1);
+  EXPECT_LT((toy.layer->weight - toy.weight).abs().max().item<double>(), 0.05);
+  std::ifstream log(folder / "log.jsonl");
+  std::string line, last;
+  while (std::getline(log, line)) last = line;
+  EXPECT_EQ(nlohmann::json::parse(last)["step"], 400);
+  EXPECT_FALSE(std::filesystem::exists(folder / "checkpoint.safetensors"));
+}
+
+TEST(TrainLoop, ResumesToTheSameNumbers) {
+  const TempFolder folder;
+  Toy whole, cut, resumed;
+  TrainOptions o = options_in(folder);
+  train(whole.task, o);
+
+  int64_t steps = 0;
+  auto losses = cut.task.losses;
+  cut.task.losses = [&](const Batch& b) {
+    if (++steps == 170) std::raise(SIGTERM);
+    return losses(b);
+  };
+  EXPECT_TRUE(train(cut.task, o).interrupted);
+  EXPECT_EQ(steps, 170);
+
+  o.resume = true;
+  EXPECT_FALSE(train(resumed.task, o).interrupted);
+  EXPECT_TRUE(torch::equal(whole.layer->weight, resumed.layer->weight));
+  EXPECT_TRUE(torch::equal(whole.layer->bias, resumed.layer->bias));
+}
+
+TEST(TrainLoop, RefusesACheckpointOfAnotherRun) {
+  const TempFolder folder;
+  TrainOptions o = options_in(folder);
+  Toy cut;
+  cut.task.losses = [&, losses = cut.task.losses](const Batch& b) {
+    std::raise(SIGTERM);
+    return losses(b);
+  };
+  train(cut.task, o);
+  o.resume = true;
+  o.batch = 4;
+  Toy other;
+  EXPECT_THROW(train(other.task, o), Error);
+  o.checkpoint = folder / "none.safetensors";
+  EXPECT_THROW(train(other.task, o), Error);
+}
+
+TEST(TrainLoop, StopsWhenTheLossIsNotFinite) {
+  const TempFolder folder;
+  Toy toy;
+  toy.x[7][0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(train(toy.task, options_in(folder)), Error);
+}
+
+}  // namespace
+}  // namespace inhabit
