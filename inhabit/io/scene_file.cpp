@@ -67,7 +67,7 @@ double upness(const torch::Tensor& points, int axis) {
   const auto place = [&](int64_t i, int a, int bins) {
     const auto k = static_cast<size_t>(a);
     const double size = std::max(high[k] - low[k], 1e-9);
-    return std::clamp(static_cast<int>((accessor[i][a] - low[k]) / size * bins), 0, bins - 1);
+    return static_cast<int>(std::clamp((accessor[i][a] - low[k]) / size * bins, 0.0, bins - 1.0));
   };
   std::array<std::array<bool, cells * cells>, 2> covered{};
   std::array<double, layers> layer{};
