@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <set>
 
 #include "inhabit/body/bones.h"
 #include "inhabit/error.h"
@@ -79,20 +81,18 @@ Channel channel_of(const TextLines& lines, std::string_view word) {
   lines.fail("unknown channel " + in_quotes(word));
 }
 
-bool taken(const std::vector<Joint>& joints, const std::string& name) {
-  return std::any_of(joints.begin(), joints.end(), [&](const Joint& joint) { return joint.name == name; });
-}
-
 std::vector<Joint> read_hierarchy(TextLines& lines) {
   Words words(lines);
   words.expect("HIERARCHY");
   words.expect("ROOT");
   std::vector<Joint> joints;
   std::vector<int> open;  // the joints whose braces are open
+  std::set<std::string> names;
+  std::map<std::string, int> again;  // how often a name came once more
   const auto begin_joint = [&](const std::string& given) {
     if (given.empty()) lines.fail("a joint has no name");
     std::string name = given;
-    for (int n = 2; taken(joints, name); ++n) name = given + "_" + std::to_string(n);
+    while (!names.insert(name).second) name = given + "_" + std::to_string(++again[given] + 1);
     if (joints.size() >= kMostJoints) lines.fail("more than " + std::to_string(kMostJoints) + " joints");
     joints.push_back({std::move(name), open.empty() ? -1 : open.back(), Eigen::Vector3d::Zero(), {}});
     words.expect("{");
