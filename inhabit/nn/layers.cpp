@@ -4,11 +4,6 @@
 #include "inhabit/nn/point_ops.h"
 
 namespace inhabit::nn {
-namespace {
-
-constexpr double kLeak = 0.1;
-
-}  // namespace
 
 namespace tn = torch::nn;
 
@@ -40,15 +35,15 @@ torch::Tensor VoxelGateImpl::forward(const torch::Tensor& x) {
 PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels, int64_t grid_size) : grid(grid_size) {
   int64_t channels = in_channels;
   for (int i = 0; i < 2; ++i) {
-    convolutions_[i] = tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1));
-    norms_[i] = tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(1e-4));
-    voxel_layers->push_back(convolutions_[i]);
-    voxel_layers->push_back(norms_[i]);
-    voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(kLeak)));
+    convolutions[i] = tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1));
+    norms[i] = tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(kVoxelNormEps));
+    voxel_layers->push_back(convolutions[i]);
+    voxel_layers->push_back(norms[i]);
+    voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(kVoxelLeak)));
     channels = out_channels;
   }
-  gate_ = VoxelGate(out_channels);
-  voxel_layers->push_back(gate_);
+  gate = VoxelGate(out_channels);
+  voxel_layers->push_back(gate);
   register_module("voxel_layers", voxel_layers);
   point_features =
       register_module("point_features", SharedMlp(in_channels, std::vector<int>{static_cast<int>(out_channels)}, 1));
@@ -56,16 +51,16 @@ PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels
 
 torch::Tensor PointVoxelConvImpl::convolve(const torch::Tensor& voxels) {
   if (dense || !voxels.device().is_cpu()) return voxel_layers->forward(voxels);
-  torch::Tensor x = grid_conv3d(voxels, convolutions_[0]->weight, convolutions_[0]->bias);
-  x = torch::leaky_relu(norms_[0]->forward(x), kLeak);
+  torch::Tensor x = grid_conv3d(voxels, convolutions[0]->weight, convolutions[0]->bias);
+  x = torch::leaky_relu(norms[0]->forward(x), kVoxelLeak);
   // Out of reach of every occupied voxel the first convolution gave its bias, so `x` has one value there.
   const torch::Tensor reached = torch::max_pool3d(voxels.detach().abs().amax(1, true), 3, 1, 1).flatten();
   const int64_t away = reached.argmin().item<int64_t>();
   const int64_t cells = grid * grid * grid;
   const torch::Tensor background = reached[away].item<float>() == 0 ? x.flatten(2)[away / cells].select(1, away % cells)
                                                                     : torch::zeros({x.size(1)}, x.options());
-  x = grid_conv3d_over(background, x, convolutions_[1]->weight, convolutions_[1]->bias);
-  return gate_->forward(torch::leaky_relu(norms_[1]->forward(x), kLeak));
+  x = grid_conv3d_over(background, x, convolutions[1]->weight, convolutions[1]->bias);
+  return gate->forward(torch::leaky_relu(norms[1]->forward(x), kVoxelLeak));
 }
 
 PointFeatures PointVoxelConvImpl::forward(const PointFeatures& input) {

@@ -5,6 +5,9 @@
 
 namespace inhabit::nn {
 
+/// Slope of the leaky ReLU behind a voxel convolution, and epsilons of the batch norms.
+inline constexpr double kVoxelLeak = 0.1, kVoxelNormEps = 1e-4, kPointNormEps = 1e-5;
+
 /// Features (B, C, N) at points (B, N, 3): what the point layers take and give.
 struct PointFeatures {
   torch::Tensor features, points;
@@ -39,13 +42,12 @@ struct PointVoxelConvImpl : torch::nn::Module {
   bool dense = false;
   torch::nn::Sequential voxel_layers;
   SharedMlp point_features{nullptr};
+  torch::nn::Conv3d convolutions[2]{nullptr, nullptr};  ///< inside voxel_layers
+  torch::nn::BatchNorm3d norms[2]{nullptr, nullptr};
+  VoxelGate gate{nullptr};
 
  private:
   torch::Tensor convolve(const torch::Tensor& voxels);
-
-  torch::nn::Conv3d convolutions_[2]{nullptr, nullptr};
-  torch::nn::BatchNorm3d norms_[2]{nullptr, nullptr};
-  VoxelGate gate_{nullptr};
 };
 TORCH_MODULE(PointVoxelConv);
 

@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "inhabit/nn/point_kernel.h"
+
 namespace inhabit::nn {
 namespace {
 
@@ -129,12 +131,7 @@ struct ScatterFunction : torch::autograd::Function<ScatterFunction> {
   }
 };
 
-float squared_distance(const float* a, const float* b) {
-  const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  return x * x + y * y + z * z;
-}
-
-/// (B, M, N) squared distances from centres to points, summed in the same order as squared_distance().
+/// (B, M, N) squared distances from centres to points.
 Tensor squared_distances(const Tensor& points, const Tensor& centres) {
   const auto axis = [&](int64_t i) {
     return (centres.select(2, i).unsqueeze(2) - points.select(2, i).unsqueeze(1)).square();
@@ -203,27 +200,11 @@ Tensor furthest_points(const Tensor& points, int64_t count) {
     return torch::stack(chosen, 1);
   }
   const Tensor source = points.contiguous();
-  Tensor chosen = torch::zeros({batch, count}, torch::kInt64);
-  at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last_batch) {
-    std::vector<float> distance(total);
-    for (int64_t b = first; b < last_batch; ++b) {
-      const float* at = source.data_ptr<float>() + b * total * 3;
-      int64_t* out = chosen.data_ptr<int64_t>() + b * count;
-      std::fill(distance.begin(), distance.end(), std::numeric_limits<float>::max());
-      int64_t last = 0;
-      for (int64_t i = 1; i < count; ++i) {
-        float best = -1;
-        int64_t furthest = 0;
-        for (int64_t n = 0; n < total; ++n) {
-          distance[n] = std::min(distance[n], squared_distance(at + 3 * n, at + 3 * last));
-          if (distance[n] > best) {
-            best = distance[n];
-            furthest = n;
-          }
-        }
-        out[i] = last = furthest;
-      }
-    }
+  Tensor chosen = torch::empty({batch, count}, torch::kInt64);
+  at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
+    for (int64_t b = first; b < last; ++b)
+      furthest_points_of_cloud(PointArrays(source.data_ptr<float>() + b * total * 3, total), count,
+                               chosen.data_ptr<int64_t>() + b * count);
   });
   return chosen;
 }
@@ -245,18 +226,16 @@ Tensor ball_neighbours(const Tensor& points, const Tensor& centres, double radiu
   }
   const Tensor source = points.contiguous(), target = centres.contiguous();
   Tensor found = torch::zeros({batch, count, neighbours}, torch::kInt64);
-  at::parallel_for(0, batch * count, row_grain(total), [&](int64_t first, int64_t last) {
-    for (int64_t row = first; row < last; ++row) {
-      const float* at = source.data_ptr<float>() + row / count * total * 3;
-      const float* centre = target.data_ptr<float>() + row * 3;
-      int64_t* out = found.data_ptr<int64_t>() + row * neighbours;
-      int64_t got = 0;
-      for (int64_t n = 0; n < total && got < neighbours; ++n) {
-        if (squared_distance(centre, at + 3 * n) < reach) out[got++] = n;
+  for (int64_t b = 0; b < batch; ++b) {
+    const PointArrays cloud(source.data_ptr<float>() + b * total * 3, total);
+    at::parallel_for(0, count, row_grain(total), [&](int64_t first, int64_t last) {
+      for (int64_t m = b * count + first; m < b * count + last; ++m) {
+        int64_t* out = found.data_ptr<int64_t>() + m * neighbours;
+        const int64_t got = points_in_ball(cloud, target.data_ptr<float>() + m * 3, reach, neighbours, out);
+        if (got > 0) std::fill(out + got, out + neighbours, out[0]);
       }
-      for (int64_t k = got; k < neighbours && got > 0; ++k) out[k] = out[0];
-    }
-  });
+    });
+  }
   return found;
 }
 
@@ -271,29 +250,18 @@ SparseMap nearest_interpolation(const Tensor& points, const Tensor& centres) {
     const Tensor source = points.contiguous(), target = centres.contiguous();
     distance = torch::empty({batch, total, terms});
     index = torch::empty({batch, total, terms}, torch::kInt64);
-    at::parallel_for(0, batch * total, row_grain(count), [&](int64_t first, int64_t last) {
-      for (int64_t row = first; row < last; ++row) {
-        const float* point = source.data_ptr<float>() + row * 3;
-        const float* centre = target.data_ptr<float>() + row / total * count * 3;
-        float best[3] = {INFINITY, INFINITY, INFINITY};
-        int64_t at[3] = {0, 0, 0};
-        for (int64_t m = 0; m < count; ++m) {
-          const float d = squared_distance(point, centre + 3 * m);
-          if (!(d < best[2])) continue;
-          int64_t slot = 2;
-          for (; slot > 0 && d < best[slot - 1]; --slot) {
-            best[slot] = best[slot - 1];
-            at[slot] = at[slot - 1];
-          }
-          best[slot] = d;
-          at[slot] = m;
+    for (int64_t b = 0; b < batch; ++b) {
+      const PointArrays cloud(target.data_ptr<float>() + b * count * 3, count);
+      at::parallel_for(0, total, row_grain(count), [&](int64_t first, int64_t last) {
+        for (int64_t n = b * total + first; n < b * total + last; ++n) {
+          float best[3];
+          int64_t at[3];
+          three_nearest_points(cloud, source.data_ptr<float>() + n * 3, best, at);
+          std::copy_n(best, terms, distance.data_ptr<float>() + n * terms);
+          std::copy_n(at, terms, index.data_ptr<int64_t>() + n * terms);
         }
-        for (int64_t k = 0; k < terms; ++k) {
-          distance.data_ptr<float>()[row * terms + k] = best[k];
-          index.data_ptr<int64_t>()[row * terms + k] = at[k];
-        }
-      }
-    });
+      });
+    }
   }
   const Tensor nearness = distance.clamp_min(kLeastSquaredDistance).reciprocal();
   return {index, (nearness / nearness.sum(2, true)).contiguous(), count};

@@ -1,0 +1,112 @@
+#include "inhabit/nn/row_products_kernel.h"
+
+#include <cstring>
+
+#include "inhabit/math/simd.h"
+
+namespace inhabit::nn {
+namespace {
+
+/// `rows` rows of y, kVectors vectors of kWidth columns each, held in registers while the input channels go by.
+template <int kWidth, int kVectors, int kRows>
+INHABIT_INLINE void tile(const float* w, int64_t depth, const float* const* x, float* const* y) {
+  typedef float vec __attribute__((vector_size(kWidth * sizeof(float)), aligned(4), may_alias));
+  vec sum[kRows][kVectors];
+#pragma GCC unroll 8
+  for (int r = 0; r < kRows; ++r) {
+#pragma GCC unroll 8
+    for (int v = 0; v < kVectors; ++v) sum[r][v] = *reinterpret_cast<const vec*>(y[r] + v * kWidth);
+  }
+  for (int64_t c = 0; c < depth; ++c, w += kColumnBlock) {
+    vec weight[kVectors];
+#pragma GCC unroll 8
+    for (int v = 0; v < kVectors; ++v) weight[v] = *reinterpret_cast<const vec*>(w + v * kWidth);
+#pragma GCC unroll 8
+    for (int r = 0; r < kRows; ++r) {
+      const float value = x[r][c];
+#pragma GCC unroll 8
+      for (int v = 0; v < kVectors; ++v) sum[r][v] += value * weight[v];
+    }
+  }
+#pragma GCC unroll 8
+  for (int r = 0; r < kRows; ++r) {
+#pragma GCC unroll 8
+    for (int v = 0; v < kVectors; ++v) *reinterpret_cast<vec*>(y[r] + v * kWidth) = sum[r][v];
+  }
+}
+
+template <int kWidth, int kVectors, int kRows>
+INHABIT_INLINE void tiles_across(const float* w, int64_t depth, const float* const* x, float* const* y) {
+  for (int64_t column = 0; column < kColumnBlock; column += kWidth * kVectors) {
+    float* target[kRows];
+    for (int r = 0; r < kRows; ++r) target[r] = y[r] + column;
+    tile<kWidth, kVectors, kRows>(w + column, depth, x, target);
+  }
+}
+
+template <int kWidth, int kVectors>
+INHABIT_INLINE void accumulate(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
+                               const int32_t* from, const int32_t* to, int64_t count, float* y) {
+  constexpr int kRows = 6;
+  const int64_t y_stride = w.stride();
+  for (int64_t column = 0; column < y_stride; column += kColumnBlock) {
+    const float* weights = w.data.data() + column * w.in;
+    const float* source[kRows];
+    float* target[kRows];
+    for (int64_t i = 0; i < count;) {
+      const int64_t got = count - i < kRows ? count - i : kRows;
+      for (int64_t r = 0; r < got; ++r) {
+        source[r] = x + (from != nullptr ? from[i + r] : i + r) * x_stride;
+        target[r] = y + (to != nullptr ? to[i + r] : i + r) * y_stride + column;
+      }
+      i += got;
+      int64_t done = 0;
+      if (got == kRows) {
+        tiles_across<kWidth, kVectors, kRows>(weights, depth, source, target);
+        continue;
+      }
+      if (got - done >= 3) {
+        tiles_across<kWidth, kVectors, 3>(weights, depth, source, target);
+        done += 3;
+      }
+      for (; done < got; ++done) tiles_across<kWidth, kVectors, 1>(weights, depth, source + done, target + done);
+    }
+  }
+}
+
+INHABIT_TARGET_AVX512 void accumulate_avx512(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
+                                             const int32_t* from, const int32_t* to, int64_t count, float* y) {
+  accumulate<16, 4>(w, depth, x, x_stride, from, to, count, y);
+}
+INHABIT_TARGET_AVX2 void accumulate_avx2(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
+                                         const int32_t* from, const int32_t* to, int64_t count, float* y) {
+  accumulate<8, 2>(w, depth, x, x_stride, from, to, count, y);
+}
+
+}  // namespace
+
+PackedMatrix pack_matrix(const float* entry, int64_t in, int64_t out, int64_t in_step, int64_t out_step) {
+  PackedMatrix w;
+  w.in = in;
+  w.out = out;
+  w.data.assign(static_cast<size_t>(in * w.stride()), 0.0F);
+  for (int64_t o = 0; o < out; ++o) {
+    float* block = w.data.data() + o / kColumnBlock * kColumnBlock * in + o % kColumnBlock;
+    for (int64_t i = 0; i < in; ++i) block[i * kColumnBlock] = entry[i * in_step + o * out_step];
+  }
+  return w;
+}
+
+void accumulate_rows(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride, const int32_t* from,
+                     const int32_t* to, int64_t count, float* y) {
+  switch (simd_level()) {
+    case Simd::kAvx512:
+      return accumulate_avx512(w, depth, x, x_stride, from, to, count, y);
+    case Simd::kAvx2:
+      return accumulate_avx2(w, depth, x, x_stride, from, to, count, y);
+    case Simd::kBaseline:
+      return accumulate<4, 2>(w, depth, x, x_stride, from, to, count, y);
+  }
+}
+
+}  // namespace inhabit::nn
