@@ -9,9 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/forecast/fast_contact_network.h"
+#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/network.h"
+#include "inhabit/io/expmap_text.h"
 #include "inhabit/io/safetensors.h"
 
 using namespace inhabit;
@@ -60,6 +63,22 @@ void check_contact_forecast(const std::string& path, const SafeTensors& content)
   const MotionForecast forecast = motion->forward(past, points);
   expect_close(forecast.root_path[0], tensor(content, "out.root_path"), "root path");
   expect_close(forecast.local[0], tensor(content, "out.local_pose"), "local poses");
+
+  const Tensor fast_dct = FastContactNetwork(contact).forward(scene, dct_in, past);
+  expect_close(fast_dct[0], tensor(content, "out.contact_dct"), "contact DCT out, fast");
+  const MotionForecast fast = FastMotionNetwork(motion).forward(past, points);
+  expect_close(fast.root_path[0], tensor(content, "out.root_path"), "root path, fast");
+  expect_close(fast.local[0], tensor(content, "out.local_pose"), "local poses, fast");
+}
+
+void check_cmu_kinematics(const std::string&, const SafeTensors& content) {
+  expect_close(expmap_joint_positions(ExpmapSkeleton::cmu, tensor(content, "in.expmap")), tensor(content, "out.joints"),
+               "joints");
+}
+
+void check_h36m_kinematics(const std::string&, const SafeTensors& content) {
+  expect_close(expmap_joint_positions(ExpmapSkeleton::h36m, tensor(content, "in.expmap")),
+               tensor(content, "out.joints"), "joints");
 }
 
 using Check = void (*)(const std::string& path, const SafeTensors& content);
@@ -67,6 +86,8 @@ using Check = void (*)(const std::string& path, const SafeTensors& content);
 /// What checks a file, told by its name; none for files of other systems.
 Check check_for(const std::string& name) {
   if (name.rfind("contact_forecast", 0) == 0) return check_contact_forecast;
+  if (name.rfind("cmu_forward_kinematics", 0) == 0) return check_cmu_kinematics;
+  if (name.rfind("h36m_forward_kinematics", 0) == 0) return check_h36m_kinematics;
   return nullptr;
 }
 
