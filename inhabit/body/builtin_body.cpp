@@ -2,7 +2,7 @@
 #include "inhabit/body/builtin_skin.h"
 #include "inhabit/body/proportions.h"
 #include "inhabit/error.h"
-#include "inhabit/scene/sampling.h"
+#include "inhabit/math/furthest_points.h"
 
 namespace inhabit {
 namespace {

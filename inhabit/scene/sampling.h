@@ -17,8 +17,4 @@ torch::Tensor sample_points(const Scene& scene, int64_t count, std::mt19937_64& 
 torch::Tensor sample_points_near(const Scene& scene, const torch::Tensor& center, double radius, int64_t count,
                                  std::mt19937_64& random);
 
-/// Indices (count) int64 of points (N, 3) each furthest from those chosen before it, beginning with `first`.
-/// Throws Error when there are fewer points than asked for.
-torch::Tensor furthest_point_indices(const torch::Tensor& points, int64_t count, int64_t first = 0);
-
 }  // namespace inhabit

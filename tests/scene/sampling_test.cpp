@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "inhabit/error.h"
+#include "inhabit/math/furthest_points.h"
 
 namespace inhabit {
 namespace {
