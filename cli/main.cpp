@@ -29,12 +29,15 @@ int main(int argc, char** argv) {
   add_version(app);
   add_info(app);
   add_view(app);
+  add_synth(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {
     return app.exit(e);
   } catch (const CLI::CallForAllHelp& e) {
     return app.exit(e);
+  } catch (const CLI::RuntimeError& e) {  // a verb that has said what it found, as an exit code
+    return e.get_exit_code();
   } catch (const CLI::ParseError& e) {
     std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
     return 2;

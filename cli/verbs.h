@@ -6,3 +6,4 @@
 void add_version(CLI::App& app);
 void add_info(CLI::App& app);
 void add_view(CLI::App& app);
+void add_synth(CLI::App& app);

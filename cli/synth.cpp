@@ -1,0 +1,127 @@
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "inhabit/error.h"
+#include "inhabit/synth/check.h"
+#include "inhabit/synth/fit.h"
+#include "inhabit/synth/generate.h"
+#include "verbs.h"
+
+namespace {
+
+using inhabit::Bar;
+using inhabit::Dataset;
+
+inhabit::Progress progress_line(const char* what) {
+  return [what](int64_t done, int64_t total) {
+    if (done % std::max<int64_t>(1, total / 100) == 0 || done == total)
+      std::fprintf(stderr, "\r%s %ld of %ld%s", what, static_cast<long>(done), static_cast<long>(total),
+                   done == total ? "\n" : "");
+  };
+}
+
+void print_summary(const Dataset& dataset) {
+  double seconds = 0;
+  for (const auto& clip : dataset.clips) seconds += static_cast<double>(clip.frames) / dataset.rate;
+  std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", dataset.folder.c_str(),
+              dataset.clips.size(), seconds / 60, dataset.split("train").size(), dataset.split("val").size(),
+              dataset.split("test").size());
+}
+
+void add_rooms(CLI::App& synth) {
+  struct Given {
+    std::string out;
+    inhabit::GenerateOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("rooms", "Make rooms and people who live in them");
+  verb->add_option("--out", given->out, "Folder of the data set")->required();
+  verb->add_option("--clips", given->options.clips, "Number of clips")->capture_default_str();
+  verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  verb->add_option("--seconds", given->options.seconds, "Length of each clip")->capture_default_str();
+  verb->add_option("--clips-per-room", given->options.clips_per_room, "Clips in each room")->capture_default_str();
+  verb->callback([given] {
+    given->options.progress = progress_line("clip");
+    print_summary(inhabit::generate_rooms(given->out, given->options));
+  });
+}
+
+void add_fit(CLI::App& synth) {
+  struct Given {
+    std::string out;
+    std::vector<std::string> mocap;
+    inhabit::FitOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("fit", "Furnish rooms around recorded motion");
+  verb->add_option("--mocap", given->mocap,
+                   "Recordings (.npz, .bvh, .amc, .txt); those in a folder called test are kept for testing")
+      ->required();
+  verb->add_option("--test", given->options.test, "Recordings kept for testing");
+  verb->add_option("--out", given->out, "Folder of the data set")->required();
+  verb->add_option("--rooms-per-clip", given->options.rooms_per_clip, "Rooms around each piece")->capture_default_str();
+  verb->add_option("--seconds", given->options.seconds, "Longest piece of a recording")->capture_default_str();
+  verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  verb->callback([given] {
+    for (const std::string& file : given->mocap) {
+      bool test = false;
+      for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
+      (test ? given->options.test : given->options.train).push_back(file);
+    }
+    given->options.progress = progress_line("recording");
+    print_summary(inhabit::fit_recordings(given->out, given->options));
+  });
+}
+
+void add_check(CLI::App& synth) {
+  struct Given {
+    std::string folder, split = "all";
+    bool json = false;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("check", "Measure a data set's motion; exit code 1 where a bar is missed");
+  verb->add_option("folder", given->folder, "Folder of the data set")->required();
+  verb->add_option("--split", given->split, "train, val, test or all")->capture_default_str();
+  verb->add_flag("--json", given->json, "Print JSON");
+  verb->callback([given] {
+    const Dataset dataset = inhabit::open_dataset(given->folder);
+    if (dataset.split(given->split).empty())
+      throw inhabit::Error(given->folder, "has no clips in split \"" + given->split + "\"");
+    const std::vector<Bar> bars = inhabit::check_motion(dataset, given->split);
+    bool pass = true;
+    nlohmann::json out = nlohmann::json::array();
+    if (!given->json) std::printf("%-34s %10s %10s %10s  %-5s %s\n", "", "low", "measured", "high", "", "worst clip");
+    for (const Bar& bar : bars) {
+      pass &= bar.pass();
+      if (given->json) {
+        out.push_back({{"name", bar.name},
+                       {"unit", bar.unit},
+                       {"low", bar.low},
+                       {"high", bar.high},
+                       {"value", bar.value},
+                       {"clips", bar.clips},
+                       {"pass", bar.pass()},
+                       {"worst", bar.worst},
+                       {"worst_clip", bar.worst_clip}});
+      } else if (bar.clips == 0) {
+        std::printf("%-34s %10g %10s %10g  -     no clip has any\n", bar.name.c_str(), bar.low, "-", bar.high);
+      } else {
+        std::printf("%-34s %10g %10.4g %10g  %-5s %s (%.4g %s)\n", bar.name.c_str(), bar.low, bar.value, bar.high,
+                    bar.pass() ? "pass" : "FAIL", bar.worst_clip.c_str(), bar.worst, bar.unit.c_str());
+      }
+    }
+    if (given->json) std::printf("%s\n", out.dump(1).c_str());
+    if (!pass) throw CLI::RuntimeError(1);
+  });
+}
+
+}  // namespace
+
+void add_synth(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("synth", "Make data sets: rooms, people in them, rooms around recordings");
+  verb->require_subcommand(1);
+  add_rooms(*verb);
+  add_fit(*verb);
+  add_check(*verb);
+}

@@ -1,0 +1,59 @@
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// One clip of a native data set. Paths are relative to the data set's folder, with forward slashes.
+struct DatasetClip {
+  std::string file;    ///< "clips/000012.npz"
+  std::string scene;   ///< "scenes/room_0003.glb"; empty for motion without a scene
+  std::string split;   ///< "train", "val" or "test"
+  int64_t frames = 0;  ///< number of frames, so that cutting into samples needs no file
+  std::string source;  ///< the recording it was made from; empty when generated
+};
+
+/// The index of a native data set (docs/dataset.md): a folder with dataset.json, scenes/ and clips/. Only the index is
+/// held; clips and scenes are read when asked for.
+struct Dataset {
+  std::string folder;
+  double rate = 30.0;  ///< frames a second of every clip
+  std::vector<std::string> joint_names;
+  std::vector<int> parents;
+  std::vector<std::string> actions;                      ///< what Clip::action counts
+  nlohmann::json provenance = nlohmann::json::object();  ///< how it was made: command, seed, sources, licence
+  std::vector<DatasetClip> clips;
+
+  /// The clips of one split, in order; "all" gives every clip.
+  std::vector<DatasetClip> split(const std::string& name) const;
+};
+
+/// Reads FOLDER/dataset.json. Throws Error(FOLDER/dataset.json, ...) that names the entry at fault where it is missing,
+/// no JSON, of another version, has values of the wrong type or size, a path that leaves the folder, or one scene in
+/// two splits.
+Dataset open_dataset(const std::string& folder);
+
+/// Throws Error(file, ...) where the clip is missing or damaged, or disagrees with the index (frames, rate, joints,
+/// actions).
+Clip load_clip(const Dataset& dataset, const DatasetClip& entry);
+
+/// A scene by the name that clips give it. Scenes are shared by clips: keep those you need again.
+Scene load_scene(const Dataset& dataset, const std::string& name);
+
+/// An empty data set of the standard skeleton in `folder`, whose folders are made. Throws Error where they cannot be,
+/// or where a data set is there already.
+Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions);
+
+/// Writes a scene into the folder as glTF, or a clip whose `entry` says where it goes (frames are filled in). Both may
+/// be called from several threads.
+void write_scene(const Dataset& dataset, const std::string& name, const Scene& scene);
+void write_clip(const Dataset& dataset, DatasetClip& entry, const Clip& clip);
+
+/// Writes dataset.json; last, so that an interrupted run leaves no data set behind. Throws Error as open_dataset would.
+void write_index(const Dataset& dataset);
+
+}  // namespace inhabit

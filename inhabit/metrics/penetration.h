@@ -1,0 +1,52 @@
+#pragma once
+#include <string>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+class SceneQuery;
+
+/// How deep the body is in the scene, and where that happens.
+struct Penetration {
+  double depth = 0;    ///< metres; 0 when the body is nowhere inside
+  int64_t frame = -1;  ///< of the deepest place
+  int joint = -1;      ///< whose capsule it is
+  std::string object;  ///< name of the mesh nearest to that place
+};
+
+/// The deepest that any of the body's capsules gets into the scene's meshes in any frame. The floor (meshes called
+/// "floor") does not count, nor does what is sat or leaned on, while it is: the object nearest to the root when
+/// pelvis, hips or spine are labelled to be in contact, and on the way down and up (actions sit_down and stand_up next
+/// to such frames). An object is all meshes of its name and of its name followed by ".1", ".2", ...
+/// Needs clip.rotations and clip.trans on the standard skeleton. Capsule axes are sampled every 3 cm or finer.
+Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const Scene& scene);
+
+/// (T, capsules) metres that each of the body's capsules reaches into what `query` knows; negative when apart.
+torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const SceneQuery& query);
+
+/// For each frame the name of the object sat or leaned on, empty where there is none (see deepest_penetration).
+std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene);
+
+/// "chair_0" of "chair_0.2".
+std::string object_of_mesh(const std::string& mesh_name);
+
+/// How far the worst joint angle is beyond the body's limits, radians of an axis-angle component; 0 within.
+struct LimitExcess {
+  double radians = 0;
+  int64_t frame = -1;
+  int joint = -1;
+};
+LimitExcess beyond_limits(const Clip& clip, const BodyModel& body);
+
+/// How well labelled hand contacts meet the scene.
+struct HandContact {
+  int64_t contacts = 0;   ///< frames and hands that are labelled
+  double target_gap = 0;  ///< metres between labelled point and surface, the largest
+  double hand_gap = 0;    ///< metres between the hand's skin and the surface, the largest
+};
+HandContact hand_contact(const Clip& clip, const BodyModel& body, const Scene& scene);
+
+}  // namespace inhabit

@@ -1,0 +1,28 @@
+#pragma once
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "inhabit/data/native.h"
+
+namespace inhabit {
+
+/// One measure of a data set's motion and the range it must lie in.
+struct Bar {
+  std::string name;
+  std::string unit;
+  double low = 0, high = 0;  ///< the value passes in [low, high]
+  double value = 0;          ///< over the whole data set
+  int64_t clips = 0;         ///< clips that it could be measured on
+  std::string worst_clip;    ///< file of the clip farthest out
+  double worst = 0;          ///< its value
+
+  bool pass() const { return clips == 0 || (value >= low && value <= high); }
+};
+
+/// The bars of generated motion over clips of `dataset` (of one split, or "all"): share of skating frames, speed, joint
+/// acceleration and jerk while walking (means over frames), and, as the worst of all clips, joint limits, depth in
+/// walls and furniture, distance of labelled hand contacts from the surface (of the point, and of the hand's skin).
+std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split = "all");
+
+}  // namespace inhabit

@@ -1,0 +1,485 @@
+#include "inhabit/synth/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "inhabit/error.h"
+#include "inhabit/io/files.h"
+#include "inhabit/math/random.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/scene/query.h"
+#include "inhabit/synth/body_sweep.h"
+#include "inhabit/synth/layout.h"
+
+namespace inhabit {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kRate = 30.0;
+constexpr double kApart = 0.02;   // metres between the body and what it does not use
+constexpr double kSink = -0.018;  // how far flesh may sink into what is sat on or touched
+const std::vector<std::string> kActions = {"stand", "walk", "run", "sit"};
+
+double body_ball_height() {
+  const BodyModel& body = builtin_body();
+  return (body.joint_template[10][1] - body.template_vertices.select(1, 1).min()).item<double>();
+}
+
+// Turns a clip by `yaw` about the vertical (+Z towards +X), then moves it by `shift`.
+Clip moved(const Clip& clip, double yaw, const Vector3d& shift) {
+  Clip out = clip;
+  const torch::Tensor turn = axis_angle_to_matrix(torch::tensor({0.F, static_cast<float>(yaw), 0.F}));
+  const torch::Tensor by =
+      torch::tensor({static_cast<float>(shift.x()), static_cast<float>(shift.y()), static_cast<float>(shift.z())});
+  out.joints = torch::matmul(clip.joints, turn.t()) + by;
+  if (clip.rotations.defined() && clip.trans.defined()) {
+    const torch::Tensor root =
+        matrix_to_axis_angle(torch::matmul(turn, axis_angle_to_matrix(clip.rotations.select(1, 0))));
+    out.rotations = torch::cat({root.unsqueeze(1), clip.rotations.slice(1, 1)}, 1);
+    // root = trans + offset, and it is the root that turns about the origin.
+    const torch::Tensor offset = clip.skeleton.offsets[0];
+    out.trans = torch::matmul(clip.trans + offset, turn.t()) + by - offset;
+  }
+  return out;
+}
+
+// (T, J) m/s.
+torch::Tensor joint_speeds(const Clip& clip) {
+  const torch::Tensor v = torch::diff(clip.joints, 1, 0).norm(2, 2) * clip.rate;
+  return torch::cat({v, v.slice(0, -1)}, 0);
+}
+
+struct Span {
+  int first = 0, last = 0;  // frames [first, last)
+};
+
+// Runs of at least `least` frames for which `holds`.
+template <class Holds>
+std::vector<Span> runs(int frames, int least, Holds holds) {
+  std::vector<Span> out;
+  for (int t = 0, first = -1; t <= frames; ++t) {
+    const bool now = t < frames && holds(t);
+    if (now && first < 0) first = t;
+    if (!now && first >= 0) {
+      if (t - first >= least) out.push_back({first, t});
+      first = -1;
+    }
+  }
+  return out;
+}
+
+// What the fitting asks of a clip, as plain numbers.
+struct Motion {
+  int frames = 0;
+  std::vector<std::array<Vector3d, kStandardJoints>> joints;
+  std::vector<std::array<double, kStandardJoints>> speed;
+
+  explicit Motion(const Clip& clip) : frames(static_cast<int>(clip.frames())) {
+    const torch::Tensor p = clip.joints.contiguous(), s = joint_speeds(clip).contiguous();
+    const auto pa = p.accessor<float, 3>();
+    const auto sa = s.accessor<float, 2>();
+    joints.resize(static_cast<size_t>(frames));
+    speed.resize(static_cast<size_t>(frames));
+    for (int t = 0; t < frames; ++t)
+      for (int j = 0; j < kStandardJoints; ++j) {
+        joints[t][j] = {pa[t][j][0], pa[t][j][1], pa[t][j][2]};
+        speed[t][j] = sa[t][j];
+      }
+  }
+  // The direction the hips face, on the floor.
+  Vector2d facing(int t) const {
+    const Vector3d right_to_left = joints[t][1] - joints[t][2];
+    const Vector3d ahead = right_to_left.cross(Vector3d::UnitY());
+    const Vector2d flat(ahead.x(), ahead.z());
+    return flat.norm() > 1e-6 ? Vector2d(flat.normalized()) : Vector2d(0, 1);
+  }
+};
+
+double yaw_of(const Vector2d& direction) { return std::atan2(direction.x(), direction.y()); }
+
+BodySweep::Gaps gaps_with(double sink, std::initializer_list<int> sinking) {
+  BodySweep::Gaps gaps;
+  gaps.fill(kApart);
+  for (const int joint : sinking) gaps[static_cast<size_t>(joint)] = sink;
+  return gaps;
+}
+
+// A place where the person sits: frames, the level of the seat's top, where the pelvis rests and how it faces.
+struct Rest {
+  Span frames;
+  double level = 0;
+  Vector2d place;
+  double yaw = 0;
+  double rear = 0;  // metres from the pelvis back to the end of the trunk
+};
+
+std::vector<Rest> find_rests(const Motion& m, const BodySweep& sweep) {
+  std::vector<double> heights;
+  for (int t = 0; t < m.frames; ++t) heights.push_back(m.joints[t][0].y());
+  const double leg = (m.joints[0][1] - m.joints[0][4]).norm() + (m.joints[0][4] - m.joints[0][7]).norm();
+  const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.4 * kRate), [&](int t) {
+    const Vector3d& pelvis = m.joints[t][0];
+    const Vector3d ankles = (m.joints[t][7] + m.joints[t][8]) / 2;
+    const double ahead = std::hypot(pelvis.x() - ankles.x(), pelvis.z() - ankles.z());
+    return pelvis.y() < 0.75 * leg && pelvis.y() > 0.35 && m.speed[t][0] < 0.2 && ahead > 0.18;
+  });
+  std::vector<Rest> rests;
+  for (const Span& span : spans) {
+    Rest rest;
+    rest.frames = span;
+    Vector2d place(0, 0), facing(0, 0);
+    for (int t = span.first; t < span.last; ++t) {
+      const Vector3d thighs = (m.joints[t][4] + m.joints[t][5] - m.joints[t][1] - m.joints[t][2]) / 2;
+      place += Vector2d(m.joints[t][0].x(), m.joints[t][0].z());
+      facing += m.facing(t) + Vector2d(thighs.x(), thighs.z());
+    }
+    rest.place = place / (span.last - span.first);
+    rest.yaw = yaw_of(facing);
+    const Vector3d ahead(std::sin(rest.yaw), 0, std::cos(rest.yaw));
+    // The seat is as high as the lowest part of pelvis and thighs near the pelvis; its back is behind the trunk.
+    rest.level = 1e9;
+    for (const BodySweep::Ball& ball : sweep.balls()) {
+      if (ball.frame < span.first || ball.frame >= span.last) continue;
+      const Vector3d from(ball.center.x() - rest.place.x(), 0, ball.center.z() - rest.place.y());
+      if (ball.joint <= 2 && from.norm() < 0.22) rest.level = std::min(rest.level, ball.center.y() - ball.radius);
+      if (ball.joint == 0 || ball.joint == 3 || ball.joint == 6 || ball.joint == 9)
+        rest.rear = std::max(rest.rear, ball.radius - from.dot(ahead));
+    }
+    if (rest.level < 0.28 || rest.level > 0.75) continue;
+    auto same = std::find_if(rests.begin(), rests.end(), [&](const Rest& r) {
+      return (r.place - rest.place).norm() < 0.2 && std::abs(r.level - rest.level) < 0.06;
+    });
+    if (same == rests.end()) {
+      rests.push_back(rest);
+    } else {
+      same->level = std::min(same->level, rest.level);
+      same->rear = std::max(same->rear, rest.rear);
+    }
+  }
+  return rests;
+}
+
+// A seat under `rest`, or false where none fits.
+bool add_seat(Layout& layout, const BodySweep& sweep, const Rest& rest, std::mt19937_64& random,
+              BodySweep::Gaps& gaps) {
+  gaps = gaps_with(kSink, {0, 1, 2, 3, 6, 9});
+  const int favourite = uniform_int(random, 0, 3);
+  for (int attempt = 0; attempt < 48; ++attempt) {
+    // Kinds in turn from the favourite on; a stool, which has least to touch, ever more often.
+    const int kind = attempt < 12 ? favourite : attempt < 32 ? uniform_int(random, 0, 3) : 2;
+    Furniture seat = kind == 0   ? make_chair(random, rest.level)
+                     : kind == 1 ? make_armchair(random, rest.level)
+                     : kind == 2 ? make_stool(random, rest.level)
+                                 : make_sofa(random, uniform_int(random, 2, 3), rest.level);
+    std::vector<Surface> places;
+    for (const Surface& s : seat.surfaces)
+      if (s.kind == Surface::Kind::seat) places.push_back(s);
+    const Surface& s = places[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(places.size()) - 1))];
+    const double yaw = rest.yaw + uniform(random, -0.1, 0.1);
+    double z =
+        seat.back_height > 0 ? seat.back_z + rest.rear + uniform(random, 0.0, 0.04) : uniform(random, -0.06, 0.02);
+    const double x = s.center.x() + uniform(random, -0.03, 0.03);
+    // The pelvis stays over the seat even where the trunk leans far back.
+    z = std::min(z, s.center.z() + s.half_depth - 0.08);
+    const Vector3d pelvis = Eigen::AngleAxisd(yaw, Vector3d::UnitY()) * Vector3d(x, 0, z);
+    seat.place(rest.place.x() - pelvis.x(), rest.place.y() - pelvis.z(), yaw);
+    if (sweep.touches(seat, gaps)) continue;
+    if (layout.add({seat}, {})) return true;
+  }
+  return false;
+}
+
+// A hand that stays somewhere, away from the body.
+struct HandRest {
+  Span frames;
+  Vector3d palm;   // middle of the hand, its height that of the lowest part
+  double yaw = 0;  // from the body to the hand
+};
+
+std::vector<HandRest> find_hand_rests(const Motion& m, const BodySweep& sweep) {
+  std::vector<HandRest> out;
+  for (const int side : {0, 1}) {
+    const int wrist = 20 + side;
+    const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.5 * kRate), [&](int t) {
+      const Vector3d& hand = m.joints[t][wrist];
+      const Vector3d& pelvis = m.joints[t][0];
+      const double away = std::hypot(hand.x() - pelvis.x(), hand.z() - pelvis.z());
+      double to_leg = 1e9;
+      for (const int j : {1, 2, 4, 5}) to_leg = std::min(to_leg, (hand - m.joints[t][j]).norm());
+      return m.speed[t][wrist] < 0.12 && hand.y() > 0.5 && hand.y() < 1.5 && away > 0.28 && to_leg > 0.24 &&
+             hand.y() < m.joints[t][15].y() - 0.1;
+    });
+    for (const Span& span : spans) {
+      HandRest rest;
+      rest.frames = span;
+      Vector3d sum = Vector3d::Zero();
+      double low = 1e9;
+      int balls = 0;
+      for (const BodySweep::Ball& ball : sweep.balls()) {
+        if (ball.joint != wrist || ball.frame < span.first || ball.frame >= span.last) continue;
+        sum += ball.center;
+        low = std::min(low, ball.center.y() - ball.radius);
+        ++balls;
+      }
+      if (balls == 0) continue;
+      rest.palm = sum / balls;
+      rest.palm.y() = low;
+      const Vector3d& pelvis = m.joints[(span.first + span.last) / 2][0];
+      rest.yaw = yaw_of({rest.palm.x() - pelvis.x(), rest.palm.z() - pelvis.z()});
+      out.push_back(rest);
+    }
+  }
+  return out;
+}
+
+// A table or shelf under a resting hand, its front to the person.
+bool add_support(Layout& layout, const BodySweep& sweep, const HandRest& rest, std::mt19937_64& random,
+                 BodySweep::Gaps& gaps) {
+  gaps = gaps_with(kSink, {20, 21});
+  for (int attempt = 0; attempt < 24; ++attempt) {
+    const bool table = rest.palm.y() < 0.98 && !(rest.palm.y() > 0.8 && chance(random, 0.5));
+    Furniture piece = [&] {
+      if (!table) return make_shelf(random, rest.palm.y());
+      const double width = uniform(random, 0.45, 1.3), depth = uniform(random, 0.4, 0.8);
+      return make_table(random, width, depth, rest.palm.y());
+    }();
+    const auto top = std::find_if(piece.surfaces.begin(), piece.surfaces.end(),
+                                  [&](const Surface& s) { return std::abs(s.center.y() - rest.palm.y()) < 0.011; });
+    if (top == piece.surfaces.end()) continue;
+    const double x = top->center.x() + uniform(random, -0.8, 0.8) * (top->half_width - 0.06);
+    const double z = top->center.z() + top->half_depth - uniform(random, 0.07, std::min(0.3, 1.6 * top->half_depth));
+    const double yaw = rest.yaw + M_PI + uniform(random, -0.5, 0.5);
+    const Vector3d hand = Eigen::AngleAxisd(yaw, Vector3d::UnitY()) * Vector3d(x, 0, z);
+    piece.place(rest.palm.x() - hand.x(), rest.palm.z() - hand.z(), yaw);
+    if (sweep.touches(piece, gaps)) continue;
+    if (layout.add({piece}, {})) return true;
+  }
+  return false;
+}
+
+// Pieces right beside the way of the body, as furniture is in homes.
+void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
+  const int pieces = uniform_int(random, 2, 5);
+  for (int i = 0; i < pieces; ++i)
+    for (int attempt = 0; attempt < 30; ++attempt) {
+      const Vector3d& at = m.joints[static_cast<size_t>(uniform_int(random, 0, m.frames - 1))][0];
+      const double direction = uniform(random, -M_PI, M_PI), distance = uniform(random, 0.4, 1.4);
+      const int kind = uniform_int(random, 0, 4);
+      const double width = uniform(random, 0.5, 1.4), depth = uniform(random, 0.4, 0.8);
+      const double height = chance(random, 0.7) ? uniform(random, 0.70, 0.76) : uniform(random, 0.38, 0.46);
+      Furniture piece = kind == 0   ? make_chair(random)
+                        : kind == 1 ? make_stool(random)
+                        : kind == 2 ? make_armchair(random)
+                        : kind == 3 ? make_shelf(random)
+                                    : make_table(random, width, depth, height);
+      // Front to the way, roughly, square to the room more often than not.
+      double yaw = direction + M_PI + uniform(random, -0.6, 0.6);
+      if (kind >= 3 || chance(random, 0.5)) yaw = std::round(yaw / (M_PI / 2)) * (M_PI / 2);
+      piece.place(at.x() + distance * std::sin(direction), at.z() + distance * std::cos(direction), yaw);
+      if (layout.add({piece}, {})) break;
+    }
+}
+
+// Actions, contacts, hand targets and objects, from where the body is in the scene.
+void annotate(Clip& clip, const Room& room, const BodyModel& body) {
+  constexpr double kNear = 0.03, kSlow = 0.3;
+  const int64_t T = clip.frames();
+  const Scene scene = room.scene();
+  const torch::Tensor depth = capsule_depths(clip, body, SceneQuery(scene));
+  torch::Tensor deepest = torch::full({T, kStandardJoints}, -1e9);
+  for (size_t c = 0; c < body.capsules.size(); ++c) {
+    const int j = body.capsules[c].joint;
+    if (j < kStandardJoints)
+      deepest.select(1, j).copy_(torch::maximum(deepest.select(1, j), depth.select(1, static_cast<int64_t>(c))));
+  }
+  const torch::Tensor speed = joint_speeds(clip);
+  clip.contact = ((deepest > -kNear) & (speed < kSlow)).to(torch::kFloat);
+
+  // Hands touch furniture and walls, not the floor.
+  Scene solids = scene;
+  std::erase_if(solids.meshes, [](const Mesh& mesh) { return mesh.name == "floor"; });
+  clip.hand_targets = torch::zeros({T, 2, 4});
+  const SceneQuery query(solids);
+  for (const int side : {0, 1}) {
+    const ClosestPoints near = query.closest(clip.joints.select(1, 20 + side).contiguous());
+    const torch::Tensor on = clip.contact.select(1, 20 + side) * near.distances.lt(0.2).to(torch::kFloat);
+    clip.contact.select(1, 20 + side).copy_(on);
+    clip.hand_targets.select(1, side).slice(1, 0, 3).copy_(near.points * on.unsqueeze(1));
+    clip.hand_targets.select(1, side).select(1, 3).copy_(on);
+  }
+
+  // Speeds over half a second, so that a step is no stop.
+  const torch::Tensor ground = clip.joints.select(1, 0).index_select(1, torch::tensor({0, 2}));
+  const int64_t half = std::min<int64_t>(8, (T - 1) / 2);
+  clip.action_names = kActions;
+  clip.action = torch::zeros({T}, torch::kInt64);
+  const torch::Tensor seated = clip.contact.slice(1, 0, 3).gt(0.5).any(1);
+  for (int64_t t = 0; t < T; ++t) {
+    const int64_t a = std::max<int64_t>(0, t - half), b = std::min(T - 1, t + half);
+    const double v = b > a ? (ground[b] - ground[a]).norm().item<double>() * clip.rate / static_cast<double>(b - a) : 0;
+    clip.action[t] = seated[t].item<bool>() ? 3 : v > 2.0 ? 2 : v > 0.35 ? 1 : 0;
+  }
+  clip.object_names.clear();
+  std::vector<torch::Tensor> poses;
+  for (size_t i = 0; i < room.furniture.size(); ++i) {
+    clip.object_names.push_back(room.object_name(i));
+    const Eigen::Isometry3d& pose = room.furniture[i].pose;
+    const Vector3d front = pose.linear() * Vector3d::UnitZ();
+    poses.push_back(
+        torch::tensor({static_cast<float>(pose.translation().x()), 0.F, static_cast<float>(pose.translation().z()), 0.F,
+                       static_cast<float>(std::atan2(front.x(), front.z())), 0.F}));
+  }
+  clip.object_pose = poses.empty() ? torch::zeros({T, 0, 6}) : torch::stack(poses).expand({T, -1, -1}).contiguous();
+}
+
+}  // namespace
+
+double floor_height(const Clip& clip) {
+  const torch::Tensor feet = torch::tensor({10, 11});
+  const torch::Tensor y = clip.joints.index_select(1, feet).select(2, 1).reshape({-1});
+  const torch::Tensor speed = joint_speeds(clip).index_select(1, feet).reshape({-1});
+  // Slow is relative where somebody never stands still.
+  const double slow = std::max(0.25, torch::quantile(speed, 0.15).item<double>());
+  const torch::Tensor heights = y.index({speed <= slow});
+  return torch::quantile(heights, 0.1).item<double>() - body_ball_height();
+}
+
+std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
+  Clip clip = retarget(source, subject);
+  if (std::abs(clip.rate - kRate) > 1e-6) clip = resample(clip, kRate);
+  clip = moved(clip, 0, {0, -floor_height(clip), 0});
+  std::vector<Clip> out;
+  const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kRate)), least = std::llround(2 * kRate);
+  // Even pieces, and shorter ones where the person goes far.
+  std::function<void(int64_t, int64_t)> cut = [&](int64_t first, int64_t last) {
+    const torch::Tensor path = clip.joints.slice(0, first, last).select(1, 0);
+    const double far =
+        std::get<0>((std::get<0>(path.max(0)) - std::get<0>(path.min(0))).index_select(0, torch::tensor({0, 2})).max(0))
+            .item<double>();
+    if (last - first < least) return;
+    if (last - first > longest || far > extent) {
+      const int64_t parts = last - first > longest ? (last - first + longest - 1) / longest : 2;
+      for (int64_t i = 0; i < parts; ++i)
+        cut(first + (last - first) * i / parts, first + (last - first) * (i + 1) / parts);
+      return;
+    }
+    out.push_back(slice(clip, first, last));
+  };
+  cut(0, clip.frames());
+  return out;
+}
+
+std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random) {
+  FittedRoom out;
+  // Walls along the motion's long side, turned a little, any side first.
+  double best = 1e9, yaw = 0;
+  const torch::Tensor path = prepared.joints.index_select(2, torch::tensor({0, 2})).reshape({-1, 2});
+  for (int i = 0; i < 18; ++i) {
+    const double a = i * M_PI / 36;
+    const torch::Tensor x = path.select(1, 0) * std::cos(a) + path.select(1, 1) * std::sin(a);
+    const torch::Tensor z = path.select(1, 1) * std::cos(a) - path.select(1, 0) * std::sin(a);
+    const double area = ((x.max() - x.min()) * (z.max() - z.min())).item<double>();
+    if (area < best) best = area, yaw = a;
+  }
+  yaw += uniform_int(random, 0, 3) * M_PI / 2 + uniform(random, -0.15, 0.15);
+  out.clip = moved(prepared, yaw, Vector3d::Zero());
+  {
+    const BodySweep around(out.clip, body);
+    std::array<double, 4> free{};
+    for (double& f : free) f = chance(random, 0.4) ? uniform(random, 0.12, 0.5) : uniform(random, 0.5, 1.8);
+    Vector2d low = around.low() - Vector2d(free[0], free[1]), high = around.high() + Vector2d(free[2], free[3]);
+    const Vector2d more = (Vector2d(3.5, 3.5) - (high - low)).cwiseMax(0);
+    const double share_x = uniform(random, 0, 1), share_z = uniform(random, 0, 1);
+    low -= more.cwiseProduct(Vector2d(share_x, share_z));
+    high += more.cwiseProduct(Vector2d(1 - share_x, 1 - share_z));
+    const Vector2d middle = (low + high) / 2;
+    out.clip = moved(out.clip, 0, {-middle.x(), 0, -middle.y()});
+    out.room.size = high - low;
+  }
+  out.room.height = uniform(random, 2.5, 2.9);
+  paint(out.room, random);
+  const BodySweep sweep(out.clip, body);
+  const Motion motion(out.clip);
+  Layout layout(out.room, add_walls(out.room, random));
+  BodySweep::Gaps gaps = gaps_with(0, {});
+  layout.require([&](const Furniture& piece) { return !sweep.touches(piece, gaps); });
+  for (const Rest& rest : find_rests(motion, sweep)) {
+    if (!add_seat(layout, sweep, rest, random, gaps)) return std::nullopt;
+    ++out.seats;
+  }
+  for (const HandRest& rest : find_hand_rests(motion, sweep))
+    if (chance(random, 0.8) && add_support(layout, sweep, rest, random, gaps)) ++out.supports;
+  gaps = gaps_with(0, {});
+  add_near_path(layout, motion, random);
+  furnish(layout, random);
+  annotate(out.clip, out.room, body);
+  return out;
+}
+
+Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
+  if (options.train.empty() && options.test.empty()) throw Error("no recordings to fit rooms around");
+  if (options.rooms_per_clip < 1) throw Error("the number of rooms per clip must be at least 1");
+  if (!(options.seconds >= 2 && options.seconds <= 600)) throw Error("the length of a piece must be 2 to 600 seconds");
+  struct Recording {
+    std::string file, split;
+  };
+  std::vector<Recording> recordings;
+  const size_t n = options.train.size();
+  const size_t held_out = options.test.empty() && n >= 3 ? std::max<size_t>(1, n / 10) : 0;
+  for (size_t i = 0; i < n; ++i)
+    recordings.push_back({options.train[i], i >= n - held_out ? "test" : i % 10 == 9 ? "val" : "train"});
+  for (const std::string& file : options.test) {
+    if (std::find(options.train.begin(), options.train.end(), file) != options.train.end())
+      throw Error(file, "is given both for training and for testing");
+    recordings.push_back({file, "test"});
+  }
+  Dataset out = create_dataset(folder, kActions);
+  std::vector<std::vector<DatasetClip>> made(recordings.size());
+  const BodyModel& body = builtin_body();
+  std::exception_ptr failed;
+  int64_t done = 0;
+#pragma omp parallel for schedule(dynamic)
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    try {
+      const std::string name = std::filesystem::path(recordings[i].file).filename().string();
+      const std::vector<Clip> pieces =
+          prepare_recording(read_clip(recordings[i].file), recordings[i].file, options.seconds);
+      std::mt19937_64 random(item_seed(options.seed, i));
+      for (size_t p = 0; p < pieces.size(); ++p)
+        for (int r = 0; r < options.rooms_per_clip; ++r) {
+          const std::optional<FittedRoom> fitted = fit_room(pieces[p], body, random);
+          if (!fitted) continue;
+          const std::string id = std::to_string(i) + "_" + std::to_string(p) + "_" + std::to_string(r);
+          DatasetClip entry{"clips/" + id + ".npz", "scenes/" + id + ".glb", recordings[i].split, 0, name};
+          write_scene(out, entry.scene, fitted->room.scene());
+          write_clip(out, entry, fitted->clip);
+          made[i].push_back(std::move(entry));
+        }
+    } catch (...) {
+#pragma omp critical(inhabit_fit)
+      failed = std::current_exception();
+    }
+#pragma omp critical(inhabit_fit)
+    if (options.progress) options.progress(++done, static_cast<int64_t>(recordings.size()));
+  }
+  if (failed) std::rethrow_exception(failed);
+  for (const std::vector<DatasetClip>& clips : made) out.clips.insert(out.clips.end(), clips.begin(), clips.end());
+  if (out.clips.empty()) throw Error(folder, "no room could be fitted around any recording");
+  nlohmann::json sources = nlohmann::json::array();
+  for (const Recording& r : recordings) sources.push_back(std::filesystem::path(r.file).filename().string());
+  out.provenance = {{"command", "inhabit synth fit"},
+                    {"seed", options.seed},
+                    {"rooms_per_clip", options.rooms_per_clip},
+                    {"seconds", options.seconds},
+                    {"recordings", sources}};
+  write_index(out);
+  return out;
+}
+
+}  // namespace inhabit

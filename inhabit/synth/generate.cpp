@@ -1,0 +1,70 @@
+#include "inhabit/synth/generate.h"
+
+#include <exception>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/error.h"
+#include "inhabit/math/random.h"
+#include "inhabit/synth/life_plan.h"
+#include "inhabit/synth/person.h"
+#include "inhabit/synth/room.h"
+
+namespace inhabit {
+namespace {
+
+std::string numbered(const std::string& prefix, int64_t number, const std::string& extension) {
+  const std::string digits = std::to_string(number);
+  return prefix + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + extension;
+}
+
+}  // namespace
+
+std::string split_of_room(int64_t index, int64_t rooms) {
+  if (rooms < 3) return "train";
+  const int64_t last = rooms < 10 ? rooms - 1 - index : 9 - index % 10;
+  return last == 0 ? "test" : last == 1 ? "val" : "train";
+}
+
+Dataset generate_rooms(const std::string& folder, const GenerateOptions& options) {
+  if (options.clips < 1) throw Error("the number of clips must be at least 1");
+  if (options.clips_per_room < 1) throw Error("the number of clips per room must be at least 1");
+  if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
+  Dataset out = create_dataset(folder, action_names());
+  out.provenance = {{"command", "inhabit synth rooms"},
+                    {"seed", options.seed},
+                    {"seconds", options.seconds},
+                    {"clips_per_room", options.clips_per_room},
+                    {"licence", "generated; free of any rights"}};
+  const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
+  out.clips.resize(static_cast<size_t>(options.clips));
+  const BodyModel& body = builtin_body();
+  std::exception_ptr failed;
+  int64_t done = 0;
+#pragma omp parallel for schedule(dynamic)
+  for (int64_t i = 0; i < options.clips; ++i) {
+    try {
+      const int64_t number = i / options.clips_per_room;
+      std::mt19937_64 room_random(item_seed(options.seed, 2 * static_cast<uint64_t>(number)));
+      std::mt19937_64 random(item_seed(options.seed, 2 * static_cast<uint64_t>(i) + 1));
+      const Room room = make_room(room_random);
+      DatasetClip& entry = out.clips[static_cast<size_t>(i)];
+      entry.file = numbered("clips/", i, ".npz");
+      entry.scene = numbered("scenes/room_", number, ".glb");
+      entry.split = split_of_room(number, rooms);
+      if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
+      LifeOptions life;
+      life.seconds = options.seconds;
+      write_clip(out, entry, live(room, body, random, life));
+    } catch (...) {
+#pragma omp critical(inhabit_generate)
+      failed = std::current_exception();
+    }
+#pragma omp critical(inhabit_generate)
+    if (options.progress) options.progress(++done, options.clips);
+  }
+  if (failed) std::rethrow_exception(failed);
+  write_index(out);
+  return out;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,142 @@
+#include "inhabit/synth/fit.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "cli/command.h"
+#include "inhabit/error.h"
+#include "inhabit/io/files.h"
+#include "inhabit/metrics/penetration.h"
+#include "inhabit/synth/person.h"
+#include "shared.h"
+
+namespace inhabit {
+namespace {
+
+// A generated life as a recording: motion alone, on a floor that is not at 0.
+Clip recording(uint64_t seed, double floor) {
+  std::mt19937_64 random(seed);
+  const Room room = make_room(random);
+  const Clip life = live(room, builtin_body(), random, {16});
+  Clip out;
+  out.skeleton = life.skeleton;
+  out.rate = life.rate;
+  out.rotations = life.rotations;
+  out.trans = life.trans + torch::tensor({3.F, static_cast<float>(floor), -2.F});
+  out.joints = life.joints + torch::tensor({3.F, static_cast<float>(floor), -2.F});
+  return out;
+}
+
+TEST(FloorHeight, IsFoundUnderTheFeet) {
+  for (uint64_t seed = 1; seed <= 4; ++seed)
+    for (const double floor : {0.0, -0.35, 0.8}) EXPECT_NEAR(floor_height(recording(seed, floor)), floor, 0.02) << seed;
+}
+
+TEST(FitRoom, PutsRoomsAroundMotionWithoutTouchingIt) {
+  int rooms = 0, seats = 0;
+  for (uint64_t seed = 1; seed <= 6; ++seed)
+    for (const Clip& piece : prepare_recording(recording(seed, 0.4), "life", 8)) {
+      std::mt19937_64 random(seed);
+      const auto fitted = fit_room(piece, builtin_body(), random);
+      if (!fitted) continue;
+      ++rooms;
+      seats += fitted->seats;
+      validate(fitted->clip, "fitted");
+      const Penetration p = deepest_penetration(fitted->clip, builtin_body(), fitted->room.scene());
+      EXPECT_LE(p.depth, 0.021) << "seed " << seed << ": joint " << p.joint << " in " << p.object;
+      EXPECT_GE(fitted->room.furniture.size(), 2U);
+      // The person is inside the walls, and the motion is the same but for where it is.
+      const torch::Tensor p0 = fitted->clip.joints;
+      EXPECT_LT(p0.select(2, 0).abs().max().item<double>(), fitted->room.size.x() / 2);
+      EXPECT_LT(p0.select(2, 2).abs().max().item<double>(), fitted->room.size.y() / 2);
+      const auto span = [](const torch::Tensor& j) { return (j.select(1, 15) - j.select(1, 10)).norm(2, 1); };
+      EXPECT_TRUE(torch::allclose(span(p0), span(piece.joints), 1e-3, 1e-3));
+      EXPECT_TRUE(torch::allclose(p0.select(2, 1), piece.joints.select(2, 1), 1e-3, 1e-3));
+      // Where the pelvis is labelled to sit, the seat is right below.
+      if (fitted->seats > 0) EXPECT_GT(fitted->clip.contact.slice(1, 0, 3).sum().item<double>(), 0);
+    }
+  EXPECT_GE(rooms, 8);
+  EXPECT_GE(seats, 3);
+}
+
+TEST(FitRoom, AnotherDrawIsAnotherRoomAndTheSameDrawTheSame) {
+  const std::vector<Clip> pieces = prepare_recording(recording(2, 0), "life", 6);
+  ASSERT_FALSE(pieces.empty());
+  std::mt19937_64 a(1), b(1), c(2);
+  const auto x = fit_room(pieces[0], builtin_body(), a), y = fit_room(pieces[0], builtin_body(), b),
+             z = fit_room(pieces[0], builtin_body(), c);
+  ASSERT_TRUE(x && y && z);
+  EXPECT_EQ(x->room.furniture.size(), y->room.furniture.size());
+  EXPECT_TRUE(torch::equal(x->clip.joints, y->clip.joints));
+  EXPECT_NE(x->room.size, z->room.size);
+}
+
+TEST(PrepareRecording, CutsEvenPiecesAndDropsShortOnes) {
+  const Clip life = recording(3, 0.2);
+  const std::vector<Clip> pieces = prepare_recording(life, "life", 5);
+  int64_t frames = 0;
+  for (const Clip& piece : pieces) {
+    EXPECT_LE(piece.frames(), 150);
+    EXPECT_GE(piece.frames(), 60);
+    frames += piece.frames();
+  }
+  EXPECT_EQ(frames, life.frames());
+  EXPECT_TRUE(prepare_recording(slice(life, 0, 40), "life", 5).empty());
+}
+
+TEST(FitRecordings, CmuBvhAmcAndAmassBecomeSceneData) {
+  const std::string shared = shared_folder();
+  if (shared.empty()) GTEST_SKIP() << "no recordings";
+  const TempFolder folder;
+  FitOptions options;
+  options.train = {shared + "/data/cmu/train/walking/walking_1.txt", shared + "/data/bvh/sample.bvh",
+                   shared + "/data/asf_amc/02_01.amc"};
+  options.test = {shared + "/data/cmu/test/walking/walking_1.txt"};
+  options.rooms_per_clip = 1;
+  fit_recordings(folder / "d", options);
+  const Dataset d = open_dataset(folder / "d");
+  std::set<std::string> sources;
+  for (const DatasetClip& entry : d.clips) {
+    sources.insert(entry.source);
+    const Clip clip = load_clip(d, entry);
+    const Penetration p = deepest_penetration(clip, builtin_body(), load_scene(d, entry.scene));
+    EXPECT_LE(p.depth, 0.021) << entry.file << " joint " << p.joint << " in " << p.object;
+    const double floor = floor_height(clip);
+    EXPECT_NEAR(floor, 0, 0.05) << entry.file;
+  }
+  EXPECT_EQ(sources.size(), 3U);  // walking_1.txt twice
+  for (const DatasetClip& entry : d.split("test")) EXPECT_EQ(entry.source, "walking_1.txt");
+  EXPECT_FALSE(d.split("test").empty());
+}
+
+TEST(FitRecordings, PutsASeatUnderARecordedPersonWhoSits) {
+  const std::string shared = shared_folder();
+  if (shared.empty()) GTEST_SKIP() << "no recordings";
+  const std::string file = shared + "/data/trumans/2023-02-12_22-16-01.npz";
+  int seats = 0, pieces = 0;
+  for (const Clip& piece : prepare_recording(read_clip(file), file, 12)) {
+    std::mt19937_64 random(static_cast<uint64_t>(pieces));
+    const auto fitted = fit_room(piece, builtin_body(), random);
+    ++pieces;
+    if (fitted) seats += fitted->seats;
+  }
+  EXPECT_GE(pieces, 6);
+  EXPECT_GE(seats, 1);
+}
+
+TEST(FitRecordings, BadInputIsRefused) {
+  const TempFolder folder;
+  FitOptions options;
+  EXPECT_THROW(fit_recordings(folder / "a", options), Error);
+  options.train = {folder / "missing.bvh"};
+  EXPECT_THROW(fit_recordings(folder / "b", options), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "b/dataset.json"));
+  options.test = options.train;
+  EXPECT_THROW(fit_recordings(folder / "c", options), Error);
+}
+
+}  // namespace
+}  // namespace inhabit

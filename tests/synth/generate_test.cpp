@@ -1,0 +1,144 @@
+#include "inhabit/synth/generate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <map>
+
+#include "cli/command.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/synth/check.h"
+
+namespace inhabit {
+namespace {
+
+// Every file under a folder and its bytes.
+std::map<std::string, std::string> contents(const std::string& folder) {
+  std::map<std::string, std::string> out;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      out[std::filesystem::relative(entry.path(), folder).string()] = read_whole_file(entry.path().string());
+  return out;
+}
+
+TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 5;
+  options.clips_per_room = 2;
+  options.seconds = 3;
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  generate_rooms(folder / "one", options);
+  omp_set_num_threads(3);
+  generate_rooms(folder / "three", options);
+  options.seed = 2;
+  generate_rooms(folder / "other", options);
+  omp_set_num_threads(threads);
+  const auto one = contents(folder / "one"), three = contents(folder / "three"), other = contents(folder / "other");
+  EXPECT_EQ(one.size(), 1U + 3U + 5U);
+  ASSERT_EQ(one.size(), three.size());
+  for (const auto& [name, bytes] : one) EXPECT_TRUE(three.at(name) == bytes) << name;
+  EXPECT_FALSE(one.at("clips/000000.npz") == other.at("clips/000000.npz"));
+}
+
+TEST(GenerateRooms, ClipsOfOneRoomDifferAndShareItsSplit) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 6;
+  options.clips_per_room = 2;
+  options.seconds = 3;
+  const Dataset d = generate_rooms(folder / "d", options);
+  EXPECT_EQ(d.clips[0].scene, d.clips[1].scene);
+  EXPECT_NE(d.clips[1].scene, d.clips[2].scene);
+  EXPECT_EQ(d.split("train").size(), 2U);
+  EXPECT_EQ(d.split("val").size(), 2U);
+  EXPECT_EQ(d.split("test").size(), 2U);
+  const Dataset read = open_dataset(folder / "d");
+  const Clip a = load_clip(read, read.clips[0]), b = load_clip(read, read.clips[1]);
+  EXPECT_EQ(a.frames(), 90);
+  EXPECT_FALSE(torch::equal(a.joints, b.joints));
+  EXPECT_EQ(a.action_names, read.actions);
+}
+
+TEST(GenerateRooms, OfTenRoomsEightAreForTraining) {
+  std::map<std::string, int> count;
+  for (int64_t i = 0; i < 100; ++i) ++count[split_of_room(i, 100)];
+  EXPECT_EQ(count["train"], 80);
+  EXPECT_EQ(count["val"], 10);
+  EXPECT_EQ(count["test"], 10);
+  EXPECT_EQ(split_of_room(0, 2), "train");
+}
+
+TEST(GenerateRooms, NonsenseIsRefused) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 0;
+  EXPECT_THROW(generate_rooms(folder / "d", options), Error);
+  options.clips = 1;
+  options.seconds = std::nan("");
+  EXPECT_THROW(generate_rooms(folder / "d", options), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "d"));
+}
+
+// The bars of generated motion, on a small sample.
+TEST(CheckMotion, GeneratedLifeMeetsEveryBar) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 10;
+  options.seed = 11;
+  options.clips_per_room = 1;
+  const Dataset d = generate_rooms(folder / "d", options);
+  for (const Bar& bar : check_motion(d))
+    EXPECT_TRUE(bar.pass()) << bar.name << " " << bar.value << " " << bar.unit << " in " << bar.worst_clip << " ("
+                            << bar.worst << ")";
+}
+
+TEST(CheckMotion, SlidingAndSinkingMissTheirBars) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 1;
+  options.seconds = 6;
+  const Dataset made = generate_rooms(folder / "good", options);
+  Clip clip = load_clip(made, made.clips[0]);
+  const Scene scene = load_scene(made, made.clips[0].scene);
+  Dataset bad = create_dataset(folder / "bad", made.actions);
+  write_scene(bad, "scenes/a.glb", scene);
+  torch::Tensor slide = torch::zeros({clip.frames(), 3});
+  slide.select(1, 0).copy_(torch::arange(clip.frames()) * 0.05F);  // 1.5 m/s, out through a wall
+  clip.trans = clip.trans + slide;
+  clip.joints = clip.joints + slide.unsqueeze(1);
+  clip.rotations = clip.rotations.clone();
+  clip.rotations.select(1, 4).select(1, 0).fill_(-2.0);  // knees the wrong way
+  DatasetClip entry{"clips/a.npz", "scenes/a.glb", "train", 0, ""};
+  write_clip(bad, entry, clip);
+  bad.clips.push_back(entry);
+  write_index(bad);
+  std::map<std::string, bool> pass;
+  for (const Bar& bar : check_motion(bad)) pass[bar.name] = bar.pass();
+  EXPECT_FALSE(pass.at("foot skating"));
+  EXPECT_FALSE(pass.at("beyond joint limits"));
+  EXPECT_FALSE(pass.at("depth in walls and furniture"));
+  EXPECT_EQ(run_command("synth check " + (folder / "bad")).exit_code, 1);
+}
+
+TEST(SynthCommand, MakesChecksAndRefuses) {
+  const TempFolder folder;
+  const CommandResult made = run_command("synth rooms --out " + (folder / "d") + " --clips 2 --seed 4 --seconds 4");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, ::testing::HasSubstr("2 clips"));
+  const CommandResult again = run_command("synth rooms --out " + (folder / "d") + " --clips 2");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, ::testing::HasSubstr("already"));
+  const CommandResult check = run_command("synth check --json " + (folder / "d"));
+  EXPECT_THAT(check.exit_code, ::testing::AnyOf(0, 1)) << check.err;
+  EXPECT_EQ(nlohmann::json::parse(check.out).size(), 8U);
+  const CommandResult missing = run_command("synth check " + (folder / "nowhere"));
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_EQ(std::count(missing.err.begin(), missing.err.end(), '\n'), 1) << missing.err;
+}
+
+}  // namespace
+}  // namespace inhabit
