@@ -27,6 +27,8 @@ int main(int argc, char** argv) {
   CLI::App app{"inhabit: human motion in 3D scenes"};
   app.require_subcommand(1);
   add_version(app);
+  add_train(app);
+  add_eval(app);
   add_info(app);
   add_view(app);
   add_synth(app);

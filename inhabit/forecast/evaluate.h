@@ -1,0 +1,32 @@
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "inhabit/forecast/model_file.h"
+#include "inhabit/forecast/sample.h"
+
+namespace inhabit {
+
+/// Errors of one method in millimetres, as a row of the paper's Tables 1 and 2: at each horizon, then the mean over all
+/// future frames.
+struct ForecastScores {
+  std::string method;
+  std::vector<double> path, pose;
+};
+
+struct ForecastTable {
+  std::vector<double> horizons;  ///< seconds: 0.5, 1.0, 1.5, 2.0
+  std::vector<ForecastScores> rows;
+  int64_t windows = 0;
+};
+
+/// The model, its variants without contact points and with the true ones, and two baselines (the last pose held; the
+/// root going on at its last velocity with the last pose), on every window of `data`.
+ForecastTable evaluate_forecast(const ForecastNetworks& networks, const ForecastData& data);
+
+/// Laid out as the paper's tables.
+std::string table_text(const ForecastTable& table);
+nlohmann::json table_json(const ForecastTable& table);
+
+}  // namespace inhabit

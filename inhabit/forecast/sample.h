@@ -1,0 +1,46 @@
+#pragma once
+#include <torch/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "inhabit/forecast/config.h"
+
+namespace inhabit {
+
+/// One training or test window. World axes, metres, origin at the root of the last observed frame.
+struct ForecastSample {
+  torch::Tensor joints;  ///< (P+T, J, 3) observed, then future
+  torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
+};
+
+/// N points of a cloud `pool` (M, 3) at random among those within `radius` of `center` (3): without repetition where
+/// there are enough, else each at least once. Throws Error when none is near.
+torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center, double radius, int64_t count,
+                          uint64_t seed);
+
+/// Windows of clips in rooms, read from native data sets as they are asked for; clips and scenes are kept only while
+/// recently used. Safe to use from several threads.
+class ForecastData {
+ public:
+  /// Windows of past + future frames, one every `stride` frames, of every clip of `split` ("train", "val", "test" or
+  /// "all").
+  ForecastData(const std::vector<std::string>& folders, const std::string& split, const ForecastConfig& config,
+               int64_t stride);
+  ~ForecastData();
+  ForecastData(const ForecastData&) = delete;
+  ForecastData& operator=(const ForecastData&) = delete;
+
+  int64_t size() const;
+  /// Window `index`. `augment` turns it about the vertical by an angle in [0, pi) and shifts it by [-0.5, 0.5) m on the
+  /// floor; points and augmentation are drawn from (seed, index).
+  ForecastSample sample(int64_t index, uint64_t seed, bool augment) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace inhabit
