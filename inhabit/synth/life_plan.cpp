@@ -20,7 +20,7 @@ class Planner {
 
   LifePlan plan(double seconds) {
     GaitStyle gait;
-    gait.speed = std::clamp(normal(random_, 1.3, 0.12), 1.05, 1.55);
+    gait.speed = std::clamp(normal(random_, 1.32, 0.11), 1.1, 1.55);
     gait.walk_ratio = 0.0061 * std::clamp(normal(random_, 1, 0.06), 0.88, 1.12);
     gait.width = std::clamp(normal(random_, 0.09, 0.025), 0.04, 0.15);
     gait.toe_out = uniform(random_, 0.03, 0.16);

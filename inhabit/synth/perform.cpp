@@ -67,7 +67,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
   for (size_t i = 0; i < n; ++i) {
     const double moving = steps.stepping[i] * std::min(1.0, steps.speed[i] / 1.1);
     list[i] = -(1 - 2 * load[i]) * (0.065 * moving + 0.06 * (1 - steps.stepping[i]));
-    yaw[i] = steps.yaw[i] - 0.14 * steps.stride[i];
+    yaw[i] = steps.yaw[i] - 0.16 * steps.stride[i];
   }
   const std::vector<double> height = root_height(figure, steps, yaw, list);
 
@@ -83,7 +83,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     c.root = {steps.body[i].x(), height[i], steps.body[i].y()};
     const double still = (1 - moving) * manner.sway;
     const double jolt = steps.jolt[i];
-    c.root.y() -= 0.013 * jolt;
+    c.root.y() -= 0.015 * jolt;
     c.root.x() -= 0.005 * jolt * std::sin(steps.yaw[i]);
     c.root.z() -= 0.005 * jolt * std::cos(steps.yaw[i]);
     c.root.x() += 0.004 * still * live.sway_x.at(t);
@@ -142,13 +142,13 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       const double ahead = (side == 0 ? -1 : 1) * swing[i];
       const double flexion = manner.arm_swing * ahead;
       a.flexion =
-          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.11 * jolt;
+          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.13 * jolt;
       // Hanging arms stay upright when the trunk leans.
       a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
       a.abduction = manner.arms_out + 0.02 * live.elbow[side].at(t) + 0.1 * seated;
       a.twist = 0.25;
       a.elbow = manner.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
-                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.13 * jolt;
+                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.16 * jolt;
       size_t slot = 0;
       for (const HandTrip& trip : plan.hands) {
         if (trip.side != side || slot == a.pull.size()) continue;

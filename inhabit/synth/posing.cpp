@@ -112,7 +112,7 @@ class Poser {
       const Vector3d place = world ? pull.place : Vector3d(posed_.position[pull.anchor] + frame * pull.place);
       target += pull.weight * (place - target) + Vector3d(0, pull.rise, 0);
       turn = turn.slerp(pull.weight, frame * pull.turn);
-      const Vector3d down(mirror * std::sin(pull.swivel), -std::cos(pull.swivel), -0.6);
+      const Vector3d down(mirror * std::sin(pull.swivel), -std::cos(pull.swivel), -0.4);
       pole += pull.weight * (about_y(c_.yaw) * down.normalized() - pole);
       reach += pull.weight * (1 - reach);
     }

@@ -10,7 +10,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kGravity = 9.81;
-constexpr double kToeBreak = 0.45;      // radians of heel rise until the toes leave the floor too
+constexpr double kToeBreak = 0.2;       // radians of heel rise until the toes leave the floor too
 constexpr double kStraightest = 0.993;  // of a leg's length
 
 /// One foot through all its plants: where it stands, and pitch keys.
@@ -47,21 +47,26 @@ class FootWay {
     g.plant = start_;
     for (size_t k = 0; k < steps_.size(); ++k) {
       const Footstep& step = steps_[k];
-      if (t <= step.lift) break;
+      // In long steps the weight has gone before: the foot is drawn up while its toes still brush the floor.
+      const double leaves = step.lift - 0.05 * vigour_[k];
+      if (t <= leaves) break;
       if (t >= step.land) {
         g.plant = step.plant;
         continue;
       }
-      const double share = (t - step.lift) / (step.land - step.lift);
+      const double share = (t - leaves) / (step.land - leaves);
       // The heel leads: the foot is off the floor before it goes anywhere.
-      const double u = std::max(0.0, (share - 0.09) / 0.91), u2 = u * u, u3 = u2 * u;
+      const double hold = 0.1 - 0.05 * vigour_[k];
+      const double u = std::max(0.0, (share - hold) / (1 - hold)), u2 = u * u, u3 = u2 * u;
       // The foot leaves and comes with some speed in long steps.
-      const double leave = 0.45 * vigour_[k] * vigour_[k], come = 0.25 * vigour_[k];
+      const double leave = 0.4 * vigour_[k] * vigour_[k], come = 0.25 * vigour_[k];
       const double f = 3 * u2 - 2 * u3 + leave * (u3 - 2 * u2 + u) + come * (u3 - u2);
       g.plant.place += f * (step.plant.place - g.plant.place);
       g.plant.yaw += minimum_jerk(u) * wrapped(step.plant.yaw - g.plant.yaw);
       // Up quickly, before the foot is fast, and down late.
-      g.lift = style_.clearance * Envelope{0, 0.31, 0.6, 1}.at(share);
+      g.lift = style_.clearance * Envelope{0, 0.36, 0.6, 1}.at(share);
+      // The knee of a long step folds first: the whole foot rises behind the body.
+      g.lift += 0.012 * vigour_[k] * Envelope{0, 0.27, 0.3, 0.75}.at(share);
       g.swinging = true;
       break;
     }
@@ -99,16 +104,17 @@ class FootWay {
   void add_pitch(const Footstep& step, double vigour, double stood_from) {
     const double forward = std::max(vigour, 0.0), swing = step.land - step.lift;
     const double push = -style_.push_off * (0.32 + 0.68 * forward);
-    const double strike = vigour > 0.25 ? 0.36 * (vigour - 0.25) / 0.75 : vigour < -0.05 ? -0.12 : 0.0;
+    const double strike = vigour > 0.25 ? 0.3 * (vigour - 0.25) / 0.75 : vigour < -0.05 ? -0.12 : 0.0;
     const double rising = std::min(0.17 + 0.15 * forward, 0.6 * (step.lift - stood_from));
     pitch_.add(step.lift - rising, 0);
-    pitch_.add(step.lift - 0.4 * rising, 0.42 * push);
-    pitch_.add(step.lift + 0.02 * swing, push);
-    pitch_.add(step.lift + 0.14 * swing, 0.97 * push);
-    pitch_.add(step.lift + 0.62 * swing, 0.02 * push + 0.2 * strike);
+    pitch_.add(step.lift - 0.4 * rising, 0.38 * push);
+    pitch_.add(step.lift, 0.8 * push);
+    pitch_.add(step.lift + 0.11 * swing, push);
+    pitch_.add(step.lift + 0.26 * swing, 0.85 * push);
+    pitch_.add(step.lift + 0.68 * swing, 0.02 * push + 0.2 * strike);
     pitch_.add(step.lift + 0.93 * swing, strike);
     pitch_.add(step.land, 0.96 * strike);
-    pitch_.add(step.land + 0.055 + 0.02 * forward, 0);
+    pitch_.add(step.land + 0.07 + 0.03 * forward, 0);
   }
 
   const Figure& figure_;
@@ -201,7 +207,7 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
     for (int i = std::max(0, static_cast<int>(std::ceil(step.land * rate)));
          i < std::min(frames, static_cast<int>((step.land + 0.5) * rate)); ++i) {
       const double t = static_cast<double>(i) / rate - step.land;
-      out.jolt[i] += strength * 1.6 * std::exp(-t / 0.09) * std::sin(2 * M_PI * 5.2 * t);
+      out.jolt[i] += strength * 1.6 * std::exp(-t / 0.09) * std::sin(2 * M_PI * 5.6 * t);
     }
   }
   for (int side = 0; side < 2; ++side) {
@@ -266,11 +272,14 @@ std::vector<double> root_height(const Figure& figure, const Stepping& stepping, 
     c.root = {stepping.body[i].x(), 0, stepping.body[i].y()};
     c.yaw = yaw[i];
     c.list = list[i];
-    double highest = figure.stand_height - 0.004 - 0.016 * stepping.stepping[i] * std::min(1.0, stepping.speed[i]);
+    double highest = figure.stand_height - 0.004 - 0.005 * stepping.stepping[i] * std::min(1.0, stepping.speed[i]);
     for (int side = 0; side < 2; ++side) {
       const Vector3d hip = hip_position(figure, side, c), ankle = ankle_position(figure, side, stepping.foot[i][side]);
+      // A swinging leg that does not reach its place yet comes a little late; it does not pull the body down.
+      const bool swings = !stepping.heel_down[i][side] && !stepping.ball_down[i][side];
+      const double most = swings ? reach + 0.008 : reach;
       const double across = Vector2d(hip.x() - ankle.x(), hip.z() - ankle.z()).norm();
-      highest = std::min(highest, ankle.y() + std::sqrt(std::max(0.04, reach * reach - across * across)) - hip.y());
+      highest = std::min(highest, ankle.y() + std::sqrt(std::max(0.04, most * most - across * across)) - hip.y());
     }
     bound[i] = highest;
   }
