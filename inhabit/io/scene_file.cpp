@@ -84,7 +84,9 @@ double upness(const torch::Tensor& points, int axis) {
   double layered = 0;
   for (const double share : layer) layered += share * share;
   const double floor = part(covered[0]), ceiling = part(covered[1]);
-  return floor + 0.5 * (floor - ceiling) + layered;
+  const auto size = [&](int a) { return high[static_cast<size_t>(a)] - low[static_cast<size_t>(a)]; };
+  const double flat = size(axis) < 0.15 * std::max({size(0), size(1), size(2)}) ? 1 : 0;
+  return floor + 0.5 * (floor - ceiling) + layered + flat;
 }
 
 void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadOptions& options, SceneReport& report,

@@ -157,6 +157,19 @@ TEST(SceneFile, EveryMeshFormatAxisAndUnitGivesTheSameRoom) {
   }
 }
 
+TEST(SceneFile, HillyGroundLiesFlat) {
+  for (const bool y_up : {true, false}) {
+    std::ostringstream text;
+    for (int i = 0; i <= 60; ++i) {
+      for (int k = 0; k <= 60; ++k) {
+        const double x = i / 10.0, z = k / 10.0, height = 0.3 * std::sin(3 * x) * std::cos(2 * z);
+        text << x << ' ' << (y_up ? height : z) << ' ' << (y_up ? z : height) << '\n';
+      }
+    }
+    EXPECT_EQ(parse_scene(text.str(), "xyz", "ground.xyz").report.up, y_up ? 'y' : 'z');
+  }
+}
+
 TEST(SceneFile, FlagsOverrideDetection) {
   SceneReadOptions options;
   options.up = SceneReadOptions::Up::y;
