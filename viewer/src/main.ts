@@ -87,7 +87,7 @@ async function start() {
     const gap = Math.max(0.5, (end - begin) / 12);
     for (const person of people) {
       for (let t = Math.ceil((person.start + 1e-6) / gap) * gap; t <= person.end + 1e-6; t += gap) {
-        const ghost = new Person(data, bodies, person.data_, person.color, 0.3);
+        const ghost = new Person(data, bodies, person.data_, person.color, 0.42);
         ghost.group.traverse((part) => (part.castShadow = false));
         ghost.show(shape);
         ghost.setTime(t);
@@ -396,7 +396,7 @@ async function start() {
   pose();
   setFocus();
   const heading = people.length > 0 ? facing(people[0]) : 0.5;
-  const reach = Math.min(3.2, Math.max(header.scene ? 1.7 : 1.35, extent.getSize(v).setY(0).length() * 0.42 + 0.9));
+  const reach = Math.min(3.2, Math.max(header.scene ? 1.6 : 1.35, extent.getSize(v).setY(0).length() * 0.36 + 0.85));
   const first = new THREE.Vector3(middle.x, ground + 0.82, middle.z);
   const wanders = reach >= 3.2;
   following = wanders;
