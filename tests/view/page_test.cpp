@@ -12,6 +12,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/files.h"
 #include "inhabit/scene/contact_map.h"
 #include "inhabit/scene/sampling.h"
 #include "inhabit/synth/room.h"
@@ -220,6 +221,20 @@ TEST(PageInBrowser, ShowsMovesAndPaints) {
   const int status = std::system(line.c_str());
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << text_of(log);
   EXPECT_EQ(status, 0) << text_of(log);
+}
+
+TEST(ViewCommand, ShowsAMotionInAScene) {
+  TempFolder folder;
+  write_clip(folder / "walk.npz", striding(30, 0, 0));
+  write_scene(folder / "floor.glb", floor_scene());
+  const CommandResult result = run_command("view " + (folder / "walk.npz") + " --scene " + (folder / "floor.glb") +
+                                           " -o " + (folder / "page.html") + " --title 'A < B'");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string text = text_of(folder / "page.html");
+  EXPECT_NE(text.find("<title>A &lt; B</title>"), std::string::npos);
+  EXPECT_NE(text.find("\"name\":\"walk\""), std::string::npos);
+  EXPECT_NE(text.find("\"rotations\":"), std::string::npos);
+  EXPECT_NE(text.find("\"meshes\":[{"), std::string::npos);
 }
 
 TEST(ViewCommand, NamesTheFileThatIsMissing) {
