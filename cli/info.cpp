@@ -41,8 +41,7 @@ void add_info(CLI::App& app) {
   auto given = std::make_shared<Info>();
   verb->add_option("FILE", given->path, "Any file inhabit reads, or a data set's folder")->required();
   verb->add_flag("--json", given->json, "As JSON");
-  verb->add_option("--scale", given->scale, "Metres per unit of the file (default: detected)")
-      ->check(CLI::PositiveNumber);
+  verb->add_option("--scale", given->scale, "Metres per unit of the file (default: detected)")->check(positive_number);
   verb->add_option("--up", given->up, "Up axis of the file (default: detected)")->check(CLI::IsMember({"y", "z"}));
   verb->callback([given] {
     inhabit::ClipReadOptions options;

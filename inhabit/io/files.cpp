@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "inhabit/error.h"
+#include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/bytes.h"
 #include "inhabit/io/clip_json.h"
@@ -11,6 +12,7 @@
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/ply.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/motion/retarget.h"
 
 namespace inhabit {
 namespace {
@@ -32,6 +34,7 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
   if (extension == "npz" || extension == "npy") return read_clip_npz(path, options, notes);
   if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
+  if (extension == "amc") return finished(read_asf_amc(path, "", unit), path, options, notes);
   if (extension == "txt") return finished(read_expmap_text(path), path, options, notes);
   if (extension == "json") {
     SourceMotion motion;
@@ -57,7 +60,7 @@ void write_clip(const std::string& path, const Clip& clip, const Scene* scene) {
   if (extension == "json") return write_clip_json(path, clip);
   if (extension != "bvh" && extension != "glb")
     throw Error(path, "is no motion format inhabit writes (.npz .json .bvh .glb)");
-  const Clip& posed = clip;
+  const Clip posed = clip.rotations.defined() && clip.trans.defined() ? clip : retarget(clip, path);
   if (extension == "bvh") return write_bvh(path, posed);
   const bool standard = posed.skeleton.names == standard_joint_names();
   write_glb(path, {{&posed, standard ? &builtin_body() : nullptr}}, scene);

@@ -132,6 +132,21 @@ TEST(Gltf, TheValidatorFindsNothingWrong) {
   }
 }
 
+TEST(Gltf, AViewerSeesTheSamePoseAsSkinning) {
+  torch::manual_seed(2);
+  if (!builtin_body().template_vertices.defined()) GTEST_SKIP();
+  Clip clip = waving(3, builtin_body().skeleton);
+  clip.betas = torch::tensor({1.0F, 0.5F, -0.5F, 0.F, 1.F});
+  clip.skeleton = shaped_skeleton(builtin_body(), clip.betas);
+  const std::string glb = glb_bytes({{&clip, &builtin_body()}}, nullptr, "memory");
+  for (int64_t frame = 0; frame < 3; ++frame) {
+    const torch::Tensor expected =
+        skin(builtin_body(), clip.betas, axis_angle_to_matrix(clip.rotations[frame]), clip.trans[frame]);
+    // glTF keeps the four largest weights of a vertex; the built-in body may have a few more.
+    EXPECT_LT((evaluate(glb, frame) - expected).norm(2, {1}).max().item<float>(), 0.01F) << frame;
+  }
+}
+
 TEST(Gltf, BonesOfAnySkeletonFollowItsJoints) {
   torch::manual_seed(3);
   const Clip clip = waving(2, {{"a", "b", "c"}, {-1, 0, 1}, torch::randn({3, 3})});

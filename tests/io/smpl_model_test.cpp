@@ -59,6 +59,8 @@ TEST(SmplModel, AllThreeOfTheFamilyLoad) {
     const torch::Tensor shaped = body.template_vertices + body.shape_dirs.narrow(2, 0, 5).matmul(shape);
     EXPECT_TRUE(
         torch::allclose(shaped_skeleton(body, shape).rest_joints()[3], shaped.slice(0, 12, 16).mean(0), 1e-4, 1e-5));
+    const torch::Tensor still = torch::eye(3).repeat({joints, 1, 1});
+    EXPECT_TRUE(torch::allclose(skin(body, shape, still, torch::zeros({3})), shaped, 1e-4, 1e-5));
   }
 }
 

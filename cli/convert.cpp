@@ -1,0 +1,88 @@
+#include <cstdio>
+#include <memory>
+
+#include "inhabit/error.h"
+#include "inhabit/io/bytes.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/io/smpl_model.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "verbs.h"
+
+namespace {
+
+struct Convert {
+  std::string in, out, scene, body, up;
+  double rate = 0, input_rate = 0, scale = 0;
+  bool retarget = false;
+};
+
+void convert_motion(const Convert& given) {
+  using namespace inhabit;
+  ClipReadOptions options;
+  options.up = given.up == "z"   ? ClipReadOptions::Up::z
+               : given.up == "y" ? ClipReadOptions::Up::y
+                                 : ClipReadOptions::Up::automatic;
+  options.rate = given.input_rate;
+  options.scale = given.scale;
+  BodyModel body;
+  if (!given.body.empty()) {
+    body = read_smpl_model(given.body);
+    options.body = &body;
+  }
+  Notes notes;
+  Clip clip = read_clip(given.in, options, &notes);
+  if (given.retarget) clip = retarget(clip, given.in);
+  if (given.rate > 0) clip = resample(clip, given.rate);
+  SceneFile scene;
+  if (!given.scene.empty()) {
+    if (extension_of(given.out) != "glb") throw Error(given.out, "only .glb holds a scene beside the motion");
+    scene = read_scene_file(given.scene);
+  }
+  write_clip(given.out, clip, given.scene.empty() ? nullptr : &scene.scene);
+  for (const std::string& note : notes) std::printf("%s: %s\n", given.in.c_str(), note.c_str());
+  std::printf("%s: %lld frames at %g a second (%.2f s), %d joints\n", given.out.c_str(),
+              static_cast<long long>(clip.frames()), clip.rate, clip.seconds(), clip.skeleton.size());
+}
+
+void convert_scene(const Convert& given) {
+  using namespace inhabit;
+  SceneReadOptions options;
+  options.up = given.up == "z"   ? SceneReadOptions::Up::z
+               : given.up == "y" ? SceneReadOptions::Up::y
+                                 : SceneReadOptions::Up::automatic;
+  if (given.scale > 0) options.scale = given.scale;
+  if (given.rate > 0 || given.input_rate > 0 || given.retarget || !given.scene.empty() || !given.body.empty())
+    throw Error(given.in, "is a scene: frame rates, --retarget, --scene and --body go with motions");
+  const SceneFile file = read_scene_file(given.in, options);
+  write_scene(given.out, file.scene);
+  std::printf("%s: %s\n", given.out.c_str(), describe(file.report).c_str());
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("convert", "Write a motion or a scene in another format");
+  auto given = std::make_shared<Convert>();
+  verb->add_option("IN", given->in,
+                   "Motion (.bvh .amc .txt .npz .npy .json) or scene (.obj .ply .glb .gltf .off .stl .pcd .xyz)")
+      ->required();
+  verb->add_option("OUT", given->out, "Motion: .npz .json .bvh .glb; scene: .glb .ply")->required();
+  verb->add_option("--rate", given->rate, "Frames a second of the output")->check(positive_number);
+  verb->add_option("--input-rate", given->input_rate, "Frames a second of the input, whatever it says")
+      ->check(positive_number);
+  verb->add_flag("--retarget", given->retarget, "Onto the standard 22 joints");
+  verb->add_option("--scale", given->scale, "Metres per unit of the input (default: detected)")->check(positive_number);
+  verb->add_option("--up", given->up, "Up axis of the input (default: detected)")->check(CLI::IsMember({"y", "z"}));
+  verb->add_option("--scene", given->scene, "Scene to put into a .glb beside the motion");
+  verb->add_option("--body", given->body, "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
+  verb->callback([given] {
+    const std::string extension = inhabit::extension_of(given->in);
+    const bool is_motion = inhabit::is_clip_file(given->in) || !inhabit::is_scene_extension(extension);
+    if (is_motion)
+      convert_motion(*given);
+    else
+      convert_scene(*given);
+  });
+}
