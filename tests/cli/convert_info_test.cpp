@@ -110,7 +110,9 @@ TEST(Convert, ScenesBecomeGltfAndPly) {
 }
 
 TEST(Convert, BadInputIsOneLineAndLeavesNothing) {
-  const TempFolder folder, out;
+  const TempFolder folder;
+  const std::filesystem::path out = folder.path / "out";
+  std::filesystem::create_directory(out);
   write_clip_npz(folder / "walk.npz", striding());
   const std::string whole = read_whole_file(folder / "walk.npz");
   write_atomically(folder / "empty.npz", "");
@@ -124,22 +126,24 @@ TEST(Convert, BadInputIsOneLineAndLeavesNothing) {
   std::filesystem::copy_file(folder / "walk.npz", folder / "wrong.bvh");
   for (const char* name : {"missing.npz", "missing.obj", "empty.npz", "cut.npz", "garbage.npz", "garbage.bvh",
                            "garbage.json", "garbage.amc", "commas.xyz", "picture.png", "wrong.bvh"}) {
-    expect_refused("convert " + folder / name + " " + out / "out.npz", name);
+    expect_refused("convert " + folder / name + " " + (out / "out.npz").string(), name);
   }
   for (const char* name : {"missing", "empty.npz", "garbage.bvh", "picture.png"})
     expect_refused("info " + folder / name, name);
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.xyz", "out.xyz");
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "none/out.npz", "folder");
-  expect_refused("convert " + folder / "walk.npz" + " " + out.path.string() + "/", out.path.filename().string());
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.npz --rate -3", "--rate");
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.npz --rate nan", "--rate");
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.npz --up x", "--up");
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.npz --body " + folder / "walk.npz", "model");
-  expect_refused("convert " + folder / "walk.npz" + " " + out / "out.npz --scene " + folder / "walk.npz", "out.npz");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.xyz").string(), "out.xyz");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "none/out.npz").string(), "folder");
+  expect_refused("convert " + folder / "walk.npz" + " " + out.string() + "/", "out");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --rate -3").string(), "--rate");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --rate nan").string(), "--rate");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --up x").string(), "--up");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --body ").string() + folder / "walk.npz",
+                 "model");
+  expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --scene ").string() + folder / "walk.npz",
+                 "out.npz");
   expect_refused("convert " + folder / "walk.npz", "OUT");
   expect_refused("info", "FILE");
   expect_refused("info " + folder.path.string(), "dataset.json");
-  EXPECT_TRUE(std::filesystem::is_empty(out.path));
+  EXPECT_TRUE(std::filesystem::is_empty(out));
 }
 
 TEST(Info, SaysWhatAMotionHolds) {
