@@ -1,0 +1,59 @@
+#include "inhabit/forecast/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "inhabit/error.h"
+#include "inhabit/forecast/network.h"
+
+using namespace inhabit;
+
+TEST(ForecastConfig, JsonRoundTripKeepsEverything) {
+  for (const char* preset : {"paper", "compact"}) {
+    ForecastConfig config = forecast_preset(preset);
+    EXPECT_NO_THROW(validate(config, preset));
+    config.joints = 21;
+    config.root = 14;
+    config.sigma = 0.17;
+    config.decode_from_past = true;
+    const ForecastConfig back = forecast_config_from_json(to_json(config), "test");
+    EXPECT_TRUE(back == config);
+    EXPECT_FALSE(back == forecast_preset(preset));
+  }
+}
+
+TEST(ForecastConfig, PaperPresetHasThePapersSize) {
+  ContactNetwork network(forecast_preset("paper"));
+  int64_t parameters = 0;
+  for (const auto& parameter : network->parameters()) parameters += parameter.numel();
+  EXPECT_NEAR(static_cast<double>(parameters), 15.2e6, 0.1e6);
+}
+
+TEST(ForecastConfig, RefusesWhatCannotBe) {
+  const auto message = [](const std::string& text) {
+    try {
+      forecast_config_from_json(text, "model.safetensors");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(message("{"), HasSubstr("model.safetensors"));
+  EXPECT_THAT(message("[]"), HasSubstr("not JSON"));
+  EXPECT_THAT(message("{}"), HasSubstr("malformed"));
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = to_json(forecast_preset("compact"));
+    const size_t place = text.find(from);
+    EXPECT_NE(place, std::string::npos) << from;
+    return text.replace(place, from.size(), to);
+  };
+  EXPECT_THAT(message(with("\"past\":30", "\"past\":0")), HasSubstr("past frames"));
+  EXPECT_THAT(message(with("\"past\":30", "\"past\":\"x\"")), HasSubstr("malformed"));
+  EXPECT_THAT(message(with("\"past\":30", "\"passed\":30")), HasSubstr("unknown key 'passed'"));
+  EXPECT_THAT(message(with("\"hidden\":128", "\"hidden\":1000000000")), HasSubstr("hidden"));
+  EXPECT_THAT(message(with("\"root\":0", "\"root\":22")), HasSubstr("root joint"));
+  EXPECT_THAT(message(with("\"sigma\":0.2", "\"sigma\":-1")), HasSubstr("sigma"));
+  EXPECT_THAT(message(with("\"contact_coefficients\":12", "\"contact_coefficients\":91")), HasSubstr("coefficients"));
+  EXPECT_THROW(forecast_preset("huge"), Error);
+}

@@ -1,0 +1,153 @@
+#include "inhabit/nn/layers.h"
+
+#include <gtest/gtest.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include "inhabit/nn/fast_point_voxel.h"
+#include "inhabit/nn/grid_conv.h"
+#include "inhabit/nn/row_layers.h"
+
+using namespace inhabit;
+using torch::Tensor;
+
+namespace {
+
+double largest_difference(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
+
+/// A grid whose voxels are mostly empty.
+Tensor sparse_grid(int64_t batch, int64_t channels, int64_t grid, double share) {
+  return torch::randn({batch, channels, grid, grid, grid}) *
+         (torch::rand({batch, 1, grid, grid, grid}) < share).to(torch::kFloat32);
+}
+
+struct Gradients {
+  Tensor value, x, weight, bias;
+};
+
+template <class F>
+Gradients gradients_of(const F& f, const Tensor& x, const Tensor& weight, const Tensor& bias, const Tensor& mix) {
+  std::vector<Tensor> leaves{x.detach().clone().requires_grad_(true), weight.detach().clone().requires_grad_(true),
+                             bias.detach().clone().requires_grad_(true)};
+  const Tensor value = f(leaves[0], leaves[1], leaves[2]);
+  const auto g = torch::autograd::grad({(value * mix).sum()}, leaves);
+  return {value.detach(), g[0], g[1], g[2]};
+}
+
+}  // namespace
+
+TEST(GridConvolution, EqualsTheDenseOneInValueAndGradients) {
+  torch::manual_seed(0);
+  for (const int64_t grid : {2, 3, 6}) {
+    const Tensor x = sparse_grid(2, 5, grid, 0.2), weight = torch::randn({4, 5, 3, 3, 3}), bias = torch::randn({4});
+    const Tensor mix = torch::randn({2, 4, grid, grid, grid});
+    const Gradients got = gradients_of(nn::grid_conv3d, x, weight, bias, mix);
+    const Gradients dense =
+        gradients_of([](const Tensor& a, const Tensor& w, const Tensor& b) { return torch::conv3d(a, w, b, 1, 1); }, x,
+                     weight, bias, mix);
+    EXPECT_LT(largest_difference(got.value, dense.value), 1e-4) << grid;
+    EXPECT_LT(largest_difference(got.weight, dense.weight), 1e-4) << grid;
+    EXPECT_LT(largest_difference(got.bias, dense.bias), 1e-4) << grid;
+    const Tensor occupied = (x != 0).to(torch::kFloat32);
+    EXPECT_LT(largest_difference(got.x, dense.x * occupied), 1e-4) << grid;
+  }
+}
+
+TEST(GridConvolution, OverABackgroundEqualsTheDenseOne) {
+  torch::manual_seed(1);
+  for (const int64_t grid : {2, 3, 5}) {
+    const Tensor background = torch::randn({3}), weight = torch::randn({4, 3, 3, 3, 3}), bias = torch::randn({4});
+    const Tensor difference = sparse_grid(2, 3, grid, 0.1);
+    const Tensor x = difference + background.view({1, 3, 1, 1, 1});
+    EXPECT_LT(
+        largest_difference(nn::grid_conv3d_over(background, x, weight, bias), torch::conv3d(x, weight, bias, 1, 1)),
+        1e-4);
+    EXPECT_LT(largest_difference(nn::grid_conv3d_over(torch::zeros({3}), x, weight, bias),
+                                 torch::conv3d(x, weight, bias, 1, 1)),
+              1e-4);
+  }
+}
+
+// Gradients of every parameter and of the features, skipping empty voxels against not.
+TEST(PointVoxelConvolution, TrainsAsTheDenseOneDoes) {
+  torch::manual_seed(2);
+  nn::PointVoxelConv layer(6, 8, 6);
+  const Tensor points = torch::randn({3, 40, 3}) * torch::tensor({1.0F, 0.1F, 1.0F});
+  const Tensor mix = torch::randn({3, 8, 40});
+  std::vector<Tensor> results[2];
+  for (const bool dense : {false, true}) {
+    layer->dense = dense;
+    layer->train();
+    layer->zero_grad();
+    torch::manual_seed(5);
+    const Tensor features = torch::randn({3, 6, 40}).requires_grad_(true);
+    const Tensor out = layer(nn::PointFeatures{features, points}).features;
+    (out * mix).sum().backward();
+    results[dense] = {out.detach(), features.grad()};
+    for (const auto& parameter : layer->parameters()) results[dense].push_back(parameter.grad().clone());
+  }
+  ASSERT_EQ(results[0].size(), results[1].size());
+  for (size_t i = 0; i < results[0].size(); ++i) {
+    const double scale = std::max(1.0, results[1][i].abs().max().item<double>());
+    EXPECT_LT(largest_difference(results[0][i], results[1][i]) / scale, 2e-4) << i;
+  }
+}
+
+TEST(SetAbstraction, TakesTheLargestResponseAroundEachCentre) {
+  torch::manual_seed(3);
+  nn::SetAbstraction layer(4, 5, 0.9, 6, std::vector<int>{7, 3});
+  layer->eval();
+  torch::NoGradGuard no_gradients;
+  const Tensor points = torch::randn({1, 30, 3}), features = torch::randn({1, 4, 30});
+  const nn::PointFeatures got = layer(nn::PointFeatures{features, points});
+  for (int64_t m = 0; m < 5; ++m) {
+    Tensor best = torch::full({3}, -1.0F);
+    int found = 0;
+    for (int64_t n = 0; n < 30 && found < 6; ++n) {
+      const Tensor offset = points[0][n] - got.points[0][m];
+      if (!(offset.square().sum().item<float>() < 0.81F)) continue;
+      ++found;
+      const Tensor input = torch::cat({offset, features[0].select(1, n)}).view({1, 7, 1, 1});
+      best = torch::maximum(best, layer->mlp(input).flatten());
+    }
+    EXPECT_GT(found, 0);
+    EXPECT_LT(largest_difference(got.features[0].select(1, m), best), 1e-5);
+  }
+}
+
+TEST(RowProducts, GatherMultiplyAndScatterRows) {
+  torch::manual_seed(4);
+  for (const int64_t out : {1, 64, 70, 130}) {
+    for (const int64_t count : {0, 1, 2, 5, 6, 7, 23}) {
+      const int64_t in = 9;
+      const Tensor w = torch::randn({in, out}), x = torch::randn({30, 12});
+      const nn::PackedMatrix packed = nn::pack_matrix(w.data_ptr<float>(), in, out, out, 1);
+      const Tensor from = torch::randint(30, {count}, torch::kInt32),
+                   to = torch::randperm(30).slice(0, 0, count).to(torch::kInt32);
+      Tensor y = torch::zeros({30, packed.stride()});
+      y.slice(1, 0, out).normal_();
+      Tensor expected = y.clone();
+      const int64_t depth = 7;
+      for (int64_t i = 0; i < count; ++i)
+        expected[to[i].item<int>()].slice(0, 0, out) +=
+            x[from[i].item<int>()].slice(0, 0, depth).matmul(w.slice(0, 0, depth));
+      nn::accumulate_rows(packed, depth, x.data_ptr<float>(), 12, from.data_ptr<int32_t>(), to.data_ptr<int32_t>(),
+                          count, y.data_ptr<float>());
+      EXPECT_LT(largest_difference(y, expected), 1e-5) << out << " columns, " << count << " rows";
+    }
+  }
+}
+
+TEST(RowGru, EqualsTheModule) {
+  torch::manual_seed(5);
+  torch::nn::GRU gru(5, 6);
+  torch::nn::Linear encode(4, 5);
+  torch::NoGradGuard no_gradients;
+  const Tensor x = torch::randn({11, 4});
+  const auto p = gru->named_parameters();
+  std::vector<float> state(6);
+  nn::last_gru_state(nn::row_layer(encode->weight, encode->bias),
+                     nn::row_gru(p["weight_ih_l0"], p["weight_hh_l0"], p["bias_ih_l0"], p["bias_hh_l0"]),
+                     x.data_ptr<float>(), 11, state.data());
+  const Tensor expected = std::get<1>(gru->forward(encode(x).unsqueeze(1))).flatten();
+  EXPECT_LT(largest_difference(torch::from_blob(state.data(), {6}), expected), 1e-6);
+}
