@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "inhabit/body/capsules.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
@@ -41,7 +42,9 @@ torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const Scen
                                        axis_angle_to_matrix(clip.rotations), clip.trans);
   std::vector<torch::Tensor> points;
   std::vector<int64_t> samples;
-  for (const Capsule& c : body.capsules) {
+  std::vector<float> radii;
+  for (const Capsule& c : shaped_capsules(body, clip.betas)) {
+    radii.push_back(c.radius);
     const torch::Tensor a = torch::tensor({c.a[0], c.a[1], c.a[2]}), b = torch::tensor({c.b[0], c.b[1], c.b[2]});
     const int64_t n = 1 + static_cast<int64_t>(std::ceil((b - a).norm().item<double>() / kSpacing));
     const torch::Tensor own = a + torch::linspace(0, 1, n).unsqueeze(1) * (b - a);  // (n, 3)
@@ -54,7 +57,7 @@ torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const Scen
   std::vector<torch::Tensor> depths;
   int64_t first = 0;
   for (size_t i = 0; i < samples.size(); ++i) {
-    depths.push_back(body.capsules[i].radius - std::get<0>(distance.slice(1, first, first + samples[i]).min(1)));
+    depths.push_back(radii[i] - std::get<0>(distance.slice(1, first, first + samples[i]).min(1)));
     first += samples[i];
   }
   return torch::stack(depths, 1);
@@ -107,6 +110,7 @@ Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const S
     part.rate = clip.rate;
     part.joints = clip.joints.index_select(0, index);
     part.rotations = clip.rotations.index_select(0, index);
+    part.betas = clip.betas;
     part.trans = clip.trans.index_select(0, index);
     const SceneQuery query(solid);
     const torch::Tensor depths = capsule_depths(part, body, query);

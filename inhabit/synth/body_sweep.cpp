@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/body/capsules.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/math/rotation.h"
 
@@ -20,7 +21,7 @@ BodySweep::BodySweep(const Clip& clip, const BodyModel& body) {
   const auto p = positions.accessor<float, 3>();
   const auto r = rotations.accessor<float, 4>();
   const int frames = static_cast<int>(clip.frames());
-  for (const Capsule& c : body.capsules) {
+  for (const Capsule& c : shaped_capsules(body, clip.betas)) {
     if (c.joint >= kStandardJoints) continue;
     const Eigen::Vector3d a(c.a[0], c.a[1], c.a[2]), b(c.b[0], c.b[1], c.b[2]);
     const int samples = 1 + static_cast<int>(std::ceil((b - a).norm() / kSpacing));
