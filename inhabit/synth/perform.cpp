@@ -179,6 +179,8 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     for (const HandTrip& trip : plan.hands) {
       if (!trip.touches || trip.when.at(t) < 0.9995) continue;
       if ((pose.position[20 + trip.side] - trip.pull.place).norm() > 0.006) continue;
+      // A wrist at its end lifts the palm.
+      if (pose.global[20 + trip.side].angularDistance(trip.pull.turn) > 0.2) continue;
       target[trip.side] << trip.point, 1;
       touching[20 + trip.side] = true;
     }
