@@ -16,6 +16,7 @@ namespace {
 
 constexpr int64_t kPositionChannels = 3;
 constexpr int64_t kRowChunk = 64;
+constexpr int64_t kTransposeBlock = 16;  // channels turned together, a cache line of a row; divides the rows' padding
 
 /// Rows [x y z, contact coefficients] of one cloud; points whose coefficients are all zero are listed as bare.
 void scene_rows(const float* points, const float* contact, int64_t count, int64_t features, nn::Rows& rows) {
@@ -31,8 +32,14 @@ void scene_rows(const float* points, const float* contact, int64_t count, int64_
     for (int64_t n = first; n < last; ++n) {
       float* into = rows.row(n);
       std::copy_n(points + 3 * n, 3, into);
-      if (touched[n] == 0) continue;
-      for (int64_t f = 0; f < features; ++f) into[kPositionChannels + f] = contact[f * count + n];
+    }
+    for (int64_t block = 0; block < features; block += kTransposeBlock) {
+      const int64_t end = std::min(features, block + kTransposeBlock);
+      for (int64_t n = first; n < last; ++n) {
+        if (touched[n] == 0) continue;
+        float* into = rows.row(n) + kPositionChannels;
+        for (int64_t f = block; f < end; ++f) into[f] = contact[f * count + n];
+      }
     }
   });
   for (int64_t n = 0; n < count; ++n) (touched[n] != 0 ? rows.full : rows.bare).push_back(static_cast<int32_t>(n));
@@ -158,9 +165,15 @@ void FastContactNetwork::Impl::run(const Tensor& scene, const Tensor& contact, c
     const int64_t first = chunk * kRowChunk, got = std::min(kRowChunk, count - first);
     rows.resize(static_cast<size_t>(kRowChunk * head_out.stride()));
     nn::apply(head_out, hidden.data() + first * head_in.stride(), head_in.stride(), got, rows.data());
-    for (int64_t f = 0; f < features; ++f) {
-      const int64_t place = f * count + first;
-      for (int64_t n = 0; n < got; ++n) result[place + n] = given[place + n] + rows[n * head_out.stride() + f];
+    float turned[kTransposeBlock][kRowChunk];
+    for (int64_t block = 0; block < features; block += kTransposeBlock) {
+      for (int64_t n = 0; n < got; ++n) {  // the last block reads into the padding
+        for (int64_t f = 0; f < kTransposeBlock; ++f) turned[f][n] = rows[n * head_out.stride() + block + f];
+      }
+      for (int64_t f = block; f < std::min(features, block + kTransposeBlock); ++f) {
+        const int64_t place = f * count + first;
+        for (int64_t n = 0; n < got; ++n) result[place + n] = given[place + n] + turned[f - block][n];
+      }
     }
   });
 }

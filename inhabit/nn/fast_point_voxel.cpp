@@ -13,7 +13,7 @@ namespace {
 using torch::Tensor;
 
 constexpr int64_t kTaps = 27;
-constexpr int64_t kVoxelChunk = 256;  // outputs whose rows stay in the second-level cache while all taps go by
+constexpr int64_t kVoxelChunk = 1024;  // outputs whose rows stay in the second-level cache while all taps go by
 constexpr int64_t kRowChunk = 64;
 constexpr int64_t kCentreChunk = 8;
 
@@ -69,9 +69,12 @@ TapPairs tap_pairs(const PaddedGrid& grid, const std::vector<int32_t>& input_row
                    const std::vector<int32_t>& outputs) {
   TapPairs pairs;
   const auto count = static_cast<int64_t>(outputs.size());
+  // As many chunks of equal size as keep every thread busy to the end.
+  const int64_t threads = at::get_num_threads();
+  pairs.chunk = chunks_of(count, threads * chunks_of(count, threads * kVoxelChunk));
   pairs.begin.push_back(0);
-  for (int64_t first = 0; first < count; first += kVoxelChunk) {
-    const int64_t last = std::min(count, first + kVoxelChunk);
+  for (int64_t first = 0; first < count; first += pairs.chunk) {
+    const int64_t last = std::min(count, first + pairs.chunk);
     for (const int64_t offset : grid.offset) {
       for (int64_t o = first; o < last; ++o) {
         const int32_t row = input_rows[outputs[o] + offset];
@@ -304,8 +307,8 @@ void FastPointVoxelConv::operator()(const GridPlan& plan, const Rows& x, Rows& y
   });
 
   once_.resize(static_cast<size_t>(plan.once * stride));
-  parallel_chunks(chunks_of(plan.once, kVoxelChunk), [&](int64_t chunk) {
-    const int64_t first = chunk * kVoxelChunk, last = std::min(plan.once, first + kVoxelChunk);
+  parallel_chunks(chunks_of(plan.once, plan.first_full.chunk), [&](int64_t chunk) {
+    const int64_t first = chunk * plan.first_full.chunk, last = std::min(plan.once, first + plan.first_full.chunk);
     for (int64_t v = first; v < last; ++v) std::copy_n(first_bias_.data(), stride, once_.data() + v * stride);
     convolve_chunk(first_, in_, plan.first_full, chunk, averages_.data(), x.stride, once_.data());
     convolve_chunk(first_, shallow, plan.first_bare, chunk, averages_.data(), x.stride, once_.data());
@@ -316,10 +319,10 @@ void FastPointVoxelConv::operator()(const GridPlan& plan, const Rows& x, Rows& y
   });
 
   twice_.resize(static_cast<size_t>(plan.twice * stride));
-  const int64_t second_chunks = chunks_of(plan.twice, kVoxelChunk);
+  const int64_t second_chunks = chunks_of(plan.twice, plan.second.chunk);
   sums_.assign(static_cast<size_t>(second_chunks * stride), 0.0F);
   parallel_chunks(second_chunks, [&](int64_t chunk) {
-    const int64_t first = chunk * kVoxelChunk, last = std::min(plan.twice, first + kVoxelChunk);
+    const int64_t first = chunk * plan.second.chunk, last = std::min(plan.twice, first + plan.second.chunk);
     for (int64_t v = first; v < last; ++v)
       std::copy_n(constants_.data() + plan.kind[v] * stride, stride, twice_.data() + v * stride);
     convolve_chunk(second_, out_, plan.second, chunk, once_.data(), stride, twice_.data());

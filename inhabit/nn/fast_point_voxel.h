@@ -30,6 +30,7 @@ struct Rows {
 struct TapPairs {
   std::vector<int32_t> from, to;
   std::vector<int32_t> begin;  ///< chunks * 27 + 1
+  int64_t chunk = 0;           ///< outputs per chunk
 };
 
 /// Which voxels of a grid a cloud occupies and which a convolution can reach from there. Depends on positions only, so

@@ -1,7 +1,7 @@
 #include "inhabit/nn/point_ops.h"
 
-#include <torch/csrc/autograd/custom_function.h>
 #include <ATen/Parallel.h>
+#include <torch/csrc/autograd/custom_function.h>
 
 #include <cmath>
 #include <limits>
