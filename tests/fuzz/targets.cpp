@@ -3,9 +3,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string_view>
 
+#include "inhabit/data/native.h"
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
@@ -30,6 +34,11 @@ bool survive(const uint8_t* data, size_t size, const Read& read) {
   } catch (const Error&) {
     return false;  // what a reader says to bad input
   }
+}
+
+std::string& folder_to_remove() {
+  static std::string folder;
+  return folder;
 }
 
 /// For readers that take a path: the bytes as a file in memory.
@@ -90,6 +99,20 @@ bool fuzz_expmap_text(const uint8_t* data, size_t size) {
 bool fuzz_safetensors(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) { read_safetensors(path); });
 }
+/// dataset.json in a folder of its own, in memory where the system has such a place.
+bool fuzz_dataset(const uint8_t* data, size_t size) {
+  static const std::string folder = [] {
+    const bool memory = std::filesystem::is_directory("/dev/shm");
+    const std::string path = (memory ? "/dev/shm/inhabit_fuzz_" : "/tmp/inhabit_fuzz_") + std::to_string(getpid());
+    std::filesystem::create_directories(path);
+    folder_to_remove() = path;
+    std::atexit([] { std::filesystem::remove_all(folder_to_remove()); });
+    return path;
+  }();
+  std::ofstream(folder + "/dataset.json", std::ios::binary)
+      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  return survive(data, size, [](std::string_view) { open_dataset(folder); });
+}
 template <char... extension>
 bool fuzz_scene(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_scene(bytes, std::string{extension...}, "fuzz"); });
@@ -107,6 +130,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"asf_amc", fuzz_asf_amc},
       {"expmap_text", fuzz_expmap_text},
       {"safetensors", fuzz_safetensors},
+      {"dataset", fuzz_dataset},
       {"obj", fuzz_scene<'o', 'b', 'j'>},
       {"ply", fuzz_scene<'p', 'l', 'y'>},
       {"off", fuzz_scene<'o', 'f', 'f'>},
