@@ -89,7 +89,8 @@ Figure make_figure(const BodyModel& model, const torch::Tensor& betas) {
     if (seat < 0) figure.seat_depth = -seat - 0.012;  // flesh gives way by a centimetre
     if (thigh > 0) figure.thigh_depth = thigh;
     if (back < 0) figure.back_depth = -back;
-    if (palm < 0.05 && palm > -0.08) figure.palm_depth = -palm + 0.002;
+    // A hand that rests gives way by a few millimetres.
+    if (palm < 0.05 && palm > -0.08) figure.palm_depth = -palm - 0.004;
   }
   figure.stand_height = -sole;
   figure.ball_height = ball.y() - sole;

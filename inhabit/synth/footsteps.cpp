@@ -73,9 +73,9 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
 void StepPlan::turn(double heading, const Vector2d& to, std::mt19937_64& random) {
   const double whole = wrapped(heading - heading_);
   const Vector2d here = place();
-  const int count = 1 + std::max(1, static_cast<int>(std::ceil(std::abs(whole) / uniform(random, 0.8, 1.15))));
+  const int count = 1 + std::max(1, static_cast<int>(std::ceil(std::abs(whole) / uniform(random, 0.95, 1.25))));
   int side = whole > 0 ? 0 : 1;
-  const double from = heading_, period = uniform(random, 0.42, 0.52);
+  const double from = heading_, period = uniform(random, 0.38, 0.48);
   double lift = now_ + 0.26;
   for (int k = 0; k < count; ++k, side = 1 - side) {
     // Each step opens a little further; the last closes.

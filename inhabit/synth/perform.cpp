@@ -187,6 +187,13 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     out.contact.push_back(touching);
     out.hand_target.push_back(target);
   }
+  // A seat that is not sat on within these frames counts as any other furniture.
+  for (size_t first = 0, last = 0; first < out.seat.size(); first = last) {
+    bool sat = false;
+    for (last = first; last < out.seat.size() && out.seat[last] == out.seat[first]; ++last)
+      sat = sat || out.contact[last][0];
+    if (!sat) std::fill(out.seat.begin() + static_cast<long>(first), out.seat.begin() + static_cast<long>(last), -1);
+  }
   return out;
 }
 

@@ -7,7 +7,7 @@ namespace inhabit {
 struct Performance {
   std::vector<Posed> pose;
   std::vector<Action> action;
-  std::vector<int> seat;  ///< index of the furniture sat on, or on the way to or from it; -1
+  std::vector<int> seat;  ///< index of the furniture sat on, on the way to it or from it; -1 without one
   std::vector<std::array<bool, kStandardJoints>> contact;
   std::vector<std::array<Eigen::Vector4d, 2>> hand_target;  ///< world point, then 1 while touched
 };
