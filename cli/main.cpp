@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   CLI::App app{"inhabit: human motion in 3D scenes"};
   app.require_subcommand(1);
   add_version(app);
+  add_forecast(app);
   add_train(app);
   add_eval(app);
   add_convert(app);

@@ -11,6 +11,7 @@ inline std::string positive_number(const std::string& text) {
 }
 
 void add_version(CLI::App& app);
+void add_forecast(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_convert(CLI::App& app);

@@ -9,8 +9,8 @@
 namespace inhabit {
 namespace {
 
-constexpr int64_t kPoolPoints = 60000;  // a scene's points in memory: some 20,000 within 2.5 m of a person in a room
-constexpr size_t kScenesKept = 64, kClipsKept = 256;
+constexpr int64_t kPoolPoints = 20000;  // a scene's points in memory: some 7,000 within 2.5 m of a person in a room
+constexpr size_t kScenesKept = 1024, kClipsKept = 2048;  // at most 240 MB and 190 MB (12 s clips)
 
 struct Window {
   int32_t set, clip, start;
