@@ -23,13 +23,15 @@ inhabit::Page page_of(const inhabit::ForecastClips& clips, const inhabit::Scene&
   using Role = inhabit::PagePerson::Role;
   inhabit::Page page;
   page.title = title;
-  page.note = "Grey: the second that was observed. Blue: the next two seconds as predicted. Orange: what really happened.";
+  page.note =
+      "Grey: the second that was observed. Blue: the next two seconds as predicted. Orange: what really happened.";
   page.scene = &scene;
   const double now = clips.past.seconds();
   page.people.push_back({clips.past, "observed", Role::past, 0, nullptr});
   if (clips.truth) page.people.push_back({*clips.truth, "truth", Role::truth, now, nullptr});
   page.people.push_back({clips.prediction, "prediction", Role::prediction, now, nullptr});
-  page.contacts = inhabit::PageContacts{clips.forecast.points, clips.forecast.contact_maps.clamp(0, 1), {}, clips.prediction.rate, 0};
+  page.contacts = inhabit::PageContacts{
+      clips.forecast.points, clips.forecast.contact_maps.clamp(0, 1), {}, clips.prediction.rate, 0};
   return page;
 }
 
@@ -40,17 +42,21 @@ void add_forecast(CLI::App& app) {
   auto o = std::make_shared<Options>();
   verb->add_option("motion", o->motion, "Motion file")->required();
   verb->add_option("--scene", o->scene, "Scene file: a mesh or a point cloud (without one, a flat floor is assumed)");
-  verb->add_option("--start", o->forecast.start, "First frame to predict, in the file's frames; the second before it is observed (default: the end)")
+  verb->add_option("--start", o->forecast.start,
+                   "First frame to predict, in the file's frames; the second before it is observed (default: the end)")
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
-  verb->add_option("--points", o->forecast.points, "Scene points to look at (default: as the model was trained)")->check(CLI::Range(16, 200000));
+  verb->add_option("--points", o->forecast.points, "Scene points to look at (default: as the model was trained)")
+      ->check(CLI::Range(16, 200000));
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->capture_default_str();
-  verb->add_option("-o,--out", o->outputs, "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
+  verb->add_option("-o,--out", o->outputs,
+                   "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
     if (o->outputs.empty()) o->outputs.push_back("forecast.html");
     for (const std::string& out : o->outputs)
-      if (const std::string e = std::filesystem::path(out).extension(); e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
+      if (const std::string e = std::filesystem::path(out).extension();
+          e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
         throw Error(out, "is no output of a forecast: .npz, .bvh, .glb, .json or .html");
     const Clip clip = read_clip(o->motion);
     Scene scene;
@@ -60,7 +66,8 @@ void add_forecast(CLI::App& app) {
     } else {
       scene = read_scene_file(o->scene).scene;
     }
-    const auto forecaster = ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    const auto forecaster =
+        ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
     const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
     for (const std::string& out : o->outputs) {
       if (std::filesystem::path(out).extension() == ".html")

@@ -8,22 +8,26 @@
 
 namespace inhabit {
 
-ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene, const ForecastClipOptions& options,
-                            const std::string& subject) {
+ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene,
+                            const ForecastClipOptions& options, const std::string& subject) {
   torch::NoGradGuard no_grad;
   const ForecastConfig& config = forecaster.config();
   if (options.start > clip.frames())
-    throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" + std::to_string(clip.frames()) + " frames)");
+    throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
+                             std::to_string(clip.frames()) + " frames)");
   const int64_t asked = options.start < 0 ? clip.frames() : options.start;
   const Clip motion = resample(retarget(clip, subject), config.rate);
-  const int64_t start = std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * config.rate / clip.rate));
+  const int64_t start =
+      std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * config.rate / clip.rate));
   if (start < config.past)
-    throw Error(subject, "has " + std::to_string(start) + " frames at " + std::to_string(static_cast<int>(config.rate)) + " a second before the start; " +
+    throw Error(subject, "has " + std::to_string(start) + " frames at " +
+                             std::to_string(static_cast<int>(config.rate)) + " a second before the start; " +
                              std::to_string(config.past) + " are needed");
 
   ForecastClips out;
   out.past = slice(motion, start - config.past, start);
-  if (motion.frames() > start) out.truth = slice(motion, start, std::min<int64_t>(motion.frames(), start + config.future));
+  if (motion.frames() > start)
+    out.truth = slice(motion, start, std::min<int64_t>(motion.frames(), start + config.future));
   std::mt19937_64 random(options.seed);
   const torch::Tensor points = sample_points_near(scene, out.past.joints[config.past - 1][config.root], config.radius,
                                                   options.points > 0 ? options.points : config.points, random);

@@ -18,17 +18,20 @@ struct ForecastClips {
 };
 
 struct ForecastClipOptions {
-  int64_t start = -1;   ///< first predicted frame, counted in `clip`; -1: its end
-  int64_t points = 0;   ///< scene points looked at; 0: as the model was trained
-  uint64_t seed = 1;    ///< draws the points
+  int64_t start = -1;  ///< first predicted frame, counted in `clip`; -1: its end
+  int64_t points = 0;  ///< scene points looked at; 0: as the model was trained
+  uint64_t seed = 1;   ///< draws the points
 };
 
-/// Observes the second before frame `start` of a clip on any skeleton that maps to the standard one, at any rate, and predicts what comes.
-/// @param subject names the clip in errors. Throws Error where less than a second lies before `start` or nothing of the scene is near.
-ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene, const ForecastClipOptions& options,
-                            const std::string& subject);
+/// Observes the second before frame `start` of a clip on any skeleton that maps to the standard one, at any rate, and
+/// predicts what comes.
+/// @param subject names the clip in errors. Throws Error where less than a second lies before `start` or nothing of the
+/// scene is near.
+ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene,
+                            const ForecastClipOptions& options, const std::string& subject);
 
-/// The floor that is assumed where no scene is given: flat, under the lowest place of the feet, around where the person is.
+/// The floor that is assumed where no scene is given: flat, under the lowest place of the feet, around where the person
+/// is.
 Scene assumed_floor(const Clip& clip);
 
 }  // namespace inhabit

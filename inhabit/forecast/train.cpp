@@ -166,24 +166,21 @@ bool train_forecast(const ForecastTraining& options) {
                          MotionNetwork(config, /*with_contact=*/false)};
   const bool keep =
       std::filesystem::exists(options.out) && (options.resume || options.stage == ForecastTraining::Stage::motion);
-  ForecastNetworks best;
-  if (keep) best = load_forecast_networks(options.out);
-  best.config = config;
-
   for (size_t s = first_stage; s < stages.size(); ++s) {
     TrainTask task = stages[s] == "contact"
                          ? contact_task(model, data, validation, options.device)
                          : motion_task(model, stages[s] == "motion", data, validation, options.device);
     task.module->to(options.device);
+    // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
+    const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first_stage)
+                                        ? load_forecast_networks(options.out)
+                                        : ForecastNetworks{};
     task.on_best = [&, name = stages[s]] {
-      // Clones: training goes on with the originals.
-      if (name == "contact")
-        best.contact = ContactNetwork(std::dynamic_pointer_cast<ContactNetworkImpl>(model.contact->clone(torch::kCPU)));
-      if (name == "motion")
-        best.motion = MotionNetwork(std::dynamic_pointer_cast<MotionNetworkImpl>(model.motion->clone(torch::kCPU)));
-      if (name == "no_contact")
-        best.no_contact =
-            MotionNetwork(std::dynamic_pointer_cast<MotionNetworkImpl>(model.no_contact->clone(torch::kCPU)));
+      ForecastNetworks best = before;
+      best.config = config;
+      if (name == "contact") best.contact = model.contact;
+      if (name == "motion") best.motion = model.motion;
+      if (name == "no_contact") best.no_contact = model.no_contact;
       save_forecast_networks(options.out, best);
     };
     const Stage stage = stage_of(options, stages[s], data.size());
