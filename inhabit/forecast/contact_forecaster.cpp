@@ -1,16 +1,21 @@
 #include "inhabit/forecast/contact_forecaster.h"
 
 #include "inhabit/error.h"
+#include "inhabit/forecast/fast_contact_network.h"
+#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 
 namespace inhabit {
 
 struct ContactForecaster::Impl {
-  ForecastNetworks networks;
+  ForecastConfig config;
+  mutable FastContactNetwork contact;
+  FastMotionNetwork motion;
 };
 
 ContactForecaster::ContactForecaster(const ForecastNetworks& networks)
-    : impl_(std::make_unique<Impl>(Impl{networks})) {}
+    : impl_(std::make_unique<Impl>(
+          Impl{networks.config, FastContactNetwork(networks.contact), FastMotionNetwork(networks.motion)})) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
@@ -21,7 +26,7 @@ ContactForecaster ContactForecaster::load(const std::string& path) {
   return ContactForecaster(networks);
 }
 
-const ForecastConfig& ContactForecaster::config() const { return impl_->networks.config; }
+const ForecastConfig& ContactForecaster::config() const { return impl_->config; }
 
 Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Tensor& points) const {
   torch::NoGradGuard no_grad;
@@ -32,11 +37,11 @@ Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Ten
   // The networks were trained with the origin at the root of the last observed frame.
   const torch::Tensor origin = past[c.past - 1][c.root].clone();
   const torch::Tensor observed = (past - origin).unsqueeze(0), scene = (points - origin).unsqueeze(0);
-  const torch::Tensor dct = impl_->networks.contact->forward(scene, contact_features(scene, observed, c), observed);
+  const torch::Tensor dct = impl_->contact.forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
   out.contact_maps = contact_maps_from_dct(dct, c)[0];
   torch::Tensor contacts = contact_points(scene, dct, c);
-  out.joints = forecast_joints(impl_->networks.motion->forward(observed, contacts), c.root)[0] + origin;
+  out.joints = forecast_joints(impl_->motion.forward(observed, contacts), c.root)[0] + origin;
   contacts.narrow(3, 0, 3).add_(contacts.narrow(3, 3, 1) * origin);
   out.contact_points = contacts[0];
   out.points = points;

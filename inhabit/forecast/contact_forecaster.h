@@ -16,7 +16,8 @@ struct Forecast {
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 };
 
-/// Contact-aware motion forecasting: the second that was observed and a room in, the next two seconds out.
+/// Contact-aware motion forecasting: the second that was observed and a room in, the next two seconds out. On the CPU,
+/// by the fast networks; keeps their workspaces, so use one instance per thread.
 ///
 ///   ContactForecaster forecaster = ContactForecaster::load("forecast.safetensors");
 ///   Forecast f = forecaster.forecast(past, points);   // past (30, 22, 3), points (N, 3)

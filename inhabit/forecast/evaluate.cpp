@@ -2,6 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <optional>
+
+#include "inhabit/forecast/fast_contact_network.h"
+#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/metrics/forecast_error.h"
 
@@ -30,6 +34,12 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
   if (!model.contact.is_empty() && !model.motion.is_empty()) methods.push_back({"predicted contact", {}});
   if (!model.motion.is_empty()) methods.push_back({"w/ true contact", {}});
 
+  std::optional<FastContactNetwork> contact;
+  std::optional<FastMotionNetwork> motion, no_contact;
+  if (!model.contact.is_empty()) contact.emplace(model.contact);
+  if (!model.motion.is_empty()) motion.emplace(model.motion);
+  if (!model.no_contact.is_empty()) no_contact.emplace(model.no_contact);
+
   for (int64_t first = 0; first < data.size(); first += kBatch) {
     std::vector<torch::Tensor> joints, points;
     for (int64_t i = first; i < std::min(data.size(), first + kBatch); ++i) {
@@ -43,21 +53,19 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
     const torch::Tensor velocity =
         (past.slice(1, P - 1) - past.slice(1, P - 2, P - 1)).select(2, config.root).unsqueeze(2);
     const torch::Tensor moved = last + velocity * torch::arange(1, T + 1).view({1, T, 1, 1});
-    auto run = [&](const MotionNetwork& network, const torch::Tensor& contacts) {
-      MotionNetwork net = network;
-      return forecast_joints(net->forward(past, contacts), config.root);
+    auto run = [&](const FastMotionNetwork& network, const torch::Tensor& contacts) {
+      return forecast_joints(network.forward(past, contacts), config.root);
     };
     for (auto& [name, sums] : methods) {
       if (name == "last pose held") sums.add(last, truth, config.root);
       if (name == "constant velocity") sums.add(moved, truth, config.root);
-      if (name == "w/o contact") sums.add(run(model.no_contact, {}), truth, config.root);
+      if (name == "w/o contact") sums.add(run(*no_contact, {}), truth, config.root);
       if (name == "predicted contact") {
-        ContactNetwork contact = model.contact;
         const torch::Tensor dct = contact->forward(scene, contact_features(scene, past, config), past);
-        sums.add(run(model.motion, contact_points(scene, dct, config)), truth, config.root);
+        sums.add(run(*motion, contact_points(scene, dct, config)), truth, config.root);
       }
       if (name == "w/ true contact")
-        sums.add(run(model.motion, true_contact_points(scene, truth, config)), truth, config.root);
+        sums.add(run(*motion, true_contact_points(scene, truth, config)), truth, config.root);
     }
   }
 
