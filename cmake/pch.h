@@ -1,6 +1,8 @@
-// Headers that nearly every source needs and that are slow to parse. <torch/torch.h> is not among them: its templates cost every source
-// three seconds, and only what defines or trains networks needs it.
+// Headers that nearly every source needs and that are slow to parse. <torch/torch.h> is not among them: its templates
+// cost every source three seconds, and only what defines or trains networks needs it.
 #pragma once
+#include <torch/types.h>
+#include <torch/utils.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,6 +14,4 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <torch/types.h>
-#include <torch/utils.h>
 #include <vector>

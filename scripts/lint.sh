@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Formatting of every C++ file, and clang-tidy on the sources changed since main~1 (or on all: scripts/lint.sh --all).
+# Formatting of every C++ file.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mapfile -t all < <(git ls-files '*.h' '*.cpp')

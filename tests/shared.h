@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-/// Folder of recordings and reference outputs beside the project (data/, parity/); empty where there is none, and tests that
-/// need it skip.
+/// Folder of recordings and reference outputs beside the project (data/, parity/); empty where there is none, and tests
+/// that need it skip.
 inline std::string shared_folder() {
   const char* named = std::getenv("INHABIT_SHARED");
   const std::filesystem::path path = named != nullptr ? named : INHABIT_SOURCE_DIR "/../shared";
