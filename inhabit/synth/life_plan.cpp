@@ -160,7 +160,7 @@ class Planner {
     const Vector2d here = life_->steps.place();
     if ((place - here).norm() < least) return false;
     auto path = find_way(floor_, here, place, 0.32);
-    if (!path) path = find_way(floor_, here, place, 0.25);  // through a gap
+    if (!path) path = find_way(floor_, here, place, 0.27);  // through a gap
     if (!path || path->total() > 9) return false;
     const double first = path->heading(std::min(0.3, path->total()));
     const double off = wrapped(first - life_->steps.heading());

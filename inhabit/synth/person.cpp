@@ -14,8 +14,8 @@ namespace inhabit {
 namespace {
 
 constexpr double kRate = 30;
-constexpr int kTries = 24;
-constexpr double kDeepest = 0.016;  // metres of a capsule in a box
+constexpr int kTries = 48;
+constexpr double kDeepest = 0.008;  // metres of a capsule in a box
 
 /// Radians by which a performance leaves the joint limits, at most.
 double beyond_limits(const Figure& figure, const Performance& performance) {

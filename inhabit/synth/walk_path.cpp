@@ -100,7 +100,8 @@ std::optional<WalkPath> find_way(const FreeSpace& floor, const Vector2d& from, c
         const int other = r * columns + c;
         if (!open(other) && other != goal) continue;
         const double tight = std::max(0.0, 0.55 - clear(other));
-        const double step = 2 * floor.cell * std::sqrt(static_cast<double>(dr * dr + dc * dc)) * (1 + 6 * tight);
+        const double step = 2 * floor.cell * std::sqrt(static_cast<double>(dr * dr + dc * dc)) *
+                            (1 + 6 * tight + (clear(other) < 0.24 ? 8 : 0));
         if (cost[cell] + step >= cost[other]) continue;
         cost[other] = cost[cell] + step;
         parent[other] = cell;
