@@ -1,7 +1,7 @@
 # Warnings, sanitizers and coverage: build-time only, nothing here reaches a consumer.
 add_library(inhabit_options INTERFACE)
 target_compile_options(inhabit_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
-  -Wno-stringop-overflow)  # GCC 12 finds it, falsely, in "text" + std::to_string(n)
+  -Wno-stringop-overflow -Wno-array-bounds -Wno-restrict)  # GCC 12 finds them, falsely, in "text" + std::to_string(n)
 if(INHABIT_WERROR)
   target_compile_options(inhabit_options INTERFACE -Werror)
 endif()
