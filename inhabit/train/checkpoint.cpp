@@ -1,5 +1,7 @@
 #include "inhabit/train/checkpoint.h"
 
+#include <sstream>
+
 #include "inhabit/error.h"
 #include "inhabit/io/safetensors.h"
 
@@ -9,9 +11,11 @@ namespace {
 // LibTorch 1.13 keys the optimizer's state by a string made of the tensor's address, 2.x by the address itself.
 template <class Key>
 Key state_key(const torch::Tensor& parameter) {
-  if constexpr (std::is_same_v<Key, std::string>)
-    return std::to_string(reinterpret_cast<size_t>(parameter.unsafeGetTensorImpl()));
-  else
+  if constexpr (std::is_same_v<Key, std::string>) {
+    std::ostringstream text;  // as c10::guts::to_string writes it
+    text << parameter.unsafeGetTensorImpl();
+    return text.str();
+  } else
     return parameter.unsafeGetTensorImpl();
 }
 

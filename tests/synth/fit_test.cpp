@@ -56,18 +56,26 @@ TEST(FitRoom, PutsRoomsAroundMotionWithoutTouchingIt) {
       EXPECT_TRUE(torch::allclose(span(p0), span(piece.joints), 1e-3, 1e-3));
       EXPECT_TRUE(torch::allclose(p0.select(2, 1), piece.joints.select(2, 1), 1e-3, 1e-3));
       // Where the pelvis is labelled to sit, the seat is right below.
-      if (fitted->seats > 0) EXPECT_GT(fitted->clip.contact.slice(1, 0, 3).sum().item<double>(), 0);
+      if (fitted->seats > 0) {
+        EXPECT_GT(fitted->clip.contact.slice(1, 0, 3).sum().item<double>(), 0);
+      }
     }
   EXPECT_GE(rooms, 8);
   EXPECT_GE(seats, 3);
 }
 
 TEST(FitRoom, AnotherDrawIsAnotherRoomAndTheSameDrawTheSame) {
-  const std::vector<Clip> pieces = prepare_recording(recording(2, 0), "life", 6);
-  ASSERT_FALSE(pieces.empty());
-  std::mt19937_64 a(1), b(1), c(2);
-  const auto x = fit_room(pieces[0], builtin_body(), a), y = fit_room(pieces[0], builtin_body(), b),
-             z = fit_room(pieces[0], builtin_body(), c);
+  // Not every draw finds room for its walls: take the first recording that three draws furnish.
+  std::optional<FittedRoom> x, y, z;
+  for (uint64_t seed = 1; seed <= 8 && !(x && y && z); ++seed) {
+    const std::vector<Clip> pieces = prepare_recording(recording(seed, 0), "life", 6);
+    ASSERT_FALSE(pieces.empty());
+    std::mt19937_64 a(1), b(1), c(2);
+    x = fit_room(pieces[0], builtin_body(), a);
+    y = fit_room(pieces[0], builtin_body(), b);
+    z = fit_room(pieces[0], builtin_body(), c);
+    EXPECT_EQ(x.has_value(), y.has_value());
+  }
   ASSERT_TRUE(x && y && z);
   EXPECT_EQ(x->room.furniture.size(), y->room.furniture.size());
   EXPECT_TRUE(torch::equal(x->clip.joints, y->clip.joints));
