@@ -103,12 +103,14 @@ void add_check(CLI::App& synth) {
                        {"clips", bar.clips},
                        {"pass", bar.pass()},
                        {"worst", bar.worst},
-                       {"worst_clip", bar.worst_clip}});
+                       {"worst_clip", bar.worst_clip},
+                       {"where", bar.where}});
       } else if (bar.clips == 0) {
         std::printf("%-34s %10g %10s %10g  -     no clip has any\n", bar.name.c_str(), bar.low, "-", bar.high);
       } else {
-        std::printf("%-34s %10g %10.4g %10g  %-5s %s (%.4g %s)\n", bar.name.c_str(), bar.low, bar.value, bar.high,
-                    bar.pass() ? "pass" : "FAIL", bar.worst_clip.c_str(), bar.worst, bar.unit.c_str());
+        std::printf("%-34s %10g %10.4g %10g  %-5s %s (%.4g %s%s%s)\n", bar.name.c_str(), bar.low, bar.value, bar.high,
+                    bar.pass() ? "pass" : "FAIL", bar.worst_clip.c_str(), bar.worst, bar.unit.c_str(),
+                    bar.where.empty() ? "" : ", ", bar.where.c_str());
       }
     }
     if (given->json) std::printf("%s\n", out.dump(1).c_str());

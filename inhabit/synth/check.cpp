@@ -16,7 +16,8 @@ constexpr int64_t kLeastWalk = 15;  // frames; shorter walks are steps in place
 struct Measures {
   FootSkating skating;
   Dynamics walk;
-  double limits = 0, depth = 0;
+  LimitExcess limits;
+  Penetration depth;
   HandContact hands;
 };
 
@@ -26,10 +27,10 @@ Measures measure(const Dataset& dataset, const DatasetClip& entry, const BodyMod
   out.skating = foot_skating(clip);
   out.walk = dynamics(clip, frames_of_action(clip, "walk"));
   if (!clip.rotations.defined() || clip.skeleton.size() < kStandardJoints) return out;
-  out.limits = beyond_limits(clip, body).radians;
+  out.limits = beyond_limits(clip, body);
   if (entry.scene.empty()) return out;
   const Scene scene = load_scene(dataset, entry.scene);
-  out.depth = deepest_penetration(clip, body, scene).depth;
+  out.depth = deepest_penetration(clip, body, scene);
   out.hands = hand_contact(clip, body, scene);
   return out;
 }
@@ -70,13 +71,20 @@ std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split) 
     if (total > 0) bar.value /= total;
     bars.push_back(bar);
   };
-  auto worst_bar = [&](const char* name, const char* unit, double high, auto value, auto there) {
+  const auto place = [](int joint, const std::string& object, int64_t frame) {
+    return standard_joint_names()[static_cast<size_t>(joint)] + object + ", frame " + std::to_string(frame);
+  };
+  auto worst_bar = [&](const char* name, const char* unit, double high, auto value, auto there, auto where) {
     Bar bar;
     bar.name = name, bar.unit = unit, bar.high = high;
     for (size_t i = 0; i < clips.size(); ++i) {
       if (!there(measures[i])) continue;
       const double v = value(measures[i]);
-      if (bar.clips++ == 0 || v > bar.value) bar.value = bar.worst = v, bar.worst_clip = clips[i].file;
+      if (bar.clips++ == 0 || v > bar.value) {
+        bar.value = bar.worst = v;
+        bar.worst_clip = clips[i].file;
+        bar.where = v > 0 ? where(measures[i]) : "";
+      }
     }
     bars.push_back(bar);
   };
@@ -94,13 +102,17 @@ std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split) 
   mean_bar(
       "joint jerk while walking", "m/s^3", 220, 560, [](const Measures& m) { return m.walk.jerk; }, walked);
   worst_bar(
-      "beyond joint limits", "rad", 1e-3, [](const Measures& m) { return m.limits; }, any);
+      "beyond joint limits", "rad", 1e-3, [](const Measures& m) { return m.limits.radians; }, any,
+      [&](const Measures& m) { return place(m.limits.joint, "", m.limits.frame); });
   worst_bar(
-      "depth in walls and furniture", "m", 0.02, [](const Measures& m) { return m.depth; }, any);
+      "depth in walls and furniture", "m", 0.02, [](const Measures& m) { return m.depth.depth; }, any,
+      [&](const Measures& m) { return place(m.depth.joint, " in " + m.depth.object, m.depth.frame); });
   worst_bar(
-      "hand contact point to surface", "m", 0.01, [](const Measures& m) { return m.hands.target_gap; }, touched);
+      "hand contact point to surface", "m", 0.01, [](const Measures& m) { return m.hands.target_gap; }, touched,
+      [](const Measures&) { return std::string(); });
   worst_bar(
-      "touching hand to surface", "m", 0.01, [](const Measures& m) { return m.hands.hand_gap; }, touched);
+      "touching hand to surface", "m", 0.01, [](const Measures& m) { return m.hands.hand_gap; }, touched,
+      [](const Measures&) { return std::string(); });
   return bars;
 }
 

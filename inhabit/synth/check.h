@@ -16,6 +16,7 @@ struct Bar {
   int64_t clips = 0;         ///< clips that it could be measured on
   std::string worst_clip;    ///< file of the clip farthest out
   double worst = 0;          ///< its value
+  std::string where;         ///< the place in that clip, where there is one: "left_knee in table_0, frame 84"
 
   bool pass() const { return clips == 0 || (value >= low && value <= high); }
 };
