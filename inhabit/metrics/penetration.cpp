@@ -67,7 +67,16 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
   const int64_t T = clip.frames();
   std::vector<std::string> out(static_cast<size_t>(T));
   if (!clip.contact.defined()) return out;
+  // On the way down and up, where actions tell. A clip may end or begin on the way.
+  const torch::Tensor way = [&] {
+    torch::Tensor any = torch::zeros({T}, torch::kBool);
+    for (const char* name : {"sit_down", "stand_up"})
+      for (size_t a = 0; a < clip.action_names.size(); ++a)
+        if (clip.action.defined() && clip.action_names[a] == name) any |= clip.action == static_cast<int64_t>(a);
+    return any;
+  }();
   const torch::Tensor sits = clip.contact.index_select(1, torch::tensor({0, 1, 2, 3, 6, 9})).gt(0.5).any(1);
+  for (const int64_t t : {int64_t{0}, T - 1}) sits[t].logical_or_(way[t]);
   const torch::Tensor frames = sits.nonzero().flatten();
   if (frames.numel() == 0) return out;
   const Scene solid = without(scene, "");
@@ -80,14 +89,6 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
     if (m >= 0)
       out[static_cast<size_t>(frames[i].item<int64_t>())] = object_of_mesh(solid.meshes[static_cast<size_t>(m)].name);
   }
-  // On the way down and up, where actions tell.
-  const torch::Tensor way = [&] {
-    torch::Tensor any = torch::zeros({T}, torch::kBool);
-    for (const char* name : {"sit_down", "stand_up"})
-      for (size_t a = 0; a < clip.action_names.size(); ++a)
-        if (clip.action.defined() && clip.action_names[a] == name) any |= clip.action == static_cast<int64_t>(a);
-    return any;
-  }();
   const bool* on_way = way.data_ptr<bool>();
   for (int64_t t = 1; t < T; ++t)
     if (out[t].empty() && on_way[t]) out[t] = out[t - 1];

@@ -17,7 +17,7 @@ double capsule_in_box(const Vector3d& a, const Vector3d& b, double radius, const
   return std::max(0.0, radius - nearest);
 }
 
-double deepest_collision(const Room& room, const BodyModel& body, const Performance& performance) {
+double deepest_collision(const Room& room, const std::vector<Capsule>& capsules, const Performance& performance) {
   struct Solid {
     Box box;
     Eigen::Isometry3d to_own;
@@ -41,7 +41,7 @@ double deepest_collision(const Room& room, const BodyModel& body, const Performa
       const Vector3d root = solid.to_own * pose.position[0];
       const Vector3d out = (root - solid.box.center).cwiseAbs() - solid.box.half;
       if (out.cwiseMax(0).squaredNorm() > kBodyReach * kBodyReach) continue;
-      for (const Capsule& c : body.capsules) {
+      for (const Capsule& c : capsules) {
         if (c.joint >= kStandardJoints) continue;
         const Vector3d& at = pose.position[c.joint];
         const Eigen::Quaterniond& turn = pose.global[c.joint];

@@ -9,6 +9,7 @@ namespace inhabit {
 double capsule_in_box(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius, const Box& box);
 
 /// How deep the body's capsules get into walls and furniture, metres, over all frames. The seat in use does not count.
-double deepest_collision(const Room& room, const BodyModel& body, const Performance& performance);
+/// @param capsules of the person's own shape (shaped_capsules).
+double deepest_collision(const Room& room, const std::vector<Capsule>& capsules, const Performance& performance);
 
 }  // namespace inhabit

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "inhabit/body/capsules.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
@@ -109,8 +110,9 @@ Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, cons
     const double from = uniform(random, 0.0, 3.0);
     const LifePlan plan = plan_life(room, floor, figure, from + options.seconds, random);
     Performance performance = perform(figure, plan, from, frames, kRate, random);
-    const double wrong = std::max(0.0, beyond_limits(figure, performance)) +
-                         10 * std::max(0.0, deepest_collision(room, body, performance) - kDeepest);
+    const double wrong =
+        std::max(0.0, beyond_limits(figure, performance)) +
+        10 * std::max(0.0, deepest_collision(room, shaped_capsules(body, betas), performance) - kDeepest);
     if (wrong < least) {
       least = wrong;
       best = std::move(performance);
