@@ -20,10 +20,13 @@ void add_train(CLI::App& app) {
   forecast->add_option("--preset", options->preset, "compact or paper")
       ->check(CLI::IsMember({"compact", "paper"}))
       ->capture_default_str();
-  forecast->add_option("--stage", options->stage, "contact, motion or both")
+  forecast
+      ->add_option("--stage", options->stage,
+                   "contact, motion, adapt (motion on predicted contacts) or all of them, both")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, ForecastTraining::Stage>{{"contact", ForecastTraining::Stage::contact},
                                                          {"motion", ForecastTraining::Stage::motion},
+                                                         {"adapt", ForecastTraining::Stage::adapt},
                                                          {"both", ForecastTraining::Stage::both}}));
   forecast->add_option("--device", *device, "cpu or cuda")
       ->check(CLI::IsMember({"cpu", "cuda"}))
@@ -37,6 +40,9 @@ void add_train(CLI::App& app) {
   forecast
       ->add_option("--motion-steps", options->motion_steps,
                    "Optimiser steps of each motion stage (default: the preset's)")
+      ->check(CLI::PositiveNumber);
+  forecast
+      ->add_option("--adapt-steps", options->adapt_steps, "Optimiser steps of the last stage (default: the preset's)")
       ->check(CLI::PositiveNumber);
   forecast->add_option("--batch", options->batch, "Windows in a batch (default: the preset's)")
       ->check(CLI::PositiveNumber);

@@ -62,6 +62,7 @@ void visit_fields(Config& config, const Visit& visit) {
   visit("future", config.future);
   visit("joints", config.joints);
   visit("root", config.root);
+  visit("hips", config.hips);
   visit("sigma", config.sigma);
   visit("contact_threshold", config.contact_threshold);
   visit("contact_coefficients", config.contact_coefficients);
@@ -110,6 +111,7 @@ ForecastConfig forecast_preset(const std::string& name) {
                           {{256, 128}, PointVoxelSpec{128, 2, 16}},
                           {{128, 128, 64}, PointVoxelSpec{64, 1, 32}}};
   } else if (name == "compact") {
+    config.hips = {1, 2};
     config.points = 1500;
     config.contact_coefficients = 12;
     config.abstraction = {{PointVoxelSpec{32, 1, 16}, 256, 0.25, 16, {32, 64}},
@@ -191,6 +193,8 @@ void validate(const ForecastConfig& config, const std::string& subject) {
   check(within(config.future, 1, 10000), subject, "future frames");
   check(within(config.joints, 1, 1000), subject, "joints");
   check(within(config.root, 0, config.joints - 1), subject, "root joint");
+  check(config.hips.empty() || config.hips.size() == 2, subject, "hips");
+  for (const int hip : config.hips) check(within(hip, 0, config.joints - 1), subject, "hips");
   check(positive(config.sigma) && config.sigma <= 100, subject, "sigma");
   check(positive(config.contact_threshold) && config.contact_threshold < 1, subject, "contact threshold");
   check(within(config.contact_coefficients, 1, config.frames()), subject, "contact coefficients");

@@ -44,6 +44,7 @@ struct ForecastConfig {
   int future = 60;                  ///< T, predicted frames
   int joints = 22;                  ///< J
   int root = 0;                     ///< index of the root joint
+  std::vector<int> hips;            ///< left and right hip: windows face +Z; empty: world axes, as in the release
   double sigma = 0.2;               ///< metres, width of the contact map (Eq. 2)
   double contact_threshold = 0.32;  ///< contact value above which a joint touches
   int contact_coefficients = 20;    ///< L, DCT coefficients of a contact sequence

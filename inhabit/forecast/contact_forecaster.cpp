@@ -4,6 +4,7 @@
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/forecast/window_frame.h"
 
 namespace inhabit {
 
@@ -34,16 +35,15 @@ Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Ten
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
     throw Error("the forecaster observes (" + std::to_string(c.past) + ", " + std::to_string(c.joints) +
                 ", 3) joints, not another shape");
-  // The networks were trained with the origin at the root of the last observed frame.
-  const torch::Tensor origin = past[c.past - 1][c.root].clone();
-  const torch::Tensor observed = (past - origin).unsqueeze(0), scene = (points - origin).unsqueeze(0);
+  const WindowFrame frame = window_frame(past, c);
+  const torch::Tensor observed = frame.to_window(past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
   const torch::Tensor dct = impl_->contact.forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
   out.contact_maps = contact_maps_from_dct(dct, c)[0];
   torch::Tensor contacts = contact_points(scene, dct, c);
-  out.joints = forecast_joints(impl_->motion.forward(observed, contacts), c.root)[0] + origin;
-  contacts.narrow(3, 0, 3).add_(contacts.narrow(3, 3, 1) * origin);
-  out.contact_points = contacts[0];
+  out.joints = frame.to_world(forecast_joints(impl_->motion.forward(observed, contacts), c.root)[0]);
+  const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
+  out.contact_points = torch::cat({frame.to_world(contacts[0].narrow(2, 0, 3)) * touching, touching}, 2);
   out.points = points;
   return out;
 }

@@ -3,6 +3,7 @@
 #include "inhabit/data/cache.h"
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
+#include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/random.h"
 #include "inhabit/scene/sampling.h"
 
@@ -92,16 +93,15 @@ ForecastSample ForecastData::sample(int64_t index, uint64_t seed, bool augment) 
     throw Error(impl_->sets[w.set].clips[w.clip].file, "has fewer frames than dataset.json says");
   ForecastSample out;
   out.joints = clip.slice(0, w.start, w.start + config.past + config.future);
-  const torch::Tensor origin = out.joints[config.past - 1][config.root].clone();
-  out.points = points_near(impl_->pools.get(Impl::key(w.set, impl_->sets[w.set].clips[w.clip].scene)), origin,
-                           config.radius, config.points, random()) -
-               origin;
-  out.joints = out.joints - origin;
+  const WindowFrame frame = window_frame(out.joints, config);
+  out.points = frame.to_window(points_near(impl_->pools.get(Impl::key(w.set, impl_->sets[w.set].clips[w.clip].scene)),
+                                           frame.origin, config.radius, config.points, random()));
+  out.joints = frame.to_window(out.joints);
   if (augment) {
-    const double angle = uniform(random, 0, M_PI), c = std::cos(angle), s = std::sin(angle);
-    const torch::Tensor turn = torch::tensor({c, 0., s, 0., 1., 0., -s, 0., c}, torch::kFloat).view({3, 3});
-    const torch::Tensor shift =
-        torch::tensor({uniform(random, -0.5, 0.5), 0., uniform(random, -0.5, 0.5)}, torch::kFloat);
+    const bool world = config.hips.empty();
+    const torch::Tensor turn = yaw_matrix(world ? uniform(random, 0, M_PI) : uniform(random, -0.3, 0.3));
+    torch::Tensor shift = torch::zeros({3});
+    if (world) shift = torch::tensor({uniform(random, -0.5, 0.5), 0., uniform(random, -0.5, 0.5)}, torch::kFloat);
     out.joints = torch::matmul(out.joints, turn.t()) + shift;
     out.points = torch::matmul(out.points, turn.t()) + shift;
   }

@@ -10,7 +10,7 @@
 
 namespace inhabit {
 
-/// One training or test window. World axes, metres, origin at the root of the last observed frame.
+/// One training or test window, in the axes of window_frame.
 struct ForecastSample {
   torch::Tensor joints;  ///< (P+T, J, 3) observed, then future
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
@@ -35,7 +35,8 @@ class ForecastData {
 
   int64_t size() const;
   /// Window `index`. `augment` turns it about the vertical by an angle in [0, pi) and shifts it by [-0.5, 0.5) m on the
-  /// floor; points and augmentation are drawn from (seed, index).
+  /// floor; where windows face +Z (config.hips) it turns by [-0.3, 0.3) radians alone. Points and augmentation are
+  /// drawn from (seed, index).
   ForecastSample sample(int64_t index, uint64_t seed, bool augment) const;
 
  private:

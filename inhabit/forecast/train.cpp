@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "inhabit/error.h"
+#include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/losses.h"
 #include "inhabit/forecast/model_file.h"
@@ -23,15 +24,15 @@ struct Stage {
 };
 
 Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t windows) {
-  const bool contact = name == "contact";
-  Stage stage{name, contact ? 6000 : 12000, contact ? 8 : 32, contact ? 1e-3 : 1e-3};
+  const bool contact = name == "contact", adapt = name == "adapt";
+  Stage stage{name, contact ? 6000 : adapt ? 3000 : 10000, contact ? 8 : 32, adapt ? 5e-4 : 1e-3};
   if (options.preset == "paper") {
     stage.batch = contact ? 4 : 32;
-    stage.steps = 50 * std::max<int64_t>(1, windows / stage.batch);
-    stage.rate = contact ? 5e-4 : 1e-3;
+    stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, windows / stage.batch);
+    if (contact) stage.rate = 5e-4;
   }
   if (options.batch > 0) stage.batch = options.batch;
-  const int64_t asked = contact ? options.contact_steps : options.motion_steps;
+  const int64_t asked = contact ? options.contact_steps : adapt ? options.adapt_steps : options.motion_steps;
   if (asked > 0) stage.steps = asked;
   return stage;
 }
@@ -65,15 +66,41 @@ Batch contact_batch(const ForecastData& data, const ForecastConfig& config, cons
   return {points, contact_features(points, past, config), past, contact_targets(points, joints, config)};
 }
 
+/// Contact points (B, T, J, 4) of a batch from points (B, N, 3), past (B, P, J, 3) and future (B, T, J, 3).
+using ContactSource = std::function<torch::Tensor(const torch::Tensor&, const torch::Tensor&, const torch::Tensor&)>;
+
+ContactSource no_contacts() {
+  return [](const torch::Tensor&, const torch::Tensor&, const torch::Tensor& future) {
+    return torch::zeros({future.size(0), future.size(1), future.size(2), 4});
+  };
+}
+
+ContactSource true_contacts(const ForecastConfig& config) {
+  return [&config](const torch::Tensor& points, const torch::Tensor&, const torch::Tensor& future) {
+    return true_contact_points(points, future, config);
+  };
+}
+
+/// Of the contact network as it is now, in windows `first` and later of a batch; of the truth in those before.
+ContactSource predicted_contacts(const ForecastConfig& config, const ContactNetwork& network, double from) {
+  auto contact = std::make_shared<FastContactNetwork>(network);
+  return [&config, contact, from](const torch::Tensor& points, const torch::Tensor& past, const torch::Tensor& future) {
+    const auto first = static_cast<int64_t>(from * static_cast<double>(past.size(0)));
+    const torch::Tensor scene = points.slice(0, first), seen = past.slice(0, first).contiguous();
+    const torch::Tensor dct = contact->forward(scene, contact_features(scene, seen, config), seen);
+    const torch::Tensor predicted = contact_points(scene, dct, config);
+    if (first == 0) return predicted;
+    return torch::cat({true_contact_points(points.slice(0, 0, first), future.slice(0, 0, first), config), predicted});
+  };
+}
+
 Batch motion_batch(const ForecastData& data, const ForecastConfig& config, const std::vector<int64_t>& windows,
-                   uint64_t seed, bool augment, bool with_contact) {
+                   uint64_t seed, bool augment, const ContactSource& contacts) {
   torch::NoGradGuard no_grad;
   const auto [joints, points] = read_windows(data, windows, seed, augment);
   const torch::Tensor past = joints.slice(1, 0, config.past).contiguous(),
                       future = joints.slice(1, config.past).contiguous();
-  return {past, future,
-          with_contact ? true_contact_points(points, future, config)
-                       : torch::zeros({past.size(0), config.future, config.joints, 4})};
+  return {past, future, contacts(points, past, future)};
 }
 
 TrainTask contact_task(ForecastNetworks& model, const ForecastData& data, const ForecastData& validation,
@@ -100,29 +127,35 @@ TrainTask contact_task(ForecastNetworks& model, const ForecastData& data, const 
   return task;
 }
 
-TrainTask motion_task(ForecastNetworks& model, bool with_contact, const ForecastData& data,
+/// Stage "motion", "no_contact" or "adapt".
+TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const ForecastData& data,
                       const ForecastData& validation, torch::Device device) {
   const ForecastConfig& config = model.config;
-  MotionNetwork network = with_contact ? model.motion : model.no_contact;
+  MotionNetwork network = stage == "no_contact" ? model.no_contact : model.motion;
+  // Preparing runs beside validation, so that each has its own contact network.
+  const auto contacts = [&](double from) {
+    if (stage == "adapt") return predicted_contacts(config, model.contact, from);
+    return stage == "motion" ? true_contacts(config) : no_contacts();
+  };
   TrainTask task;
-  task.name = with_contact ? "motion" : "no_contact";
+  task.name = stage;
   task.module = network.ptr();
   task.samples = data.size();
-  task.prepare = [&, with_contact](const std::vector<int64_t>& windows, uint64_t seed) {
-    return motion_batch(data, config, windows, seed, true, with_contact);
+  task.prepare = [&, source = contacts(0.5)](const std::vector<int64_t>& windows, uint64_t seed) {
+    return motion_batch(data, config, windows, seed, true, source);
   };
   task.losses = [&config, network, device](const Batch& b) mutable {
     const MotionLosses l =
         motion_losses(network->forward(b[0].to(device), b[2].to(device)), b[1].to(device), b[2].to(device), config);
     return Losses{{"total", l.total}, {"root", l.root}, {"local", l.local}, {"contact", l.contact}};
   };
-  task.validate = [&, network, with_contact, device]() mutable {
+  task.validate = [&, network, source = contacts(0), device]() mutable {
     double sum = 0;
     const auto windows = validation_windows(validation);
     for (size_t first = 0; first < windows.size(); first += 32) {
       const std::vector<int64_t> some(windows.begin() + static_cast<int64_t>(first),
                                       windows.begin() + static_cast<int64_t>(std::min(first + 32, windows.size())));
-      const Batch b = motion_batch(validation, config, some, 0, false, with_contact);
+      const Batch b = motion_batch(validation, config, some, 0, false, source);
       const torch::Tensor joints =
           forecast_joints(network->forward(b[0].to(device), b[2].to(device)), config.root).cpu();
       sum += (path_error(joints, b[1], config.root).mean(1) + pose_error(joints, b[1], config.root).mean(1))
@@ -145,9 +178,12 @@ bool train_forecast(const ForecastTraining& options) {
                 "has no training window of " + std::to_string(config.past + config.future) + " frames");
   if (validation.size() == 0) throw Error(options.data.front(), "has no validation window");
 
+  using Choice = ForecastTraining::Stage;
   std::vector<std::string> stages;
-  if (options.stage != ForecastTraining::Stage::motion) stages.push_back("contact");
-  if (options.stage != ForecastTraining::Stage::contact) stages.insert(stages.end(), {"motion", "no_contact"});
+  if (options.stage == Choice::contact || options.stage == Choice::both) stages.push_back("contact");
+  if (options.stage == Choice::motion || options.stage == Choice::both)
+    stages.insert(stages.end(), {"motion", "no_contact"});
+  if (options.stage == Choice::adapt || options.stage == Choice::both) stages.push_back("adapt");
 
   const std::string checkpoint = options.out + ".checkpoint.safetensors";
   size_t first_stage = 0;
@@ -164,22 +200,27 @@ bool train_forecast(const ForecastTraining& options) {
   torch::manual_seed(options.seed);
   ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
                          MotionNetwork(config, /*with_contact=*/false)};
-  const bool keep =
-      std::filesystem::exists(options.out) && (options.resume || options.stage == ForecastTraining::Stage::motion);
+  const bool keep = std::filesystem::exists(options.out) &&
+                    (options.resume || options.stage == Choice::motion || options.stage == Choice::adapt);
   for (size_t s = first_stage; s < stages.size(); ++s) {
-    TrainTask task = stages[s] == "contact"
-                         ? contact_task(model, data, validation, options.device)
-                         : motion_task(model, stages[s] == "motion", data, validation, options.device);
-    task.module->to(options.device);
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first_stage)
                                         ? load_forecast_networks(options.out)
                                         : ForecastNetworks{};
+    if (stages[s] == "adapt") {
+      if (before.contact.is_empty() || before.motion.is_empty())
+        throw Error(options.out, "lacks the contact or the motion network that stage adapt goes on from");
+      model.contact = before.contact;
+      model.motion = load_forecast_networks(options.out).motion;  // `before` keeps its own until this one is better
+    }
+    TrainTask task = stages[s] == "contact" ? contact_task(model, data, validation, options.device)
+                                            : motion_task(stages[s], model, data, validation, options.device);
+    task.module->to(options.device);
     task.on_best = [&, name = stages[s]] {
       ForecastNetworks best = before;
       best.config = config;
       if (name == "contact") best.contact = model.contact;
-      if (name == "motion") best.motion = model.motion;
+      if (name == "motion" || name == "adapt") best.motion = model.motion;
       if (name == "no_contact") best.no_contact = model.no_contact;
       save_forecast_networks(options.out, best);
     };
