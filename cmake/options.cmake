@@ -1,7 +1,9 @@
 # Warnings, sanitizers and coverage: build-time only, nothing here reaches a consumer.
 add_library(inhabit_options INTERFACE)
-target_compile_options(inhabit_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
-  -Wno-stringop-overflow -Wno-array-bounds -Wno-restrict)  # GCC 12 finds them, falsely, in "text" + std::to_string(n)
+target_compile_options(inhabit_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # GCC 12 finds these, falsely, in "text" + std::to_string(n)
+  target_compile_options(inhabit_options INTERFACE -Wno-stringop-overflow -Wno-array-bounds -Wno-restrict)
+endif()
 if(INHABIT_WERROR)
   target_compile_options(inhabit_options INTERFACE -Werror)
 endif()

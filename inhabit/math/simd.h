@@ -21,8 +21,12 @@ inline Simd simd_level() {
 
 #if defined(__x86_64__)
 #define INHABIT_TARGET_AVX2 __attribute__((target("avx2,fma")))
+#if defined(__clang__)  // knows no preferred width, and one unknown word makes it ignore the rest
+#define INHABIT_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx2,fma")))
+#else
 #define INHABIT_TARGET_AVX512 \
   __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,prefer-vector-width=512")))
+#endif
 #else
 #define INHABIT_TARGET_AVX2
 #define INHABIT_TARGET_AVX512

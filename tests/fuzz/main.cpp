@@ -4,6 +4,11 @@
 
 #include "targets.h"
 
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  prepare_fuzzing(FUZZ_TARGET);
+  return 0;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const FuzzTarget* target = [] {
     for (const FuzzTarget& t : fuzz_targets())

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "inhabit/body/body_model.h"
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
@@ -113,12 +114,20 @@ bool fuzz_dataset(const uint8_t* data, size_t size) {
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   return survive(data, size, [](std::string_view) { open_dataset(folder); });
 }
+/// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
 template <char... extension>
 bool fuzz_scene(const uint8_t* data, size_t size) {
-  return survive(data, size, [](std::string_view bytes) { parse_scene(bytes, std::string{extension...}, "fuzz"); });
+  using Up = SceneReadOptions::Up;
+  const SceneReadOptions options = {.up = size % 16 == 0 ? Up::automatic : size % 2 == 0 ? Up::z : Up::y, .scale = {}};
+  return survive(data, size,
+                 [&](std::string_view bytes) { parse_scene(bytes, std::string{extension...}, "fuzz", options); });
 }
 
 }  // namespace
+
+void prepare_fuzzing(const std::string& target) {
+  if (target == "clip_npz" || target == "smpl_model") builtin_body();
+}
 
 const std::vector<FuzzTarget>& fuzz_targets() {
   static const std::vector<FuzzTarget> targets = {
