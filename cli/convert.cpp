@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "inhabit/error.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
@@ -13,7 +13,8 @@
 namespace {
 
 struct Convert {
-  std::string in, out, scene, body, up;
+  std::string in, out, scene, body;
+  inhabit::UpAxis up = inhabit::UpAxis::automatic;
   double rate = 0, input_rate = 0, scale = 0;
   bool retarget = false;
 };
@@ -21,9 +22,7 @@ struct Convert {
 void convert_motion(const Convert& given) {
   using namespace inhabit;
   ClipReadOptions options;
-  options.up = given.up == "z"   ? ClipReadOptions::Up::z
-               : given.up == "y" ? ClipReadOptions::Up::y
-                                 : ClipReadOptions::Up::automatic;
+  options.up = given.up;
   options.rate = given.input_rate;
   options.scale = given.scale;
   BodyModel body;
@@ -49,9 +48,7 @@ void convert_motion(const Convert& given) {
 void convert_scene(const Convert& given) {
   using namespace inhabit;
   SceneReadOptions options;
-  options.up = given.up == "z"   ? SceneReadOptions::Up::z
-               : given.up == "y" ? SceneReadOptions::Up::y
-                                 : SceneReadOptions::Up::automatic;
+  options.up = given.up;
   if (given.scale > 0) options.scale = given.scale;
   if (given.rate > 0 || given.input_rate > 0 || given.retarget || !given.scene.empty() || !given.body.empty())
     throw Error(given.in, "is a scene: frame rates, --retarget, --scene and --body go with motions");
@@ -74,7 +71,7 @@ void add_convert(CLI::App& app) {
       ->check(positive_number);
   verb->add_flag("--retarget", given->retarget, "Onto the standard 22 joints");
   verb->add_option("--scale", given->scale, "Metres per unit of the input (default: detected)")->check(positive_number);
-  verb->add_option("--up", given->up, "Up axis of the input (default: detected)")->check(CLI::IsMember({"y", "z"}));
+  add_up_axis(*verb, given->up);
   verb->add_option("--scene", given->scene, "Scene to put into a .glb beside the motion");
   verb->add_option("--body", given->body, "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
   verb->callback([given] {

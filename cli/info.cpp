@@ -29,7 +29,8 @@ void print(const nlohmann::ordered_json& object, int depth) {
 }
 
 struct Info {
-  std::string path, up;
+  std::string path;
+  inhabit::UpAxis up = inhabit::UpAxis::automatic;
   double scale = 0;
   bool json = false;
 };
@@ -42,11 +43,10 @@ void add_info(CLI::App& app) {
   verb->add_option("FILE", given->path, "Any file inhabit reads, or a data set's folder")->required();
   verb->add_flag("--json", given->json, "As JSON");
   verb->add_option("--scale", given->scale, "Metres per unit of the file (default: detected)")->check(positive_number);
-  verb->add_option("--up", given->up, "Up axis of the file (default: detected)")->check(CLI::IsMember({"y", "z"}));
+  add_up_axis(*verb, given->up);
   verb->callback([given] {
     inhabit::ClipReadOptions options;
-    if (given->up == "y") options.up = inhabit::ClipReadOptions::Up::y;
-    if (given->up == "z") options.up = inhabit::ClipReadOptions::Up::z;
+    options.up = given->up;
     options.scale = given->scale;
     const nlohmann::ordered_json facts = inhabit::describe_file(given->path, options);
     if (given->json)

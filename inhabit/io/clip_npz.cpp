@@ -157,7 +157,7 @@ Tensor family_pelvis(const std::string& body) {
 }
 
 bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const ClipReadOptions& options, Notes* notes) {
-  if (options.up != ClipReadOptions::Up::automatic) return options.up == ClipReadOptions::Up::z;
+  if (options.up != UpAxis::automatic) return options.up == UpAxis::z;
   const Tensor trunk = root_matrices.select(2, 1).mean(0);  // where the pelvis' own up points, on average
   const float y = trunk[1].item<float>(), z = trunk[2].item<float>();
   bool z_up = z > y;
@@ -246,7 +246,7 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
   }
   read_annotations(npz, clip);
   validate(clip, subject);
-  if (options.up == ClipReadOptions::Up::z) turn_upright(clip);
+  if (options.up == UpAxis::z) turn_upright(clip);
   return clip;
 }
 
@@ -269,10 +269,10 @@ Clip positions_clip(const Npz& npz, const char* name, const std::string& subject
   read_annotations(npz, clip);
   validate(clip, subject);
   const Tensor trunk = (clip.joints.select(1, 12) - clip.joints.select(1, 0)).mean(0);
-  const bool z_up = options.up == ClipReadOptions::Up::z ||
-                    (options.up == ClipReadOptions::Up::automatic && trunk[2].item<float>() > trunk[1].item<float>());
+  const bool z_up =
+      options.up == UpAxis::z || (options.up == UpAxis::automatic && trunk[2].item<float>() > trunk[1].item<float>());
   if (z_up) turn_upright(clip);
-  if (options.up == ClipReadOptions::Up::automatic)
+  if (options.up == UpAxis::automatic)
     note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
   return clip;
 }

@@ -4,7 +4,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/safetensors.h"
@@ -78,8 +78,7 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
 
 Json describe_scene(const std::string& path, const ClipReadOptions& given) {
   SceneReadOptions options;
-  if (given.up == ClipReadOptions::Up::y) options.up = SceneReadOptions::Up::y;
-  if (given.up == ClipReadOptions::Up::z) options.up = SceneReadOptions::Up::z;
+  options.up = given.up;
   if (given.scale > 0) options.scale = given.scale;
   const SceneFile file = read_scene_file(path, options);
   const SceneReport& report = file.report;

@@ -5,10 +5,10 @@
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
-#include "inhabit/io/bytes.h"
 #include "inhabit/io/clip_json.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/expmap_text.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/ply.h"
 #include "inhabit/io/upright.h"
@@ -21,7 +21,7 @@ namespace {
 Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes) {
   if (options.rate != 0) motion.clip.rate = options.rate;
   validate(motion.clip, path);
-  if (options.up == ClipReadOptions::Up::z) turn_upright(motion.clip);
+  if (options.up == UpAxis::z) turn_upright(motion.clip);
   if (notes != nullptr) notes->insert(notes->end(), motion.notes.begin(), motion.notes.end());
   return std::move(motion.clip);
 }

@@ -1,9 +1,10 @@
 #include "inhabit/io/mesh.h"
+#include "inhabit/io/atomic_file.h"
 
 #include <map>
 
 #include "inhabit/error.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/gltf_scene.h"
 #include "inhabit/io/obj.h"
 #include "inhabit/io/ply.h"
@@ -24,7 +25,7 @@ std::vector<Mesh> parse(std::string_view bytes, const std::string& extension, co
     return parse_obj(bytes, subject, [&](const std::string& name) {
       std::error_code failed;
       const std::string file = (std::filesystem::path(folder) / name).string();
-      return !folder.empty() && std::filesystem::is_regular_file(file, failed) ? read_bytes(file) : std::string();
+      return !folder.empty() && std::filesystem::is_regular_file(file, failed) ? read_whole_file(file) : std::string();
     });
   }
   throw Error(subject, "'" + extension + "' is no mesh format; known are obj, ply, glb, gltf, off, stl");
@@ -45,7 +46,7 @@ std::vector<Mesh> numbered(std::vector<Mesh> meshes, const std::string& subject)
 
 std::vector<Mesh> read_meshes(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  return numbered(parse(read_bytes(path), extension_of(path), path, folder.empty() ? "." : folder), path);
+  return numbered(parse(read_whole_file(path), extension_of(path), path, folder.empty() ? "." : folder), path);
 }
 
 std::vector<Mesh> parse_meshes(std::string_view bytes, const std::string& extension, const std::string& subject) {

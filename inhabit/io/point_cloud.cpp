@@ -1,9 +1,10 @@
 #include "inhabit/io/point_cloud.h"
+#include "inhabit/io/atomic_file.h"
 
 #include <cstring>
 
 #include "inhabit/error.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/ply.h"
@@ -281,7 +282,7 @@ torch::Tensor parse_point_cloud(std::string_view bytes, const std::string& exten
 }
 
 torch::Tensor read_point_cloud(const std::string& path) {
-  return parse_point_cloud(read_bytes(path), extension_of(path), path);
+  return parse_point_cloud(read_whole_file(path), extension_of(path), path);
 }
 
 }  // namespace inhabit

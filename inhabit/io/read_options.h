@@ -3,15 +3,15 @@
 #include <vector>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/io/up_axis.h"
 
 namespace inhabit {
 
 /// How a motion file is to be understood where its format leaves it open. Left alone, everything is detected.
 struct ClipReadOptions {
-  enum class Up { automatic, y, z };
-  Up up = Up::automatic;  ///< which axis of the file points up; a z-up file is turned by -90 degrees about x
-  double rate = 0;        ///< frames a second; 0: what the file says
-  double scale = 0;       ///< metres per unit of length of the file; 0: what the format or the file's size says
+  UpAxis up = UpAxis::automatic;  ///< a z-up file is turned by -90 degrees about x
+  double rate = 0;                ///< frames a second; 0: what the file says
+  double scale = 0;               ///< metres per unit of length of the file; 0: what the format or the file's size says
   const BodyModel* body =
       nullptr;  ///< the body of an SMPL-family file that holds no skeleton; the built-in one if null
 };

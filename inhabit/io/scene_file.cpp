@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "inhabit/error.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/mesh.h"
 #include "inhabit/io/point_cloud.h"
 
@@ -94,8 +94,8 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
   const bool defined = extension == "glb" || extension == "gltf";
   const torch::Tensor points = survey(scene, 20000);
   report.up = 'y';
-  if (options.up != SceneReadOptions::Up::automatic) {
-    report.up = options.up == SceneReadOptions::Up::z ? 'z' : 'y';
+  if (options.up != UpAxis::automatic) {
+    report.up = options.up == UpAxis::z ? 'z' : 'y';
   } else if (!defined) {
     const double y = upness(points, 1), z = upness(points, 2);
     report.up_detected = std::abs(y - z) > 0.15;

@@ -3,14 +3,14 @@
 #include <string>
 #include <string_view>
 
+#include "inhabit/io/up_axis.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit {
 
 /// How a scene file is to be understood. Left alone, both are detected (see read_scene_file).
 struct SceneReadOptions {
-  enum class Up { automatic, y, z };
-  Up up = Up::automatic;
+  UpAxis up = UpAxis::automatic;
   std::optional<double> scale;  ///< metres per unit of the file, over 0: 0.01 for centimetres
 };
 

@@ -1,6 +1,7 @@
 #include "inhabit/io/smpl_model.h"
 
 #include "inhabit/error.h"
+#include "inhabit/math/furthest_points.h"
 
 namespace inhabit {
 namespace {
@@ -27,17 +28,6 @@ std::vector<std::string> joint_names(int64_t joints) {
       for (const char* finger : {"index", "middle", "pinky", "ring", "thumb"})
         for (const char* knuckle : {"1", "2", "3"}) names.push_back(std::string(side) + "_" + finger + knuckle);
   return names;
-}
-
-/// Indices of `count` vertices, each the furthest from those before it.
-Tensor furthest_vertices(const Tensor& vertices, int64_t count) {
-  std::vector<int64_t> chosen = {0};
-  Tensor distance = (vertices - vertices[0]).square().sum(1);
-  while (static_cast<int64_t>(chosen.size()) < std::min(count, vertices.size(0))) {
-    chosen.push_back(distance.argmax().item<int64_t>());
-    distance = torch::minimum(distance, (vertices - vertices[chosen.back()]).square().sum(1));
-  }
-  return torch::tensor(chosen, torch::kInt64);
 }
 
 }  // namespace
@@ -105,7 +95,7 @@ BodyModel smpl_model_from_npz(const Npz& npz, const std::string& subject) {
   body.joint_limits = torch::tensor({-3.2F, 3.2F}).repeat({J, 3, 1});
   body.joint_limits.narrow(0, 0, kStandardJoints).copy_(builtin_body().joint_limits);
   body.capsules = builtin_body().capsules;
-  body.anchors = furthest_vertices(body.template_vertices, 64);
+  body.anchors = furthest_point_indices(body.template_vertices, std::min<int64_t>(64, V));
   return body;
 }
 

@@ -101,7 +101,7 @@ TEST(Convert, ScenesBecomeGltfAndPly) {
   EXPECT_EQ(glb.meshes[0].name, "floor");
   EXPECT_EQ(glb.meshes[1].name, "wall");
   SceneReadOptions options;
-  options.up = SceneReadOptions::Up::y;
+  options.up = UpAxis::y;
   EXPECT_EQ(read_scene_file(folder / "room.ply", options).report.triangles, 3);
   EXPECT_EQ(run_command("convert " + folder / "walk.npz" + " " + folder / "both.glb --scene " + folder / "room.obj")
                 .exit_code,

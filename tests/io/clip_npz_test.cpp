@@ -157,7 +157,7 @@ TEST(ClipNpz, ZUpFilesAreTurned) {
   EXPECT_NE(notes.back().find("turned"), std::string::npos);
   EXPECT_TRUE(torch::allclose(z_up.joints, y_up.joints, 1e-4, 1e-4));
   ClipReadOptions as_is;
-  as_is.up = ClipReadOptions::Up::y;
+  as_is.up = UpAxis::y;
   EXPECT_TRUE(torch::allclose(clip_from_npz(z_file, "z", as_is).joints, y_up.joints.matmul(turn.t()), 1e-4, 1e-4));
 }
 

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "inhabit/error.h"
-#include "inhabit/io/bytes.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/mesh.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/point_cloud.h"
@@ -172,7 +172,7 @@ TEST(SceneFile, HillyGroundLiesFlat) {
 
 TEST(SceneFile, FlagsOverrideDetection) {
   SceneReadOptions options;
-  options.up = SceneReadOptions::Up::y;
+  options.up = UpAxis::y;
   options.scale = 0.5;
   const SceneFile file = parse_scene(obj_of(OpenRoom(), Axis::z_up, 1.0), "obj", "room.obj", options);
   EXPECT_EQ(file.report.up, 'y');
@@ -291,7 +291,7 @@ TEST(SceneFile, PlyWithoutFacesIsACloud) {
     if (std::abs(value) == 3.0) bytes += '\x7f';
   }
   SceneReadOptions options;
-  options.up = SceneReadOptions::Up::y;
+  options.up = UpAxis::y;
   const SceneFile file = parse_scene(bytes, "ply", "cloud.ply", options);
   EXPECT_TRUE(file.scene.meshes.empty());
   EXPECT_TRUE(torch::equal(file.scene.points, torch::tensor({1.F, 2.F, 3.F, -1.F, -2.F, -3.F}).view({2, 3})));

@@ -73,7 +73,7 @@ TEST(SmplModel, GivesAMotionFileItsSkeleton) {
   motion.tensors["mocap_framerate"] = torch::tensor(60);
   ClipReadOptions options;
   options.body = &body;
-  options.up = ClipReadOptions::Up::y;
+  options.up = UpAxis::y;
   const Clip clip = clip_from_npz(motion, "motion", options);
   EXPECT_EQ(clip.skeleton.size(), 52);
   EXPECT_TRUE(torch::equal(clip.betas, motion.tensors["betas"]));
