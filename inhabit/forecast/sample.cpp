@@ -1,5 +1,7 @@
 #include "inhabit/forecast/sample.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include "inhabit/data/cache.h"
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
@@ -24,7 +26,7 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
   const torch::Tensor distance = (pool - center).square().sum(1);
   const torch::Tensor near = (distance <= radius * radius).nonzero().squeeze(1);
   const int64_t n = near.numel();
-  if (n == 0) throw Error("no scene point lies within " + std::to_string(radius) + " m of the person");
+  if (n == 0) throw Error(fmt::format("no scene point lies within {} m of the person", radius));
   std::mt19937_64 random(seed);
   std::vector<int64_t> order(near.data_ptr<int64_t>(), near.data_ptr<int64_t>() + n);
   const int64_t distinct = std::min(n, count);
@@ -71,8 +73,10 @@ ForecastData::ForecastData(const std::vector<std::string>& folders, const std::s
     if (static_cast<int>(set.parents.size()) != config.joints)
       throw Error(folder,
                   "has " + std::to_string(set.parents.size()) + " joints, the model " + std::to_string(config.joints));
+    if (set.rate != config.rate)
+      throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, config.rate));
     for (size_t c = 0; c < set.clips.size(); ++c) {
-      if (split != "all" && set.clips[c].split != split) continue;
+      if (set.clips[c].scene.empty() || (split != "all" && set.clips[c].split != split)) continue;
       for (int64_t start = 0; start + config.past + config.future <= set.clips[c].frames; start += stride)
         impl_->windows.push_back(
             {static_cast<int32_t>(impl_->sets.size() - 1), static_cast<int32_t>(c), static_cast<int32_t>(start)});
@@ -88,14 +92,18 @@ ForecastSample ForecastData::sample(int64_t index, uint64_t seed, bool augment) 
   const ForecastConfig& config = impl_->config;
   const Window& w = impl_->windows[static_cast<size_t>(index)];
   std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(index)));
+  const Dataset& set = impl_->sets[w.set];
+  const DatasetClip& entry = set.clips[w.clip];
   const torch::Tensor clip = impl_->clips.get(Impl::key(w.set, std::to_string(w.clip)));
-  if (clip.size(0) < w.start + config.past + config.future)
-    throw Error(impl_->sets[w.set].clips[w.clip].file, "has fewer frames than dataset.json says");
   ForecastSample out;
   out.joints = clip.slice(0, w.start, w.start + config.past + config.future);
   const WindowFrame frame = window_frame(out.joints, config);
-  out.points = frame.to_window(points_near(impl_->pools.get(Impl::key(w.set, impl_->sets[w.set].clips[w.clip].scene)),
-                                           frame.origin, config.radius, config.points, random()));
+  const torch::Tensor pool = impl_->pools.get(Impl::key(w.set, entry.scene));
+  try {
+    out.points = frame.to_window(points_near(pool, frame.origin, config.radius, config.points, random()));
+  } catch (const Error& e) {
+    throw Error(set.folder + "/" + entry.file, e.what());
+  }
   out.joints = frame.to_window(out.joints);
   if (augment) {
     const bool world = config.hips.empty();

@@ -101,15 +101,15 @@ torch::Tensor draw_rows(const torch::Tensor& points, std::vector<int64_t> rows, 
   return points.index_select(0, chosen);
 }
 
-[[noreturn]] void too_far(const Sphere& sphere, double nearest) {
+[[noreturn]] void too_far(const std::string& scene, const Sphere& sphere, double nearest) {
   throw Error(
+      scene,
       fmt::format("nothing of the scene lies within {:.2f} m of ({:.2f}, {:.2f}, {:.2f}); the nearest is {:.2f} m away",
                   sphere.radius, sphere.center.x(), sphere.center.y(), sphere.center.z(), nearest));
 }
 
-torch::Tensor cloud_points_near(const torch::Tensor& points, const Sphere& sphere, int64_t count,
-                                std::mt19937_64& random) {
-  const torch::Tensor cloud = points.contiguous();
+torch::Tensor cloud_points_near(const Scene& scene, const Sphere& sphere, int64_t count, std::mt19937_64& random) {
+  const torch::Tensor cloud = scene.points.contiguous();
   std::vector<int64_t> near;
   double nearest = HUGE_VAL;
   for (int64_t i = 0; i < cloud.size(0); ++i) {
@@ -119,7 +119,7 @@ torch::Tensor cloud_points_near(const torch::Tensor& points, const Sphere& spher
     if (d2 <= sphere.radius * sphere.radius) near.push_back(i);
     nearest = std::min(nearest, d2);
   }
-  if (near.empty()) too_far(sphere, std::sqrt(nearest));
+  if (near.empty()) too_far(scene.name, sphere, std::sqrt(nearest));
   return draw_rows(cloud, std::move(near), count, random);
 }
 
@@ -146,7 +146,7 @@ torch::Tensor sample_points_near(const Scene& scene, const torch::Tensor& center
   if (!sphere.center.allFinite() || !(radius > 0))
     throw Error("points are asked for around a place that is not finite");
   if (scene.meshes.empty() && scene.points.defined() && scene.points.size(0) > 0) {
-    return cloud_points_near(scene.points, sphere, count, random);
+    return cloud_points_near(scene, sphere, count, random);
   }
   Surface surface;
   double nearest = HUGE_VAL;
@@ -159,7 +159,7 @@ torch::Tensor sample_points_near(const Scene& scene, const torch::Tensor& center
     add_clipped(t, sphere, surface);
   });
   if (nearest == HUGE_VAL) throw Error("scene '" + scene.name + "' has no surface to take points from");
-  if (surface.triangles.empty()) too_far(sphere, nearest);
+  if (surface.triangles.empty()) too_far(scene.name, sphere, nearest);
   torch::Tensor points = torch::empty({count, 3});
   int64_t found = 0;
   // A surface that only just reaches into the sphere may need many tries; repeat what was found rather than go on for
@@ -168,7 +168,7 @@ torch::Tensor sample_points_near(const Scene& scene, const torch::Tensor& center
     const Vector3d p = surface.draw(random);
     if ((p - sphere.center).squaredNorm() <= radius * radius) set_row(points, found++, p);
   }
-  if (found == 0) too_far(sphere, nearest);
+  if (found == 0) too_far(scene.name, sphere, nearest);
   for (int64_t i = found; i < count; ++i) points[i] = points[i - found];
   return points;
 }

@@ -1,0 +1,177 @@
+// Protects the whole chain from an observed second and a room to a forecast: it is that of the plain networks, it moves
+// along with the world, and clips are cut where they should be.
+#include "inhabit/forecast/contact_forecaster.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command.h"
+#include "forecast/walker.h"
+#include "inhabit/error.h"
+#include "inhabit/forecast/features.h"
+#include "inhabit/forecast/forecast_clip.h"
+#include "inhabit/forecast/window_frame.h"
+#include "inhabit/scene/sampling.h"
+
+namespace inhabit {
+namespace {
+
+/// Networks of the compact model's form with weights of no training. Contacts are likely: the threshold is low.
+ForecastNetworks untrained() {
+  torch::manual_seed(4);
+  ForecastNetworks networks;
+  networks.config = forecast_preset("compact");
+  networks.config.contact_threshold = 0.05;
+  networks.contact = ContactNetwork(networks.config);
+  networks.motion = MotionNetwork(networks.config);
+  networks.contact->eval();
+  networks.motion->eval();
+  return networks;
+}
+
+float largest(const torch::Tensor& difference) { return difference.abs().max().item<float>(); }
+
+struct Observed {
+  torch::Tensor past = walker(30, 1.2, 0.4, 1).joints, points;
+  Observed() {
+    std::mt19937_64 random(3);
+    points = sample_points_near(scanned_room(4000), past[29][0], 2.5, 1500, random);
+  }
+};
+
+TEST(ContactForecaster, GivesWhatThePlainNetworksGive) {
+  torch::NoGradGuard no_grad;
+  ForecastNetworks networks = untrained();
+  const ForecastConfig& c = networks.config;
+  const Observed in;
+  const ContactForecaster forecaster(networks);
+  const Forecast f = forecaster.forecast(in.past, in.points);
+  ASSERT_EQ(f.joints.sizes(), (torch::IntArrayRef{60, 22, 3}));
+  ASSERT_EQ(f.contact_maps.sizes(), (torch::IntArrayRef{90, 22, 1500}));
+  ASSERT_EQ(f.contact_points.sizes(), (torch::IntArrayRef{60, 22, 4}));
+  EXPECT_TRUE(torch::equal(f.points, in.points));
+
+  const WindowFrame frame = window_frame(in.past, c);
+  const torch::Tensor past = frame.to_window(in.past).unsqueeze(0), scene = frame.to_window(in.points).unsqueeze(0);
+  const torch::Tensor dct = networks.contact->forward(scene, contact_features(scene, past, c), past);
+  const torch::Tensor contacts = contact_points(scene, dct, c);
+  const torch::Tensor joints = forecast_joints(networks.motion->forward(past, contacts), c.root)[0];
+  EXPECT_LT(largest(f.joints - frame.to_world(joints)), 1e-3F);
+  EXPECT_LT(largest(f.contact_maps - contact_maps_from_dct(dct, c)[0]), 1e-3F);
+  EXPECT_TRUE(torch::equal(forecaster.forecast(in.past, in.points).joints, f.joints));  // workspaces are clean again
+}
+
+TEST(ContactForecaster, ContactPointsAreScenePointsOfTheWorldOrZeros) {
+  const Observed in;
+  const Forecast f = ContactForecaster(untrained()).forecast(in.past, in.points);
+  const torch::Tensor touching = f.contact_points.select(2, 3);
+  EXPECT_GT(touching.sum().item<float>(), 0);
+  EXPECT_LT(touching.sum().item<float>(), static_cast<float>(touching.numel()));
+  const torch::Tensor places = f.contact_points.slice(2, 0, 3);
+  EXPECT_EQ(places.index({touching == 0}).abs().sum().item<float>(), 0);
+  const torch::Tensor touched = places.index({touching == 1}).slice(0, 0, 300);
+  const torch::Tensor nearest = std::get<0>((touched.unsqueeze(1) - in.points.unsqueeze(0)).norm(2, {2}).min(1));
+  EXPECT_LT(nearest.max().item<float>(), 1e-5F);
+}
+
+TEST(ContactForecaster, MovesAlongWithPersonAndRoom) {
+  const Observed in;
+  const ContactForecaster forecaster(untrained());
+  const Forecast f = forecaster.forecast(in.past, in.points);
+  for (const double yaw : {0.6, 1.9, -2.5}) {
+    const torch::Tensor turn = yaw_matrix(yaw).t(), shift = torch::tensor({1.F, -0.2F, 3.F});
+    const Forecast moved =
+        forecaster.forecast(torch::matmul(in.past, turn) + shift, torch::matmul(in.points, turn) + shift);
+    EXPECT_LT(largest(moved.joints - (torch::matmul(f.joints, turn) + shift)), 2e-3F) << yaw;
+  }
+}
+
+TEST(ContactForecaster, RefusesAPastOfAnotherShapeAndFilesThatLackANetwork) {
+  const TempFolder folder;
+  const Observed in;
+  ForecastNetworks networks = untrained();
+  const ContactForecaster forecaster(networks);
+  EXPECT_THROW(forecaster.forecast(in.past.slice(0, 1), in.points), Error);
+  EXPECT_THROW(forecaster.forecast(in.past.slice(1, 1), in.points), Error);
+
+  save_forecast_networks(folder / "both.safetensors", networks);
+  const Forecast f = ContactForecaster::load(folder / "both.safetensors").forecast(in.past, in.points);
+  EXPECT_LT(largest(f.joints - forecaster.forecast(in.past, in.points).joints), 1e-5F);
+  networks.motion = nullptr;
+  save_forecast_networks(folder / "contact.safetensors", networks);
+  EXPECT_THROW(ContactForecaster::load(folder / "contact.safetensors"), Error);
+}
+
+TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
+  const ContactForecaster forecaster(untrained());
+  const Clip clip = walker(120, 1, 0, 1);
+  const Scene scene = scanned_room(4000);
+  ForecastClips clips = forecast_clip(forecaster, clip, scene, {60, 0, 1}, "walk");
+  EXPECT_LT(largest(clips.past.joints - clip.joints.slice(0, 30, 60)), 1e-4F);
+  ASSERT_TRUE(clips.truth.has_value());
+  EXPECT_LT(largest(clips.truth->joints - clip.joints.slice(0, 60, 120)), 1e-4F);
+  EXPECT_EQ(clips.prediction.frames(), 60);
+  EXPECT_EQ(clips.prediction.rate, 30);
+  EXPECT_TRUE(torch::equal(clips.prediction.joints, clips.forecast.joints));
+  validate(clips.prediction, "prediction");
+  EXPECT_EQ(clips.prediction.rotations.sizes(), (torch::IntArrayRef{60, 22, 3}));
+
+  clips = forecast_clip(forecaster, clip, scene, {100, 700, 1}, "walk");
+  EXPECT_EQ(clips.truth->frames(), 20);
+  EXPECT_EQ(clips.forecast.points.size(0), 700);
+  clips = forecast_clip(forecaster, clip, scene, {-1, 0, 1}, "walk");
+  EXPECT_FALSE(clips.truth.has_value());
+  EXPECT_LT(largest(clips.past.joints - clip.joints.slice(0, 90, 120)), 1e-4F);
+
+  Clip quick = walker(240, 0.5, 0, 1);  // the same frames, called 60 a second: 1 m/s
+  quick.rate = 60;
+  clips = forecast_clip(forecaster, quick, scene, {120, 0, 1}, "walk");
+  ASSERT_EQ(clips.past.frames(), 30);
+  EXPECT_LT(largest(clips.past.joints[29] - quick.joints[118]), 1e-3F);
+}
+
+TEST(ForecastClip, MovesAlongWithClipAndScene) {
+  const ContactForecaster forecaster(untrained());
+  Clip clip = walker(40, 1.2, 0.4, 1);
+  Scene scene = scanned_room(4000);
+  const ForecastClips before = forecast_clip(forecaster, clip, scene, {}, "walk");
+  const torch::Tensor turn = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
+  clip.joints = torch::matmul(clip.joints, turn) + shift;
+  clip.rotations = clip.trans = torch::Tensor();  // positions alone
+  scene.points = torch::matmul(scene.points, turn) + shift;
+  const ForecastClips after = forecast_clip(forecaster, clip, scene, {}, "walk");
+  EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, turn) + shift)), 1e-4F);
+  EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, turn) + shift)), 5e-3F);
+}
+
+TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
+  const ContactForecaster forecaster(untrained());
+  const auto refusal = [&](const Clip& clip, const Scene& scene, int64_t start) {
+    try {
+      forecast_clip(forecaster, clip, scene, {start, 0, 1}, "walk.bvh");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  using ::testing::HasSubstr;
+  const Clip clip = walker(60, 1);
+  const Scene scene = scanned_room(500);
+  EXPECT_THAT(refusal(clip, scene, 29), HasSubstr("walk.bvh: has 29 frames"));
+  EXPECT_THAT(refusal(clip, scene, 61), HasSubstr("walk.bvh: frame 61 is beyond the end (60 frames)"));
+  EXPECT_THAT(refusal(slice(clip, 0, 20), scene, -1), HasSubstr("walk.bvh: has 20 frames"));
+  Scene far = scene;
+  far.points = far.points + 60;
+  EXPECT_THAT(refusal(clip, far, -1), HasSubstr("scan: nothing of the scene lies within 2.50 m"));
+}
+
+TEST(AssumedFloor, LiesUnderTheFeetWhereThePersonIs) {
+  const Clip clip = walker(60, 1, 0, 1, 7, -3);
+  const torch::Tensor vertices = assumed_floor(clip).meshes[0].vertices;
+  const float lowest = clip.joints.select(2, 1).min().item<float>();
+  EXPECT_LT(largest(vertices.select(1, 1) - (lowest - 0.02F)), 1e-5F);
+  EXPECT_NEAR(vertices.select(1, 0).mean().item<float>(), 7, 0.1);
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,75 @@
+// Protects the evaluation tables: baselines against closed forms, the rows that a model's networks give, the layout.
+#include "inhabit/forecast/evaluate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "forecast/walker_data.h"
+
+namespace inhabit {
+namespace {
+
+const ForecastScores* row_of(const ForecastTable& table, const std::string& method) {
+  for (const ForecastScores& row : table.rows)
+    if (row.method == method) return &row;
+  return nullptr;
+}
+
+TEST(EvaluateForecast, BaselinesOfAPersonAtConstantVelocityAreTheClosedForms) {
+  const TempFolder folder;
+  ForecastNetworks none;
+  none.config = forecast_preset("compact");
+  const ForecastData data({write_walkers(folder / "data")}, "all", none.config, 30);
+  const ForecastTable table = evaluate_forecast(none, data);
+  EXPECT_EQ(table.windows, 6);
+  EXPECT_EQ(table.horizons, (std::vector<double>{0.5, 1.0, 1.5, 2.0}));
+  ASSERT_EQ(table.rows.size(), 2U);
+  const ForecastScores* held = row_of(table, "last pose held");
+  const ForecastScores* moving = row_of(table, "constant velocity");
+  ASSERT_TRUE(held != nullptr && moving != nullptr);
+  // 1.2 m/s: 600 mm after half a second; the mean over frames 1..60 of 40 mm each.
+  const std::vector<double> path = {600, 1200, 1800, 2400, 40 * 30.5};
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(held->path[i], path[i], 0.05) << i;
+    EXPECT_NEAR(moving->path[i], 0, 0.05) << i;
+    EXPECT_NEAR(held->pose[i], 0, 0.01) << i;
+    EXPECT_NEAR(moving->pose[i], 0, 0.01) << i;
+  }
+}
+
+TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
+  const TempFolder folder;
+  torch::manual_seed(2);
+  ForecastNetworks model;
+  model.config = forecast_preset("compact");
+  const ForecastData data({write_walkers(folder / "data", 30, 1)}, "test", model.config, 30);
+  model.motion = MotionNetwork(model.config);
+  model.motion->eval();
+  EXPECT_NE(row_of(evaluate_forecast(model, data), "w/ true contact"), nullptr);
+  EXPECT_EQ(evaluate_forecast(model, data).rows.size(), 3U);
+  model.contact = ContactNetwork(model.config);
+  model.contact->eval();
+  model.no_contact = MotionNetwork(model.config, false);
+  model.no_contact->eval();
+
+  const ForecastTable table = evaluate_forecast(model, data);
+  std::vector<std::string> methods;
+  for (const ForecastScores& row : table.rows) {
+    methods.push_back(row.method);
+    EXPECT_EQ(row.path.size(), 5U);
+    for (const double v : row.path) EXPECT_GT(v, 0) << row.method;
+    for (const double v : row.pose) EXPECT_GT(v, 0) << row.method;
+  }
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "w/o contact",
+                                               "predicted contact", "w/ true contact"}));
+  const std::string text = table_text(table);
+  for (const std::string& method : methods) EXPECT_THAT(text, ::testing::HasSubstr(method));
+  EXPECT_THAT(text, ::testing::HasSubstr("Path Error (mm)"));
+  const nlohmann::json json = table_json(table);
+  EXPECT_EQ(json["rows"].size(), 5U);
+  EXPECT_EQ(json["rows"][0]["path_error"]["2.0s"], table.rows[0].path[3]);
+  EXPECT_EQ(json["rows"][4]["pose_error"]["mean"], table.rows[4].pose[4]);
+}
+
+}  // namespace
+}  // namespace inhabit
