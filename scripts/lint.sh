@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Formatting of every C++ file, and clang-tidy on the sources that differ from the main branch (on the main branch: from
-# the commit before). One source takes half a minute, so at most LINT_SOURCES (default 24) of them are read, and it is said.
+# the commit before; without history: all). One source takes half a minute of a core, so of many only LINT_SOURCES
+# (default 24), evenly spread, are read.
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -8,15 +9,19 @@ mapfile -t all < <(git ls-files '*.h' '*.cpp')
 clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
 
-# What changed since the fork from the main branch; without such history nothing can be told to have changed.
+# What changed since the fork from the main branch.
 changed() {
   local head base=""
   head=$(git rev-parse HEAD)
   for main in origin/main main origin/HEAD; do
     base=$(git merge-base "$head" "$main" 2>/dev/null) && [ "$base" != "$head" ] && break || base=""
   done
-  [ -n "$base" ] || base=$(git rev-parse --verify --quiet HEAD~1) || return 0
-  git diff --name-only --diff-filter=d "$base" -- 'inhabit/*.cpp' 'inhabit/*.h' 'cli/*.cpp' 'cli/*.h'
+  [ -n "$base" ] || base=$(git rev-parse --verify --quiet HEAD~1) || base=""
+  if [ -n "$base" ]; then
+    git diff --name-only --diff-filter=d "$base" -- 'inhabit/*.cpp' 'inhabit/*.h' 'cli/*.cpp' 'cli/*.h'
+  else
+    git ls-files 'inhabit/*.cpp' 'cli/*.cpp'
+  fi
 }
 # A header is read through the source beside it, or through the first that includes it.
 sources_of() {
@@ -36,7 +41,6 @@ case ${1:-} in
 esac
 if [ ${#sources[@]} -eq 0 ]; then echo "clang-tidy: no source changed"; exit 0; fi
 count=${#sources[@]}
-# Over the limit: as many as it allows, evenly spread over the list.
 [ "$count" -le "$limit" ] ||
   mapfile -t sources < <(printf '%s\n' "${sources[@]}" | awk -v n="$count" -v l="$limit" 'NR * l % n < l')
 
