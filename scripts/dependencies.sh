@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what inhabit builds and tests with, on Debian 12 (root or sudo). Does nothing where all of it is there.
-# usage: scripts/dependencies.sh [test]     with "test": also what only the tests and checks use
+# usage: scripts/dependencies.sh [test|coverage]     also what only the tests and checks, or their coverage, use
 set -euo pipefail
 packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libopenblas-dev libembree-dev libnanoflann-dev libeigen3-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libbenchmark-dev)
-[ "${1:-}" = test ] && packages+=(libgtest-dev libgmock-dev chromium clang-format clang-tidy git)
+[ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev chromium clang-format clang-tidy git)
+[ "${1:-}" = coverage ] && packages+=(lcov)
 # A Node.js from elsewhere brings its own npm; Debian's comes as two packages.
 command -v node >/dev/null && packages=("${packages[@]/nodejs/}")
 command -v npm >/dev/null || packages+=(npm)
