@@ -117,8 +117,8 @@ bool fuzz_dataset(const uint8_t* data, size_t size) {
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
 template <char... extension>
 bool fuzz_scene(const uint8_t* data, size_t size) {
-  using Up = SceneReadOptions::Up;
-  const SceneReadOptions options = {.up = size % 16 == 0 ? Up::automatic : size % 2 == 0 ? Up::z : Up::y, .scale = {}};
+  const UpAxis given = size % 2 == 0 ? UpAxis::z : UpAxis::y;
+  const SceneReadOptions options = {.up = size % 16 == 0 ? UpAxis::automatic : given, .scale = {}};
   return survive(data, size,
                  [&](std::string_view bytes) { parse_scene(bytes, std::string{extension...}, "fuzz", options); });
 }
