@@ -5,6 +5,7 @@
 #include "inhabit/forecast/evaluate.h"
 #include "inhabit/io/atomic_file.h"
 #include "models.h"
+#include "outputs.h"
 #include "verbs.h"
 
 void add_eval(CLI::App& app) {
@@ -28,6 +29,7 @@ void add_eval(CLI::App& app) {
       ->capture_default_str();
   forecast->add_option("--json", o->json, "Also write the table as JSON");
   forecast->callback([o] {
+    if (!o->json.empty()) require_writable(o->json);
     const inhabit::ForecastNetworks model =
         inhabit::load_forecast_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
     const inhabit::ForecastData data(o->data, o->split, model.config, o->stride);

@@ -9,6 +9,7 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/view/page.h"
 #include "models.h"
+#include "outputs.h"
 #include "verbs.h"
 
 namespace {
@@ -54,10 +55,12 @@ void add_forecast(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     if (o->outputs.empty()) o->outputs.push_back("forecast.html");
-    for (const std::string& out : o->outputs)
+    for (const std::string& out : o->outputs) {
       if (const std::string e = std::filesystem::path(out).extension();
           e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
         throw Error(out, "is no output of a forecast: .npz, .bvh, .glb, .json or .html");
+      require_writable(out);
+    }
     const Clip clip = read_clip(o->motion);
     Scene scene;
     if (o->scene.empty()) {
@@ -65,6 +68,7 @@ void add_forecast(CLI::App& app) {
       std::printf("no scene given: a flat floor under the feet is assumed\n");
     } else {
       scene = read_scene_file(o->scene).scene;
+      scene.name = o->scene;  // named in errors
     }
     const auto forecaster =
         ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);

@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/forecast/train.h"
+#include "outputs.h"
 #include "verbs.h"
 
 void add_train(CLI::App& app) {
@@ -50,6 +51,8 @@ void add_train(CLI::App& app) {
     if (*device == "cuda" && !torch::cuda::is_available())
       throw inhabit::Error("--device cuda", "this LibTorch sees no CUDA device");
     options->device = torch::Device(*device);
-    if (inhabit::train_forecast(*options)) spdlog::info("wrote {}", options->out);
+    require_writable(options->out);
+    if (!inhabit::train_forecast(*options)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
+    spdlog::info("wrote {}", options->out);
   });
 }

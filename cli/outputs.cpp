@@ -1,0 +1,24 @@
+#include "outputs.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "inhabit/error.h"
+
+namespace fs = std::filesystem;
+
+void require_writable(const std::string& path) {
+  const fs::path target(path), folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (fs::is_directory(target, ignored)) throw inhabit::Error(path, "cannot be written: it is a folder");
+  if (!fs::is_directory(folder, ignored))
+    throw inhabit::Error(path, "cannot be written: there is no folder " + folder.string());
+  const bool in_place = fs::exists(target, ignored) && !fs::is_regular_file(target, ignored);  // /dev/null, a pipe
+  const fs::path probe = in_place ? target : folder / ("." + target.filename().string() + ".probe");
+  errno = 0;
+  if (!std::ofstream(probe, std::ios::app))
+    throw inhabit::Error(path, std::string("cannot be written: ") + std::strerror(errno));
+  if (!in_place) fs::remove(probe, ignored);
+}
