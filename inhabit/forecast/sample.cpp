@@ -39,6 +39,16 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
   return pool.index_select(0, chosen);
 }
 
+torch::Tensor Augmentation::operator()(const torch::Tensor& positions) const {
+  return torch::matmul(positions, turn.t()) + shift;
+}
+
+Augmentation draw_augmentation(const ForecastConfig& config, std::mt19937_64& random) {
+  if (!config.hips.empty()) return {yaw_matrix(uniform(random, -0.3, 0.3)), torch::zeros({3})};
+  const double yaw = uniform(random, 0, M_PI), x = uniform(random, -0.5, 0.5), z = uniform(random, -0.5, 0.5);
+  return {yaw_matrix(yaw), torch::tensor({x, 0., z}, torch::kFloat)};
+}
+
 struct ForecastData::Impl {
   ForecastConfig config;
   std::vector<Dataset> sets;
@@ -106,12 +116,9 @@ ForecastSample ForecastData::sample(int64_t index, uint64_t seed, bool augment) 
   }
   out.joints = frame.to_window(out.joints);
   if (augment) {
-    const bool world = config.hips.empty();
-    const torch::Tensor turn = yaw_matrix(world ? uniform(random, 0, M_PI) : uniform(random, -0.3, 0.3));
-    torch::Tensor shift = torch::zeros({3});
-    if (world) shift = torch::tensor({uniform(random, -0.5, 0.5), 0., uniform(random, -0.5, 0.5)}, torch::kFloat);
-    out.joints = torch::matmul(out.joints, turn.t()) + shift;
-    out.points = torch::matmul(out.points, turn.t()) + shift;
+    const Augmentation moved = draw_augmentation(config, random);
+    out.joints = moved(out.joints);
+    out.points = moved(out.points);
   }
   return out;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,15 @@ struct ForecastSample {
   torch::Tensor joints;  ///< (P+T, J, 3) observed, then future
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
 };
+
+/// A turn about the vertical, then a shift on the floor.
+struct Augmentation {
+  torch::Tensor turn, shift;                                       ///< (3, 3), (3)
+  torch::Tensor operator()(const torch::Tensor& positions) const;  ///< (..., 3)
+};
+
+/// An angle in [0, pi) and a shift in [-0.5, 0.5) m; where windows face +Z (config.hips) an angle in [-0.3, 0.3) alone.
+Augmentation draw_augmentation(const ForecastConfig& config, std::mt19937_64& random);
 
 /// N points of a cloud `pool` (M, 3) at random among those within `radius` of `center` (3): without repetition where
 /// there are enough, else each at least once. Throws Error when none is near.
@@ -34,9 +44,7 @@ class ForecastData {
   ForecastData& operator=(const ForecastData&) = delete;
 
   int64_t size() const;
-  /// Window `index`. `augment` turns it about the vertical by an angle in [0, pi) and shifts it by [-0.5, 0.5) m on the
-  /// floor; where windows face +Z (config.hips) it turns by [-0.3, 0.3) radians alone. Points and augmentation are
-  /// drawn from (seed, index).
+  /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
   ForecastSample sample(int64_t index, uint64_t seed, bool augment) const;
 
  private:

@@ -1,6 +1,8 @@
 #include "inhabit/forecast/train.h"
 
 #include <filesystem>
+#include <optional>
+#include <unordered_map>
 
 #include "inhabit/error.h"
 #include "inhabit/forecast/fast_contact_network.h"
@@ -9,12 +11,14 @@
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/io/safetensors.h"
+#include "inhabit/math/random.h"
 #include "inhabit/metrics/forecast_error.h"
 
 namespace inhabit {
 namespace {
 
-constexpr int64_t kTrainStride = 5, kValidationStride = 30, kValidationWindows = 192;
+// Stage "adapt" keeps a prediction of each of its windows: fewer, so that some 15,000 of 200 minutes take 150 MB.
+constexpr int64_t kTrainStride = 5, kAdaptStride = 15, kValidationStride = 30, kValidationWindows = 192;
 
 /// What a preset says about a stage: paper 4.2 for "paper"; "compact" sized for two hours on two cores.
 struct Stage {
@@ -25,7 +29,7 @@ struct Stage {
 
 Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t windows) {
   const bool contact = name == "contact", adapt = name == "adapt";
-  Stage stage{name, contact ? 6000 : adapt ? 3000 : 10000, contact ? 8 : 32, adapt ? 5e-4 : 1e-3};
+  Stage stage{name, contact ? 6000 : adapt ? 6000 : 10000, contact ? 8 : 32, 1e-3};
   if (options.preset == "paper") {
     stage.batch = contact ? 4 : 32;
     stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, windows / stage.batch);
@@ -66,41 +70,57 @@ Batch contact_batch(const ForecastData& data, const ForecastConfig& config, cons
   return {points, contact_features(points, past, config), past, contact_targets(points, joints, config)};
 }
 
-/// Contact points (B, T, J, 4) of a batch from points (B, N, 3), past (B, P, J, 3) and future (B, T, J, 3).
-using ContactSource = std::function<torch::Tensor(const torch::Tensor&, const torch::Tensor&, const torch::Tensor&)>;
+/// Contact points (T, J, 4) of window `window`, the `place`-th of its batch, in the sample's axes.
+using ContactSource = std::function<torch::Tensor(int64_t place, int64_t window, const ForecastSample& sample)>;
 
-ContactSource no_contacts() {
-  return [](const torch::Tensor&, const torch::Tensor&, const torch::Tensor& future) {
-    return torch::zeros({future.size(0), future.size(1), future.size(2), 4});
-  };
+ContactSource no_contacts(const ForecastConfig& config) {
+  return [&config](int64_t, int64_t, const ForecastSample&) { return torch::zeros({config.future, config.joints, 4}); };
 }
 
 ContactSource true_contacts(const ForecastConfig& config) {
-  return [&config](const torch::Tensor& points, const torch::Tensor&, const torch::Tensor& future) {
-    return true_contact_points(points, future, config);
+  return [&config](int64_t, int64_t, const ForecastSample& s) {
+    return true_contact_points(s.points.unsqueeze(0), s.joints.slice(0, config.past).unsqueeze(0), config)[0];
   };
 }
 
-/// Of the contact network as it is now, in windows `first` and later of a batch; of the truth in those before.
-ContactSource predicted_contacts(const ForecastConfig& config, const ContactNetwork& network, double from) {
+/// What the contact network predicts, in every `period`-th window of a batch the truth. A window's prediction is made
+/// once and kept (10 kB): its scene points must be the same every time.
+ContactSource predicted_contacts(const ForecastConfig& config, const ContactNetwork& network, int64_t period) {
   auto contact = std::make_shared<FastContactNetwork>(network);
-  return [&config, contact, from](const torch::Tensor& points, const torch::Tensor& past, const torch::Tensor& future) {
-    const auto first = static_cast<int64_t>(from * static_cast<double>(past.size(0)));
-    const torch::Tensor scene = points.slice(0, first), seen = past.slice(0, first).contiguous();
-    const torch::Tensor dct = contact->forward(scene, contact_features(scene, seen, config), seen);
-    const torch::Tensor predicted = contact_points(scene, dct, config);
-    if (first == 0) return predicted;
-    return torch::cat({true_contact_points(points.slice(0, 0, first), future.slice(0, 0, first), config), predicted});
+  auto known = std::make_shared<std::unordered_map<int64_t, torch::Tensor>>();
+  return [&config, contact, known, period, truth = true_contacts(config)](int64_t place, int64_t window,
+                                                                          const ForecastSample& s) {
+    if (period > 0 && place % period == 0) return truth(place, window, s);
+    torch::Tensor& kept = (*known)[window];
+    if (!kept.defined()) {
+      const torch::Tensor points = s.points.unsqueeze(0), past = s.joints.slice(0, 0, config.past).unsqueeze(0);
+      const torch::Tensor dct = contact->forward(points, contact_features(points, past, config), past);
+      kept = contact_points(points, dct, config)[0].to(torch::kHalf);
+    }
+    return kept.to(torch::kFloat);
   };
 }
 
+/// Past, future, contact points. Scene points are drawn from `point_seed`, the augmentation from `seed`.
 Batch motion_batch(const ForecastData& data, const ForecastConfig& config, const std::vector<int64_t>& windows,
-                   uint64_t seed, bool augment, const ContactSource& contacts) {
+                   const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed) {
   torch::NoGradGuard no_grad;
-  const auto [joints, points] = read_windows(data, windows, seed, augment);
-  const torch::Tensor past = joints.slice(1, 0, config.past).contiguous(),
-                      future = joints.slice(1, config.past).contiguous();
-  return {past, future, contacts(points, past, future)};
+  std::vector<torch::Tensor> joints, touching;
+  for (size_t i = 0; i < windows.size(); ++i) {
+    ForecastSample s = data.sample(windows[i], point_seed, false);
+    torch::Tensor contact = contacts(static_cast<int64_t>(i), windows[i], s);
+    if (seed) {
+      std::mt19937_64 random(item_seed(*seed, static_cast<uint64_t>(windows[i])));
+      const Augmentation moved = draw_augmentation(config, random);
+      s.joints = moved(s.joints);
+      const torch::Tensor flag = contact.narrow(2, 3, 1);
+      contact = torch::cat({moved(contact.narrow(2, 0, 3)) * flag, flag}, 2);
+    }
+    joints.push_back(s.joints);
+    touching.push_back(contact);
+  }
+  const torch::Tensor all = torch::stack(joints);
+  return {all.slice(1, 0, config.past).contiguous(), all.slice(1, config.past).contiguous(), torch::stack(touching)};
 }
 
 TrainTask contact_task(ForecastNetworks& model, const ForecastData& data, const ForecastData& validation,
@@ -132,17 +152,18 @@ TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const F
                       const ForecastData& validation, torch::Device device) {
   const ForecastConfig& config = model.config;
   MotionNetwork network = stage == "no_contact" ? model.no_contact : model.motion;
+  const bool adapt = stage == "adapt";
   // Preparing runs beside validation, so that each has its own contact network.
-  const auto contacts = [&](double from) {
-    if (stage == "adapt") return predicted_contacts(config, model.contact, from);
-    return stage == "motion" ? true_contacts(config) : no_contacts();
+  const auto contacts = [&](int64_t period) {
+    if (adapt) return predicted_contacts(config, model.contact, period);
+    return stage == "motion" ? true_contacts(config) : no_contacts(config);
   };
   TrainTask task;
   task.name = stage;
   task.module = network.ptr();
   task.samples = data.size();
-  task.prepare = [&, source = contacts(0.5)](const std::vector<int64_t>& windows, uint64_t seed) {
-    return motion_batch(data, config, windows, seed, true, source);
+  task.prepare = [&, adapt, source = contacts(2)](const std::vector<int64_t>& windows, uint64_t seed) {
+    return motion_batch(data, config, windows, source, adapt ? 0 : seed, seed);
   };
   task.losses = [&config, network, device](const Batch& b) mutable {
     const MotionLosses l =
@@ -155,7 +176,7 @@ TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const F
     for (size_t first = 0; first < windows.size(); first += 32) {
       const std::vector<int64_t> some(windows.begin() + static_cast<int64_t>(first),
                                       windows.begin() + static_cast<int64_t>(std::min(first + 32, windows.size())));
-      const Batch b = motion_batch(validation, config, some, 0, false, source);
+      const Batch b = motion_batch(validation, config, some, source, 0, {});
       const torch::Tensor joints =
           forecast_joints(network->forward(b[0].to(device), b[2].to(device)), config.root).cpu();
       sum += (path_error(joints, b[1], config.root).mean(1) + pose_error(joints, b[1], config.root).mean(1))
@@ -172,6 +193,7 @@ TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const F
 bool train_forecast(const ForecastTraining& options) {
   const ForecastConfig config = forecast_preset(options.preset);
   const ForecastData data(options.data, "train", config, kTrainStride),
+      adapt_data(options.data, "train", config, kAdaptStride),
       validation(options.data, "val", config, kValidationStride);
   if (data.size() == 0)
     throw Error(options.data.front(),
@@ -213,8 +235,9 @@ bool train_forecast(const ForecastTraining& options) {
       model.contact = before.contact;
       model.motion = load_forecast_networks(options.out).motion;  // `before` keeps its own until this one is better
     }
-    TrainTask task = stages[s] == "contact" ? contact_task(model, data, validation, options.device)
-                                            : motion_task(stages[s], model, data, validation, options.device);
+    const ForecastData& windows = stages[s] == "adapt" ? adapt_data : data;
+    TrainTask task = stages[s] == "contact" ? contact_task(model, windows, validation, options.device)
+                                            : motion_task(stages[s], model, windows, validation, options.device);
     task.module->to(options.device);
     task.on_best = [&, name = stages[s]] {
       ForecastNetworks best = before;
@@ -224,7 +247,7 @@ bool train_forecast(const ForecastTraining& options) {
       if (name == "no_contact") best.no_contact = model.no_contact;
       save_forecast_networks(options.out, best);
     };
-    const Stage stage = stage_of(options, stages[s], data.size());
+    const Stage stage = stage_of(options, stages[s], windows.size());
     TrainOptions loop;
     loop.steps = stage.steps;
     loop.batch = stage.batch;
