@@ -1,0 +1,166 @@
+// Protects `inhabit train forecast`: every stage leaves its network in the model file, a run that was interrupted goes
+// on to the numbers of one that was not, and what cannot be trained is refused in one line.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/refusal.h"
+#include "cli/tiny_rooms.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/safetensors.h"
+
+namespace inhabit {
+namespace {
+
+using nlohmann::json;
+
+const std::string kShipped = INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors";
+
+std::map<std::string, torch::Tensor> of_network(const SafeTensors& file, const std::string& prefix) {
+  std::map<std::string, torch::Tensor> out;
+  for (const auto& entry : file.tensors)
+    if (entry.first.rfind(prefix, 0) == 0) out.insert(entry);
+  return out;
+}
+
+std::vector<json> log_of(const std::string& model) {
+  std::istringstream text(read_whole_file(model + ".log.jsonl"));
+  std::vector<json> lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(json::parse(line));
+  return lines;
+}
+
+/// What a log says about every step, without the clock.
+std::set<std::string> numbers_of(const std::string& model) {
+  std::set<std::string> out;
+  for (json line : log_of(model)) {
+    line.erase("seconds");
+    if (line.contains("validation")) out.insert(line.dump());
+  }
+  return out;
+}
+
+TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
+  const TempFolder folder;
+  const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
+  const CommandResult r = run_command("train forecast --data " + data + " --out " + model +
+                                      " --contact-steps 2 --motion-steps 4 --adapt-steps 2 --batch 2");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const SafeTensors trained = read_safetensors(model);
+  const SafeTensors shipped = read_safetensors(kShipped);
+  EXPECT_EQ(trained.metadata.at("system"), shipped.metadata.at("system"));
+  EXPECT_THAT(trained.metadata.at("config"), ::testing::HasSubstr("\"preset\":\"compact\""));
+  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net."})
+    EXPECT_GT(of_network(trained, network).size(), 10U) << network;
+  EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
+
+  std::map<std::string, int64_t> last_step;
+  for (const json& line : log_of(model)) {
+    last_step[line.at("stage")] = line.at("step");
+    if (line.contains("validation"))
+      EXPECT_TRUE(line["validation"].is_number()) << line;  // JSON has no NaN: it would read null
+    else
+      for (const auto& [name, value] : line.at("losses").items()) EXPECT_TRUE(value.is_number()) << name;
+  }
+  EXPECT_EQ(last_step,
+            (std::map<std::string, int64_t>{{"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"adapt", 2}}));
+
+  const CommandResult f = run_command("forecast " INHABIT_SOURCE_DIR "/examples/data/walk.npz --model " + model +
+                                      " -o " + folder / "f.npz");
+  EXPECT_EQ(f.exit_code, 0) << f.err;
+
+  // A stage of its own keeps what the file holds of the others.
+  ASSERT_EQ(run_command("train forecast --stage motion --motion-steps 1 --batch 2 --seed 9 --data " + data + " --out " +
+                        model)
+                .exit_code,
+            0);
+  const SafeTensors after = read_safetensors(model);
+  for (const auto& [name, tensor] : of_network(trained, "contact_net."))
+    EXPECT_TRUE(torch::equal(after.tensors.at(name), tensor)) << name;
+  EXPECT_FALSE(
+      torch::equal(after.tensors.at("motion_net.x_enc.weight"), trained.tensors.at("motion_net.x_enc.weight")));
+}
+
+/// Trains once straight and once with an interrupt after two validations of `stage`, then resumed: same log, same
+/// weights.
+void expect_resumed_alike(const TempFolder& folder, const std::string& options, const std::string& stage) {
+  const std::string data = make_tiny_rooms(folder), whole = folder / "whole.safetensors",
+                    cut = folder / "cut.safetensors", checkpoint = cut + ".checkpoint.safetensors";
+  const std::string train = "train forecast --data " + data + " --batch 2 " + options + " --out ";
+  ASSERT_EQ(run_command(train + whole).exit_code, 0);
+
+  const std::string validations = "$(grep -sc \"" + stage + ".*validation\" " + cut + ".log.jsonl)";
+  const CommandResult interrupted =
+      run_program("sh -c '" INHABIT_COMMAND " " + train + cut + " & pid=$!; while kill -0 $pid && [ 0" + validations +
+                  " -lt 2 ]; do sleep 0.05; done; kill -INT $pid; wait $pid'");
+  EXPECT_EQ(interrupted.exit_code, 130);
+  EXPECT_THAT(interrupted.out, ::testing::HasSubstr("--resume goes on from there"));
+  ASSERT_TRUE(std::filesystem::exists(checkpoint));
+  EXPECT_LT(numbers_of(cut).size(), numbers_of(whole).size());
+
+  const CommandResult resumed = run_command(train + cut + " --resume");
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_FALSE(std::filesystem::exists(checkpoint));
+  EXPECT_EQ(numbers_of(cut), numbers_of(whole));
+  const SafeTensors a = read_safetensors(whole), b = read_safetensors(cut);
+  ASSERT_EQ(a.tensors.size(), b.tensors.size());
+  for (const auto& [name, tensor] : a.tensors) EXPECT_TRUE(torch::equal(tensor, b.tensors.at(name))) << name;
+}
+
+TEST(Train, AnInterruptedContactStageResumesToTheSameNumbers) {
+  expect_resumed_alike(TempFolder(), "--stage contact --contact-steps 7", "contact");
+}
+
+TEST(Train, ARunInterruptedInALaterStageResumesToTheSameNumbers) {
+  expect_resumed_alike(TempFolder(), "--contact-steps 1 --motion-steps 40 --adapt-steps 2", "motion");
+}
+
+struct Refused : TempFolder {
+  std::string out = *this / "out";
+  Refused() { std::filesystem::create_directory(out); }
+  void expect(const std::string& options, const std::vector<std::string>& parts) const {
+    expect_refused("train forecast --motion-steps 1 --contact-steps 1 --adapt-steps 1 --batch 1 " + options, parts,
+                   out);
+  }
+};
+
+TEST(Train, RefusesDataThatCannotBeTrainedOn) {
+  const Refused bad;
+  const std::string out = " --out " + bad.out + "/m.safetensors";
+  bad.expect("--data " + bad / "none" + out, {bad / "none", "no such file"});
+  bad.expect("--data " INHABIT_SOURCE_DIR "/examples/data" + out, {"examples/data/dataset.json"});
+  ASSERT_EQ(run_command("synth rooms --clips 1 --seconds 4 --out " + bad / "one").exit_code, 0);
+  bad.expect("--data " + bad / "one" + out, {bad / "one", "no validation window"});
+  ASSERT_EQ(run_command("synth rooms --clips 3 --clips-per-room 1 --seconds 2.5 --out " + bad / "short").exit_code, 0);
+  bad.expect("--data " + bad / "short" + out, {bad / "short", "no training window of 90 frames"});
+}
+
+TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
+  const Refused bad;
+  const std::string data = "--data " + make_tiny_rooms(bad), out = " --out " + bad.out + "/m.safetensors";
+  bad.expect(data + out + " --resume", {"m.safetensors.checkpoint.safetensors", "no such file"});
+  bad.expect(data + out + " --stage adapt", {"m.safetensors", "lacks the contact or the motion network"});
+  bad.expect(data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "there is no folder"});
+
+  const std::string contact = bad / "contact.safetensors";
+  SafeTensors only = read_safetensors(kShipped);
+  only.tensors = of_network(only, "contact_net.");
+  write_safetensors(contact, only);
+  const std::string before = read_whole_file(contact);
+  bad.expect(data + " --stage adapt --out " + contact, {contact, "lacks the contact or the motion network"});
+  EXPECT_EQ(read_whole_file(contact), before);
+}
+
+TEST(Train, RefusesOptionsThatMakeNoSense) {
+  const Refused bad;
+  const std::string given = "--data " INHABIT_SOURCE_DIR "/examples/data --out " + bad.out + "/m.safetensors ";
+  bad.expect(given + "--preset huge", {"--preset", "huge"});
+  bad.expect(given + "--stage last", {"--stage", "last"});
+  bad.expect(given + "--device tpu", {"--device", "tpu"});
+  expect_refused("train forecast --batch 0 " + given, {"--batch"}, bad.out);
+  expect_refused("train forecast --motion-steps -3 " + given, {"--motion-steps"}, bad.out);
+}
+
+}  // namespace
+}  // namespace inhabit
