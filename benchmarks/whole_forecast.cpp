@@ -1,0 +1,117 @@
+// A whole forecast: an observed second and a furnished room's meshes in, two seconds of joints out. First by the plain
+// LibTorch networks, then by the forecaster on the same input; `ratio` is plain time over fast time in this run,
+// `error` the largest difference of the contact maps, `joints_mm` that of the joints (untrained weights: a contact
+// point may be one of two that are equally near).
+#include <benchmark/benchmark.h>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "inhabit/forecast/contact_forecaster.h"
+#include "inhabit/forecast/features.h"
+#include "inhabit/forecast/window_frame.h"
+#include "inhabit/scene/sampling.h"
+#include "inhabit/synth/room.h"
+#include "room_cloud.h"
+
+namespace {
+
+using namespace inhabit;
+using torch::Tensor;
+
+struct Case {
+  ForecastNetworks networks;
+  Scene room;
+  Tensor past;
+  double plain_seconds = 0;
+
+  explicit Case(const std::string& preset) {
+    torch::manual_seed(1);
+    const ForecastConfig config = forecast_preset(preset);
+    networks = {config, ContactNetwork(config), MotionNetwork(config), MotionNetwork(nullptr)};
+    for (auto& buffer : networks.contact->named_buffers()) {
+      if (buffer.value().is_floating_point()) buffer.value().uniform_(0.5, 1.5);  // statistics as if trained
+    }
+    networks.contact->eval();
+    networks.motion->eval();
+    for (const auto& module : networks.contact->modules(false)) {
+      if (auto* layer = module->as<nn::PointVoxelConvImpl>()) layer->dense = true;
+    }
+    std::mt19937_64 random(1);
+    room = make_room(random).scene();
+    past = somebody(config.past, config.joints)[0] + torch::tensor({0.F, 0.95F, 0.F});
+  }
+
+  Tensor points() const {
+    std::mt19937_64 random(2);
+    const ForecastConfig& c = networks.config;
+    return sample_points_near(room, past[c.past - 1][c.root], c.radius, c.points, random);
+  }
+};
+
+Case& case_of(const std::string& preset) {
+  static Case compact("compact"), paper("paper");
+  return preset == "paper" ? paper : compact;
+}
+
+/// ContactForecaster::forecast() in LibTorch's own operators.
+Forecast plain_forecast(Case& the, const Tensor& points) {
+  torch::NoGradGuard no_gradients;
+  const ForecastConfig& c = the.networks.config;
+  const WindowFrame frame = window_frame(the.past, c);
+  const Tensor past = frame.to_window(the.past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
+  const Tensor dct = the.networks.contact->forward(scene, contact_features(scene, past, c), past);
+  Forecast out;
+  out.contact_maps = contact_maps_from_dct(dct, c)[0];
+  const Tensor contacts = contact_points(scene, dct, c);
+  out.joints = frame.to_world(forecast_joints(the.networks.motion->forward(past, contacts), c.root)[0]);
+  return out;
+}
+
+/// Least seconds that `work` takes in this benchmark's iterations.
+template <class Work>
+double measure(benchmark::State& state, const Work& work) {
+  double least = 1e9;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(work());
+    least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return least;
+}
+
+void plain(benchmark::State& state, const std::string& preset) {
+  Case& the = case_of(preset);
+  the.plain_seconds = measure(state, [&] { return plain_forecast(the, the.points()).joints; });
+}
+
+void fast(benchmark::State& state, const std::string& preset) {
+  Case& the = case_of(preset);
+  const ContactForecaster forecaster(the.networks);
+  const Forecast expected = plain_forecast(the, the.points()), got = forecaster.forecast(the.past, the.points());
+  const double error = (got.contact_maps - expected.contact_maps).abs().max().item<double>() /
+                       expected.contact_maps.abs().max().item<double>();
+  if (!(error < 1e-4)) return state.SkipWithError("fast and plain contact maps differ");
+  state.counters["error"] = error;
+  state.counters["joints_mm"] = 1000 * (got.joints - expected.joints).abs().max().item<double>();
+  const double seconds = measure(state, [&] { return forecaster.forecast(the.past, the.points()).joints; });
+  if (the.plain_seconds > 0) state.counters["ratio"] = the.plain_seconds / seconds;
+}
+
+BENCHMARK_CAPTURE(plain, compact, "compact")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(5);
+BENCHMARK_CAPTURE(fast, compact, "compact")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(30);
+BENCHMARK_CAPTURE(plain, paper, "paper")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(5);
+BENCHMARK_CAPTURE(fast, paper, "paper")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(30);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (std::getenv("OMP_WAIT_POLICY") == nullptr) {  // read by the OpenMP runtime before main(): start over with it
+    setenv("OMP_WAIT_POLICY", "passive", 1);
+    execv("/proc/self/exe", argv);
+  }
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}
