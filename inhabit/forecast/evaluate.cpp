@@ -71,8 +71,10 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
 
   ForecastTable table;
   table.windows = data.size();
-  for (int64_t quarter = 1; quarter <= 4; ++quarter)
-    table.horizons.push_back(static_cast<double>(T * quarter / 4) / config.rate);
+  for (int64_t quarter = 1; quarter <= 4; ++quarter) {
+    const int64_t frame = T * quarter / 4;
+    table.horizons.push_back(static_cast<double>(frame) / config.rate);
+  }
   for (const auto& [name, sums] : methods) {
     if (!sums.path.defined()) continue;
     ForecastScores row{name, {}, {}};

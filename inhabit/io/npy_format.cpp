@@ -237,7 +237,7 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   char lead[12] = {};
   read_exactly(source, lead, 8, where);
   if (std::memcmp(lead, kMagic, 6) != 0) throw Error(where, "is not a NumPy array");
-  const int version = lead[6];
+  const int version = static_cast<unsigned char>(lead[6]);
   if (version < 1 || version > 3) throw Error(where, "has an unknown version of the NumPy format");
   const int count = version == 1 ? 2 : 4;
   read_exactly(source, lead + 8, static_cast<uint64_t>(count), where);

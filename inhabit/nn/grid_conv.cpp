@@ -80,7 +80,8 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
   static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
                                                torch::autograd::tensor_list gradients) {
     const auto saved = context->get_saved_variables();
-    const Tensor x = saved[0], weight = saved[1].detach();
+    const Tensor& x = saved[0];
+    const Tensor weight = saved[1].detach();
     const Tensor gradient = gradients[0].contiguous();
     const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
     const int64_t voxels = grid * grid * grid;

@@ -73,7 +73,8 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
 
   Performance out;
   out.pose.reserve(frames);
-  for (size_t i = lead; i < static_cast<size_t>(lead + frames); ++i) {
+  const auto end = static_cast<size_t>(lead) + static_cast<size_t>(frames);
+  for (auto i = static_cast<size_t>(lead); i < end; ++i) {
     const double t = static_cast<double>(i) / rate;
     const double moving = steps.stepping[i], speed = steps.speed[i];
     const double breath = std::sin(6.283185 * 0.25 * t + live.breath_phase);
