@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   add_info(app);
   add_view(app);
   add_synth(app);
+  add_score(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

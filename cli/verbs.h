@@ -28,3 +28,4 @@ void add_convert(CLI::App& app);
 void add_info(CLI::App& app);
 void add_view(CLI::App& app);
 void add_synth(CLI::App& app);
+void add_score(CLI::App& app);

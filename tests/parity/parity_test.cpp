@@ -16,6 +16,8 @@
 #include "inhabit/forecast/network.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/safetensors.h"
+#include "inhabit/metrics/ndms.h"
+#include "inhabit/metrics/npss.h"
 
 using namespace inhabit;
 using torch::Tensor;
@@ -81,6 +83,20 @@ void check_h36m_kinematics(const std::string&, const SafeTensors& content) {
                tensor(content, "out.joints"), "joints");
 }
 
+void check_motion_scores(const std::string& path, const SafeTensors& content) {
+  const int64_t joints = std::stoll(content.metadata.at("joints")), kappa = std::stoll(content.metadata.at("kappa"));
+  const auto words = [&](const Tensor& positions) { return motion_words(positions.view({-1, joints, 3}), kappa); };
+  std::vector<Tensor> references;
+  for (int64_t i = 0; i < std::stoll(content.metadata.at("sequences")); ++i)
+    references.push_back(words(tensor(content, "in.reference." + std::to_string(i))));
+  const WordIndex database(torch::cat(references));
+  const Tensor query = words(tensor(content, "in.query"));
+  EXPECT_TRUE(torch::equal(database.nearest(query), tensor(content, "out.nearest_word"))) << path << ": nearest word";
+  expect_close(plausibility(query, database), tensor(content, "out.framewise_ndms"), "NDMS by frame");
+  const double score = npss(tensor(content, "in.npss_truth"), tensor(content, "in.npss_forecast"));
+  expect_close(torch::tensor({score}, torch::kFloat64), tensor(content, "out.npss"), "NPSS");
+}
+
 using Check = void (*)(const std::string& path, const SafeTensors& content);
 
 /// What checks a file, told by its name; none for files of other systems.
@@ -88,6 +104,7 @@ Check check_for(const std::string& name) {
   if (name.rfind("contact_forecast", 0) == 0) return check_contact_forecast;
   if (name.rfind("cmu_forward_kinematics", 0) == 0) return check_cmu_kinematics;
   if (name.rfind("h36m_forward_kinematics", 0) == 0) return check_h36m_kinematics;
+  if (name.rfind("motion_scores", 0) == 0) return check_motion_scores;
   return nullptr;
 }
 

@@ -1,0 +1,177 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/files.h"
+#include "inhabit/metrics/diversity.h"
+#include "inhabit/metrics/ndms.h"
+#include "inhabit/metrics/npss.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "outputs.h"
+#include "verbs.h"
+
+namespace {
+
+using namespace inhabit;
+using torch::Tensor;
+
+struct Score {
+  std::vector<std::string> motion, reference, truth;
+  std::string json;
+  int64_t observed = 0, kappa = 8;
+  double rate = 25;
+};
+
+/// Joints (T, 22, 3) of the standard skeleton at the score's rate.
+Tensor standard_joints(const std::string& path, double rate) {
+  return resample(retarget(read_clip(path), path), rate).joints;
+}
+
+/// Words of Eq. 9: of the joints that the score looks at, placed alike.
+Tensor words_of(const Tensor& joints, int64_t kappa) {
+  return placed_words(motion_words(joints.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
+}
+
+void report(const Score& given, nlohmann::ordered_json facts) {
+  if (!given.json.empty()) write_atomically(given.json, facts.dump(1) + "\n");
+  for (const auto& [key, value] : facts.items())
+    if (!value.is_array())
+      std::printf("%s: %s\n", key.c_str(), value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
+}
+
+void score_ndms(const Score& given) {
+  std::vector<Tensor> known;
+  for (const std::string& path : given.reference)
+    known.push_back(words_of(standard_joints(path, given.rate), given.kappa));
+  const Tensor reference = torch::cat(known);
+  if (reference.size(0) == 0)
+    throw Error(given.reference.front(), "holds no motion word of " + std::to_string(given.kappa) + " frames");
+  const WordIndex database(reference);
+  nlohmann::ordered_json by_file = nlohmann::ordered_json::array();
+  double sum = 0;
+  int64_t count = 0;
+  for (const std::string& path : given.motion) {
+    const Tensor joints = standard_joints(path, given.rate);
+    // The first word that holds a forecast frame begins kappa-1 frames before it.
+    const int64_t first = std::max<int64_t>(0, given.observed - given.kappa + 1);
+    const Tensor words = words_of(joints, given.kappa).slice(0, first);
+    if (joints.size(0) <= given.observed || words.size(0) == 0)
+      throw Error(path, "has " + std::to_string(joints.size(0)) + " frames at " +
+                            std::to_string(static_cast<int>(given.rate)) + " a second: no motion word of " +
+                            std::to_string(given.kappa) + " frames is left to score");
+    const Tensor scores = plausibility(words, database);
+    std::vector<double> seconds;
+    const auto second = static_cast<int64_t>(std::lround(given.rate));
+    for (int64_t at = 0; at < scores.size(0); at += second)
+      seconds.push_back(scores.slice(0, at, at + second).mean().item<double>());
+    by_file.push_back(
+        {{"file", path}, {"ndms", scores.mean().item<double>()}, {"words", scores.size(0)}, {"by_second", seconds}});
+    sum += scores.sum().item<double>();
+    count += scores.size(0);
+  }
+  report(given, {{"ndms", sum / static_cast<double>(count)},
+                 {"words", count},
+                 {"reference_words", reference.size(0)},
+                 {"files", by_file}});
+}
+
+/// Futures (S, T, 22, 3) with the root at the origin in every frame, as long as the shortest.
+Tensor local_futures(const std::vector<std::string>& paths, double rate, int64_t frames = -1) {
+  std::vector<Tensor> all;
+  for (const std::string& path : paths) {
+    const Tensor joints = standard_joints(path, rate);
+    all.push_back(joints - joints.narrow(1, 0, 1));
+    if (frames < 0 || joints.size(0) < frames) frames = joints.size(0);
+  }
+  for (Tensor& each : all) each = each.slice(0, 0, frames);
+  return torch::stack(all);
+}
+
+void score_npss(const Score& given) {
+  if (given.truth.size() != given.motion.size()) throw Error("--truth", "one file for each of --motion is needed");
+  double sum = 0;
+  for (size_t i = 0; i < given.motion.size(); ++i) {
+    const Tensor truth = local_futures({given.truth[i]}, given.rate),
+                 forecast = local_futures({given.motion[i]}, given.rate);
+    const int64_t frames = std::min(truth.size(1), forecast.size(1));
+    try {
+      sum += npss(truth.slice(1, 0, frames).flatten(2), forecast.slice(1, 0, frames).flatten(2));
+    } catch (const Error& e) {
+      throw Error(given.motion[i], e.what());
+    }
+  }
+  report(given, {{"npss", sum / static_cast<double>(given.motion.size())}, {"sequences", given.motion.size()}});
+}
+
+nlohmann::ordered_json at_seconds(const Tensor& by_frame, double rate, double scale) {
+  nlohmann::ordered_json out;
+  for (const double horizon : {0.4, 0.8, 1.6, 2.0, 4.0, 10.0, 20.0, 30.0}) {
+    const auto frame = static_cast<int64_t>(std::lround(horizon * rate)) - 1;
+    if (frame < by_frame.size(0))
+      out.push_back({{"seconds", horizon}, {"value", by_frame[frame].item<double>() * scale}});
+  }
+  return out;
+}
+
+void score_apd(const Score& given) {
+  if (given.motion.size() < 2) throw Error("--motion", "APD needs two futures or more");
+  const Tensor apd = average_pairwise_distance(local_futures(given.motion, given.rate).flatten(2));
+  report(given, {{"apd_m", apd.mean().item<double>()},
+                 {"futures", given.motion.size()},
+                 {"by_horizon", at_seconds(apd, given.rate, 1)}});
+}
+
+void score_error(const Score& given) {
+  if (given.truth.size() != 1) throw Error("--truth", "one file is needed, the future that came true");
+  const Tensor truth = local_futures(given.truth, given.rate);
+  const Tensor futures = local_futures(given.motion, given.rate, truth.size(1));
+  const Tensor error = (futures - truth.slice(1, 0, futures.size(1))).norm(2, {3}).mean(2);  // (S, T)
+  const Tensor best = error[error.mean(1).argmin()];
+  report(given, {{"pose_error_mm", error.mean().item<double>() * 1000},
+                 {"best_of_n_mm", best.mean().item<double>() * 1000},
+                 {"futures", given.motion.size()},
+                 {"by_horizon_mm", at_seconds(error.mean(0), given.rate, 1000)},
+                 {"best_by_horizon_mm", at_seconds(best, given.rate, 1000)}});
+}
+
+}  // namespace
+
+void add_score(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("score", "Measure any motion: NDMS, NPSS, APD, joint error");
+  verb->require_subcommand(1);
+  auto given = std::make_shared<Score>();
+  const auto add = [&](const char* name, const char* what, void (*run)(const Score&)) {
+    CLI::App* score = verb->add_subcommand(name, what);
+    score->add_option("--motion", given->motion, "Motion files to score")->required();
+    score->add_option("--rate", given->rate, "Frames a second to score at")
+        ->check(positive_number)
+        ->capture_default_str();
+    score->add_option("--json", given->json, "Also write the numbers as JSON");
+    score->callback([given, run] {
+      if (!given->json.empty()) require_writable(given->json);
+      if (given->rate > 1000) throw Error("--rate", "is over 1000 frames a second");
+      run(*given);
+    });
+    return score;
+  };
+  CLI::App* ndms =
+      add("ndms", "Normalised directional motion similarity with real motion of the same kind", score_ndms);
+  ndms->add_option("--reference", given->reference, "Real motion files that words are looked up in")->required();
+  ndms->add_option("--observed", given->observed, "Frames (at --rate) at the start of each motion that were observed")
+      ->check(CLI::Range(0, 1000000));
+  ndms->add_option("--kappa", given->kappa, "Frames of a motion word")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  add("npss", "Normalised power spectrum similarity with what came true", score_npss)
+      ->add_option("--truth", given->truth, "What came true, a file for each motion")
+      ->required();
+  add("apd", "Average pairwise distance of several futures of one observation", score_apd);
+  add("error", "Joint error of futures, their mean and the best of them", score_error)
+      ->add_option("--truth", given->truth, "The future that came true")
+      ->required();
+}

@@ -1,0 +1,119 @@
+#include "inhabit/metrics/motion_words.h"
+
+#include <ATen/Parallel.h>
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "inhabit/error.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kAxes = 31;     // with the length of the rest 32 numbers a word
+constexpr int64_t kBlock = 64;    // queries at once: their bounds to 100,000 words take 25 MB
+constexpr float kMargin = 1e-3F;  // of the bounds' rounding, relative to the squared lengths that they come from
+
+using Row = Eigen::Map<const Eigen::VectorXf>;
+
+Tensor flat(const Tensor& words) { return words.to(torch::kFloat32).reshape({words.size(0), -1}).contiguous(); }
+
+}  // namespace
+
+const std::vector<int64_t>& word_joints() {
+  static const std::vector<int64_t> joints = {1, 2, 4, 5, 7, 8, 16, 17, 18, 19, 20, 21};
+  return joints;
+}
+
+Tensor motion_words(const Tensor& positions, int64_t kappa) {
+  const int64_t joints = positions.size(1);
+  if (positions.size(0) < kappa) return torch::empty({0, kappa, joints, 3}, positions.options());
+  return positions.unfold(0, kappa, 1).permute({0, 3, 1, 2}).contiguous();
+}
+
+Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
+  const Tensor left = words.select(1, 0).select(1, left_hip),
+               right = words.select(1, 0).select(1, right_hip);  // (N, 3)
+  const Tensor middle = (left + right) * 0.5F, across = left - right;
+  const Tensor ground = torch::tensor({1.F, 0.F, 1.F});
+  // A turn by yaw brings (cos, 0, -sin) to +x; hips straight above each other stay as they are.
+  const Tensor length = across.mul(ground).norm(2, {1}).clamp_min(1e-9);
+  const Tensor upright = length <= 1e-9;
+  const Tensor c = torch::where(upright, torch::ones_like(length), across.select(1, 0) / length),
+               s = torch::where(upright, torch::zeros_like(length), across.select(1, 2) / length);
+  const Tensor moved = words - (middle * ground).view({-1, 1, 1, 3});
+  const Tensor x = moved.select(3, 0), z = moved.select(3, 2), cw = c.view({-1, 1, 1}), sw = s.view({-1, 1, 1});
+  return torch::stack({cw * x + sw * z, moved.select(3, 1), cw * z - sw * x}, 3);
+}
+
+WordIndex::WordIndex(const Tensor& words) : words_(flat(words)) {
+  const torch::NoGradGuard no_gradients;
+  if (words_.size(0) == 0) throw Error("the motion database has no word");
+  mean_ = words_.mean(0);
+  const Tensor centred = words_ - mean_;
+  const Tensor covariance = centred.t().mm(centred).to(torch::kFloat64) / static_cast<double>(words_.size(0));
+  const Tensor vectors = std::get<1>(torch::linalg_eigh(covariance));  // by rising eigenvalue
+  const int64_t count = std::min<int64_t>(kAxes, words_.size(1));
+  axes_ = vectors.slice(1, words_.size(1) - count).to(torch::kFloat32).contiguous();
+  const Tensor low = projected(words_);
+  low_squared_ = low.square().sum(1);
+  low_ = low.t().contiguous();
+}
+
+Tensor WordIndex::projected(const Tensor& words) const {
+  const Tensor centred = words - mean_, inside = centred.mm(axes_);
+  const Tensor rest = (centred.square().sum(1) - inside.square().sum(1)).clamp_min(0).sqrt();
+  return torch::cat({inside, rest.unsqueeze(1)}, 1);
+}
+
+Tensor WordIndex::nearest(const Tensor& queries) const {
+  const torch::NoGradGuard no_gradients;
+  const Tensor asked = flat(queries);
+  if (asked.numel() > 0 && asked.size(1) != words_.size(1))
+    throw Error("motion words of " + std::to_string(asked.size(1)) + " numbers, the database's have " +
+                std::to_string(words_.size(1)));
+  const int64_t count = words_.size(0), width = words_.size(1);
+  const Tensor low = projected(asked), low_squared = low.square().sum(1);
+  const float* word = words_.data_ptr<float>();
+  const float* query = asked.data_ptr<float>();
+  const float* squared = low_squared_.data_ptr<float>();
+  Tensor out = torch::empty({asked.size(0)}, torch::kInt64);
+  int64_t* found = out.data_ptr<int64_t>();
+  Tensor products = torch::empty({kBlock, count});
+  for (int64_t first = 0; first < asked.size(0); first += kBlock) {
+    const int64_t some = std::min(kBlock, asked.size(0) - first);
+    Tensor block = products.slice(0, 0, some);
+    at::mm_out(block, low.slice(0, first, first + some), low_);
+    at::parallel_for(0, some, 1, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        const Row q(query + (first + i) * width, width);
+        const float own = low_squared[first + i].item<float>();
+        float* bound = block.data_ptr<float>() + i * count;  // product -> least squared distance
+        const auto exact = [&](int64_t n) { return (Row(word + n * width, width) - q).squaredNorm(); };
+        int64_t lowest = 0;
+        for (int64_t n = 0; n < count; ++n) {
+          const float lengths = own + squared[n];
+          bound[n] = lengths * (1 - kMargin) - 2 * bound[n];
+          if (bound[n] < bound[lowest]) lowest = n;
+        }
+        float best = exact(lowest);
+        int64_t at = lowest;
+        for (int64_t n = 0; n < count; ++n) {
+          if (bound[n] > best) continue;
+          const float distance = exact(n);
+          if (distance < best || (distance == best && n < at)) {
+            best = distance;
+            at = n;
+          }
+        }
+        found[first + i] = at;
+      }
+    });
+  }
+  return out;
+}
+
+}  // namespace inhabit

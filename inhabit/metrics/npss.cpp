@@ -1,0 +1,25 @@
+#include "inhabit/metrics/npss.h"
+
+#include "inhabit/error.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+double npss(const Tensor& truth, const Tensor& forecast) {
+  if (truth.dim() != 3 || truth.sizes() != forecast.sizes())
+    throw Error("NPSS compares sequences of one shape (B, T, D)");
+  const auto power = [](const Tensor& x) { return torch::real(torch::fft_fft(x.to(torch::kFloat64), {}, 1)).square(); };
+  const Tensor a = power(truth), b = power(forecast);   // (B, T, D)
+  const Tensor total_a = a.sum(1), total_b = b.sum(1);  // (B, D)
+  const Tensor known = (total_a > 1e-12) & (total_b > 1e-12);
+  const auto share = [&](const Tensor& p, const Tensor& total) {
+    return (p / torch::where(known, total, torch::ones_like(total)).unsqueeze(1)).cumsum(1);
+  };
+  const Tensor distance = (share(a, total_a) - share(b, total_b)).abs().sum(1);
+  const Tensor weight = total_a * known.to(torch::kFloat64);
+  if (weight.sum().item<double>() <= 0) throw Error("NPSS: nothing moves in the sequences");
+  return ((distance * weight).sum() / weight.sum()).item<double>();
+}
+
+}  // namespace inhabit
