@@ -47,11 +47,10 @@ Group dining_group(const Room& room, std::mt19937_64& random) {
   const double width = uniform(random, 0.8, 1.8), depth = uniform(random, 0.75, 0.95);
   const double height = uniform(random, 0.72, 0.76);
   std::vector<Furniture> pieces = {make_table(random, width, depth, height)};
-  Furniture& table = pieces[0];
   const Vector2d slack = room.size / 2 - Vector2d(1.2, 1.2);
   const double x = uniform(random, -1, 1) * slack.x(), z = uniform(random, -1, 1) * slack.y();
   const double turn = uniform_int(random, 0, 1) * M_PI / 2;
-  table.place(x, z, chance(random, 0.8) ? turn : turn + uniform(random, -0.5, 0.5));
+  pieces[0].place(x, z, chance(random, 0.8) ? turn : turn + uniform(random, -0.5, 0.5));
   const double arms = uniform(random, 0, 1);
   const uint64_t style = random();  // chairs of one set look alike
   std::vector<Patch> need;
@@ -67,7 +66,7 @@ Group dining_group(const Room& room, std::mt19937_64& random) {
       const double out = (end ? width : depth) / 2 + gap + chair.bounds().max().z();
       const double shift = end || along == 1 ? uniform(random, -0.1, 0.1) : (i - 0.5) * width / 2;
       const double a = side * M_PI / 2;  // direction from the table to this side, from +Z towards +X
-      put_beside(chair, table, std::sin(a) * out + std::cos(a) * shift, std::cos(a) * out - std::sin(a) * shift,
+      put_beside(chair, pieces[0], std::sin(a) * out + std::cos(a) * shift, std::cos(a) * out - std::sin(a) * shift,
                  a + M_PI + skew);
       pieces.push_back(std::move(chair));
     }
