@@ -293,8 +293,10 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
   const Tensor dirs = model.joint_dirs.to(torch::kDouble).contiguous();
   auto d = dirs.accessor<double, 3>();
   constexpr double kPull = 0.003;  // metres of bone length that one standard deviation is worth
+  constexpr double kMostBeta = 3;
+  std::vector<bool> limited(static_cast<size_t>(betas), false);
   VectorXd beta = VectorXd::Zero(betas);
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < 8; ++round) {
     MatrixXd h = kPull * kPull * MatrixXd::Identity(betas, betas);
     VectorXd g = -kPull * kPull * beta;
     for (int j = 1; j < kStandardJoints; ++j) {
@@ -307,7 +309,20 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
       h += slope * slope.transpose();
       g += (length[j] - bone.norm()) * slope;
     }
+    // Shapes are people's within a few standard deviations: what would go beyond stays at the limit for good.
+    for (int64_t b = 0; b < betas; ++b) {
+      if (!limited[static_cast<size_t>(b)]) continue;
+      h.row(b).setZero();
+      h.col(b).setZero();
+      h(b, b) = 1;
+      g(b) = 0;
+    }
     beta += h.ldlt().solve(g);
+    for (int64_t b = 0; b < betas; ++b) {
+      if (std::abs(beta(b)) < kMostBeta) continue;
+      beta(b) = std::copysign(kMostBeta, beta(b));
+      limited[static_cast<size_t>(b)] = true;
+    }
   }
   Tensor out = torch::empty({betas});
   for (int64_t b = 0; b < betas; ++b) out[b] = beta[b];

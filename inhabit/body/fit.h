@@ -29,7 +29,7 @@ struct BodyFit {
 BodyFit fit_body(const BodyModel& model, const torch::Tensor& joints, const FitOptions& options = {});
 
 /// Shape parameters (B) whose bone lengths come nearest to those of `joints` (T, 22 or more, 3): medians over the clip,
-/// with a pull towards the mean shape of one standard deviation for a length error of 3 mm.
+/// with a pull towards the mean shape of one standard deviation for a length error of 3 mm; none beyond 3 deviations.
 torch::Tensor fit_shape(const BodyModel& model, const torch::Tensor& joints);
 
 }  // namespace inhabit

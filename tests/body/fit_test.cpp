@@ -108,6 +108,16 @@ TEST(Fit, FindsTheShape) {
   EXPECT_LT((lengths - truth).abs().max().item<double>(), 0.008);
 }
 
+TEST(Fit, AShapeStaysOneThatPeopleHave) {
+  Tensor rotations, trans;
+  walk(30, rotations, trans);
+  const BodyModel& body = builtin_body();
+  const Tensor joints = joint_positions(body.skeleton, rotations, trans) * 1.6;
+  const Tensor betas = fit_shape(body, joints);
+  EXPECT_LE(betas.abs().max().item<double>(), 3.0);
+  EXPECT_GT(betas.abs().max().item<double>(), 2.9) << "this one is at the limit";
+}
+
 TEST(Fit, LongClipsAreSolvedInWindowsWithoutSeams) {
   Tensor rotations, trans;
   walk(300, rotations, trans);
