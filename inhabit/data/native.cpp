@@ -5,8 +5,8 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
-#include "inhabit/io/extension.h"
 #include "inhabit/io/clip_npz.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/scene_file.h"
 
