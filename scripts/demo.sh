@@ -9,7 +9,7 @@ inhabit=build/release/cli/inhabit
 data=examples/data
 out=out/demo
 mkdir -p "$out"
-for each in walk:30 sit:150; do
+for each in walk:30 sit:205; do
   name=${each%:*}
   $inhabit forecast $data/$name.npz --scene $data/${name}_room.glb --start "${each#*:}" \
     -o $out/$name.html -o $out/$name.npz -o $out/$name.bvh -o $out/$name.glb -o $out/$name.json
@@ -17,5 +17,5 @@ done
 node scripts/demo_index.mjs $out/index.html "inhabit: the next two seconds" \
   "Each page shows the second that was observed (grey), the next two as predicted (blue) and what really happened (orange)." \
   walk.html "Walking" "A recorded walk from the CMU motion capture database, in a room furnished around it." \
-  sit.html "Sitting down" "A person of a generated data set walks to a chair and sits down."
+  sit.html "Sitting down" "A person of a generated data set turns, sits down on a sofa and leans back."
 echo "open $out/index.html"

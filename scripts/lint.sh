@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Formatting of every C++ file, and clang-tidy on the sources that differ from the main branch (on the main branch: from
 # the commit before; without history: all). One source takes half a minute of a core, so of many only LINT_SOURCES
-# (default 24), evenly spread, are read.
+# (default 12), evenly spread, are read.
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -33,7 +33,7 @@ sources_of() {
     esac
   done | sort -u
 }
-limit=${LINT_SOURCES:-24}
+limit=${LINT_SOURCES:-12}
 case ${1:-} in
   --all) mapfile -t sources < <(git ls-files 'inhabit/*.cpp' 'cli/*.cpp'); limit=${#sources[@]} ;;
   "") mapfile -t sources < <(changed | sources_of) ;;

@@ -29,7 +29,7 @@ struct Stage {
 
 Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t windows) {
   const bool contact = name == "contact", adapt = name == "adapt";
-  Stage stage{name, contact ? 6000 : adapt ? 6000 : 10000, contact ? 8 : 32, 1e-3};
+  Stage stage{name, contact ? 6500 : adapt ? 13000 : 10000, contact ? 8 : 32, 1e-3};
   if (options.preset == "paper") {
     stage.batch = contact ? 4 : 32;
     stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, windows / stage.batch);

@@ -233,21 +233,20 @@ std::string header_bytes(const std::string& descr, const std::vector<int64_t>& s
 }  // namespace
 
 void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into) {
-  const std::string where = subject;
   char lead[12] = {};
-  read_exactly(source, lead, 8, where);
-  if (std::memcmp(lead, kMagic, 6) != 0) throw Error(where, "is not a NumPy array");
+  read_exactly(source, lead, 8, subject);
+  if (std::memcmp(lead, kMagic, 6) != 0) throw Error(subject, "is not a NumPy array");
   const int version = static_cast<unsigned char>(lead[6]);
-  if (version < 1 || version > 3) throw Error(where, "has an unknown version of the NumPy format");
+  if (version < 1 || version > 3) throw Error(subject, "has an unknown version of the NumPy format");
   const int count = version == 1 ? 2 : 4;
-  read_exactly(source, lead + 8, static_cast<uint64_t>(count), where);
+  read_exactly(source, lead + 8, static_cast<uint64_t>(count), subject);
   uint64_t length = 0;
   for (int i = count - 1; i >= 0; --i) length = (length << 8) | static_cast<unsigned char>(lead[8 + i]);
   const uint64_t before = 8 + static_cast<uint64_t>(count) + length;
-  if (length > kLongestHeader || before > size) throw Error(where, "ends early");
+  if (length > kLongestHeader || before > size) throw Error(subject, "ends early");
   std::string text(length, '\0');
-  read_exactly(source, text.data(), length, where);
-  const Header header = HeaderParser(text, where).parse();
+  read_exactly(source, text.data(), length, subject);
+  const Header header = HeaderParser(text, subject).parse();
 
   const std::string& descr = header.descr;
   if (descr.empty()) {
@@ -267,7 +266,7 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   }
   uint64_t width = 0;
   for (size_t i = has_order ? 2 : 1; i < descr.size(); ++i) {
-    if (descr[i] < '0' || descr[i] > '9' || width > kMostBytes) throw Error(where, "has an unknown data type");
+    if (descr[i] < '0' || descr[i] > '9' || width > kMostBytes) throw Error(subject, "has an unknown data type");
     width = 10 * width + static_cast<uint64_t>(descr[i] - '0');
   }
   const bool is_text = kind == 'U' || kind == 'S';
@@ -281,19 +280,19 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   uint64_t items = 1;
   for (const int64_t n : header.shape) {
     if (n == 0) items = 0;
-    if (items != 0 && static_cast<uint64_t>(n) > kMostBytes / items) throw Error(where, "declares an absurd size");
+    if (items != 0 && static_cast<uint64_t>(n) > kMostBytes / items) throw Error(subject, "declares an absurd size");
     items *= static_cast<uint64_t>(n);
   }
-  if (is_text && items > size) throw Error(where, "declares an absurd size");  // strings of no width cost memory too
-  if (width != 0 && items > kMostBytes / width) throw Error(where, "declares an absurd size");
+  if (is_text && items > size) throw Error(subject, "declares an absurd size");  // strings of no width cost memory too
+  if (width != 0 && items > kMostBytes / width) throw Error(subject, "declares an absurd size");
   const uint64_t bytes = items * width;
   if (bytes > size - before)
-    throw Error(
-        where, "ends early: " + std::to_string(bytes) + " bytes declared, " + std::to_string(size - before) + " there");
+    throw Error(subject, "ends early: " + std::to_string(bytes) + " bytes declared, " + std::to_string(size - before) +
+                             " there");
 
   if (is_text) {
     std::string raw(bytes, '\0');
-    read_exactly(source, raw.data(), bytes, where);
+    read_exactly(source, raw.data(), bytes, subject);
     StringArray strings;
     strings.shape = header.shape;
     if (header.fortran_order && header.shape.size() > 1) strings.shape = {static_cast<int64_t>(items)};
@@ -321,9 +320,9 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   std::vector<int64_t> shape = header.shape;
   if (header.fortran_order) std::reverse(shape.begin(), shape.end());
   torch::Tensor tensor = torch::empty(shape, torch::TensorOptions().dtype(*type));
-  if (bytes > 0) read_exactly(source, tensor.data_ptr(), bytes, where);
+  if (bytes > 0) read_exactly(source, tensor.data_ptr(), bytes, subject);
   if (swap) swap_bytes(static_cast<char*>(tensor.data_ptr()), static_cast<int64_t>(items), static_cast<int64_t>(width));
-  if (kind == 'u') tensor = widen_unsigned(tensor, static_cast<int64_t>(width), where);
+  if (kind == 'u') tensor = widen_unsigned(tensor, static_cast<int64_t>(width), subject);
   if (kind == 'b') tensor = tensor.ne(0);
   if (header.fortran_order && shape.size() > 1) {
     std::vector<int64_t> axes(shape.size());
