@@ -285,6 +285,7 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
   std::array<double, kStandardJoints> length{};
   for (int j = 1; j < kStandardJoints; ++j) {
     std::vector<double> all;
+    all.reserve(targets.size());
     for (const Targets& y : targets) all.push_back((y[j] - y[bones.parents[j]]).norm());
     std::nth_element(all.begin(), all.begin() + static_cast<int64_t>(all.size() / 2), all.end());
     length[j] = all[all.size() / 2];
