@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
-# Formatting of every C++ file, and clang-tidy on the sources that differ from the main branch (on the main branch: from
-# the commit before; without history: all). One source takes half a minute of a core, so of many only LINT_SOURCES
-# (default 12), evenly spread, are read.
+# Formatting of every C++ file, whether git lets the scripts be run, and clang-tidy on the sources that differ from the
+# main branch (on the main branch: from the commit before; without history: all). One source takes half a minute of a
+# core, so of many only LINT_SOURCES (default 12), evenly spread, are read.
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mapfile -t all < <(git ls-files '*.h' '*.cpp')
 clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
+
+# The bit was lost once, and what calls a script by its path fails then.
+if git ls-files -s scripts .ci/run | grep -v '^100755'; then echo "scripts: not executable in git (chmod +x)" >&2; exit 1; fi
 
 # What changed since the fork from the main branch.
 changed() {
