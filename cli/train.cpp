@@ -3,17 +3,18 @@
 #include <map>
 #include <memory>
 
+#include "inhabit/anticipate/train.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/train.h"
 #include "outputs.h"
 #include "verbs.h"
 
-void add_train(CLI::App& app) {
+namespace {
+
+void add_train_forecast(CLI::App& verb) {
   using inhabit::ForecastTraining;
-  CLI::App* verb = app.add_subcommand("train", "Train a system's networks");
-  verb->require_subcommand(1);
   CLI::App* forecast =
-      verb->add_subcommand("forecast", "Contact-aware forecasting: contact network, then motion network");
+      verb.add_subcommand("forecast", "Contact-aware forecasting: contact network, then motion network");
   auto options = std::make_shared<ForecastTraining>();
   auto device = std::make_shared<std::string>("cpu");
   forecast->add_option("--data", options->data, "Native data set folders")->required();
@@ -55,4 +56,46 @@ void add_train(CLI::App& app) {
     if (!inhabit::train_forecast(*options)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
     spdlog::info("wrote {}", options->out);
   });
+}
+
+void add_train_anticipate(CLI::App& verb) {
+  using inhabit::AnticipateTraining;
+  CLI::App* anticipate =
+      verb.add_subcommand("anticipate", "Intention-driven anticipation, and the networks it is compared with");
+  auto options = std::make_shared<AnticipateTraining>();
+  auto settings = std::make_shared<std::vector<std::string>>();
+  anticipate->add_option("--data", options->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
+  anticipate->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
+  anticipate->add_option("--set", *settings, "Settings of the configuration, KEY=VALUE, such as gamma=5");
+  anticipate->add_option("--stage", options->stage, "intention (ours), seq2seq, trajectory (LTD) or all")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, AnticipateTraining::Stage>{{"intention", AnticipateTraining::Stage::intention},
+                                                           {"seq2seq", AnticipateTraining::Stage::seq2seq},
+                                                           {"trajectory", AnticipateTraining::Stage::trajectory},
+                                                           {"all", AnticipateTraining::Stage::all}}));
+  anticipate->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
+  anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")->capture_default_str();
+  anticipate->add_option("--steps", options->steps, "Optimiser steps of each stage (default: as for the shipped model)")
+      ->check(CLI::PositiveNumber);
+  anticipate->add_option("--batch", options->batch, "Windows in a batch")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  anticipate->callback([options, settings] {
+    for (const std::string& setting : *settings) inhabit::set_field(options->config, setting);
+    require_writable(options->out);
+    inhabit::Notes notes;
+    const bool done = inhabit::train_anticipate(*options, &notes);
+    for (const std::string& note : notes) spdlog::info("{}", note);
+    if (!done) throw CLI::RuntimeError(130);
+    spdlog::info("wrote {}", options->out);
+  });
+}
+
+}  // namespace
+
+void add_train(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("train", "Train a system's networks");
+  verb->require_subcommand(1);
+  add_train_forecast(*verb);
+  add_train_anticipate(*verb);
 }

@@ -1,0 +1,50 @@
+#pragma once
+#include <string>
+
+namespace inhabit {
+
+/// Everything that intention-driven anticipation must know to be built, trained and run; it travels in a model file's
+/// metadata. Defaults are the paper's where it names a value.
+struct AnticipateConfig {
+  double rate = 25;     ///< frames a second
+  int observed = 50;    ///< t, frames; a shorter observation is led in by its first frame
+  int future = 50;      ///< T - t in training; any horizon can be asked for
+  int gamma = 10;       ///< frames that the intention is read ahead, the current one among them (Eq. 6)
+  int rec_frames = 15;  ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
+  int kappa = 8;        ///< frames of a motion word (Eq. 9)
+  int labels = 8;       ///< |C|, intention labels
+  int clusters = 24;    ///< pose clusters that cycles are found among
+  bool naive_clusters = false;  ///< the labels are pose clusters themselves
+  bool intention = true;        ///< the pose decoder sees the intention
+  bool label_adversary = true;  ///< Eq. 5
+  bool pose_adversary = true;   ///< Eq. 7
+  int intention_hidden = 128;   ///< width of the intention encoder and decoder
+  int hidden = 256;             ///< width of the pose decoder's three layers
+  int noise = 32;               ///< length of z; h_p fills the rest of `hidden`
+  int intention_features = 16;  ///< channels of the temporal convolution f
+  int adversary_hidden = 256;
+  int adversary_frames = 10;            ///< frames that the pose adversary sees at once
+  double adversary_weight = 0.1;        ///< of the pose adversary in the generator's loss
+  double label_adversary_weight = 0.1;  ///< of the label adversary
+  int seq2seq_hidden = 256;             ///< residual sequence-to-sequence GRU (the original: 1024)
+  int ltd_past = 25;                    ///< trajectory dependencies: frames seen
+  int ltd_future = 25;                  ///< frames predicted at a time
+  int ltd_hidden = 128;                 ///< (the original: 256)
+  int ltd_blocks = 6;                   ///< residual blocks (the original: 12)
+
+  bool operator==(const AnticipateConfig&) const = default;
+};
+
+std::string to_json(const AnticipateConfig& config);
+
+/// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible
+/// values are refused.
+AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject);
+
+/// Sets one field from text, "gamma=5". Throws Error naming the setting.
+void set_field(AnticipateConfig& config, const std::string& setting);
+
+/// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
+void validate(const AnticipateConfig& config, const std::string& subject);
+
+}  // namespace inhabit

@@ -1,0 +1,301 @@
+#include "inhabit/anticipate/evaluate.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "inhabit/anticipate/futures.h"
+#include "inhabit/math/random.h"
+#include "inhabit/metrics/diversity.h"
+#include "inhabit/metrics/ndms.h"
+#include "inhabit/metrics/npss.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Words of Eq. 9 of local poses (T, 22, 3).
+Tensor words_of(const Tensor& poses, int64_t kappa) {
+  return placed_words(motion_words(poses.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
+}
+
+/// The motion words of every recording of an action (N, kappa, 12, 3).
+Tensor action_words(const std::vector<AnticipateSequence>& sequences, const std::string& action, int64_t kappa) {
+  std::vector<Tensor> words;
+  for (const AnticipateSequence& s : sequences)
+    if (s.action == action) words.push_back(words_of(feature_poses(s.features), kappa));
+  return torch::cat(words);
+}
+
+/// Similarity of the words of futures that end in each future frame: (S, T).
+Tensor future_scores(const Tensor& past, const Tensor& futures, const WordIndex& database, int64_t kappa) {
+  const Tensor led =
+      torch::cat({past.slice(0, past.size(0) - kappa + 1).unsqueeze(0).expand({futures.size(0), -1, -1}), futures}, 1);
+  std::vector<Tensor> scores;
+  for (int64_t s = 0; s < futures.size(0); ++s)
+    scores.push_back(plausibility(words_of(feature_poses(led[s]), kappa), database));
+  return torch::stack(scores);
+}
+
+/// Mean joint speed (m/s) of local poses (..., T, 22, 3).
+double joint_speed(const Tensor& poses, double rate) {
+  return (poses.slice(-3, 1) - poses.slice(-3, 0, -1)).norm(2, {-1}).mean().item<double>() * rate;
+}
+
+std::set<std::string> actions_of(const std::vector<AnticipateSequence>& sequences) {
+  std::set<std::string> out;
+  for (const AnticipateSequence& s : sequences) out.insert(s.action);
+  return out;
+}
+
+/// Mean of what was added, without NaN.
+struct Mean {
+  double sum = 0;
+  int64_t count = 0;
+  void add(double value) {
+    if (std::isnan(value)) return;
+    sum += value;
+    ++count;
+  }
+  double value() const { return count > 0 ? sum / static_cast<double>(count) : kNone; }
+};
+
+/// Calls visit(name, member) for every curve of scores.
+template <class Scores, class Visit>
+void visit_curves(Scores& scores, const Visit& visit) {
+  visit("ndms", scores.ndms);
+  visit("error_mm", scores.error);
+  visit("best_error_mm", scores.best_error);
+  visit("apd_m", scores.apd);
+  visit("root_error_mm", scores.root_error);
+}
+
+/// One method's futures (S, T, F) of one window, measured at the horizons.
+AnticipateScores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, const WordIndex& database,
+                         const std::vector<double>& horizons, const AnticipateConfig& c, double real_speed) {
+  AnticipateScores out;
+  const Tensor scores = future_scores(past, futures, database, c.kappa).mean(0);  // (T)
+  const Tensor poses = feature_poses(futures);
+  const int64_t known = std::min(truth.size(0), futures.size(1));
+  const Tensor error =
+      (poses.slice(1, 0, known) - feature_poses(truth.slice(0, 0, known))).slice(2, 1).norm(2, {3}).mean(2);
+  const Tensor best = error[error.mean(1).argmin()];
+  const Tensor apd =
+      futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
+  const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
+    const auto place = torch::zeros({features.size(0), 3}), heading = torch::zeros({features.size(0)});
+    return feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
+  };
+  const Tensor root =
+      (way(futures.slice(1, 0, known)) - way(truth.slice(0, 0, known).unsqueeze(0))).norm(2, {2}).mean(0);
+  const auto span = static_cast<int64_t>(std::lround(0.4 * c.rate));
+  for (const double horizon : horizons) {
+    const auto end = static_cast<int64_t>(std::lround(horizon * c.rate));
+    const bool real = end <= known;
+    out.ndms.push_back(scores.slice(0, end - span, end).mean().item<double>());
+    out.error.push_back(real ? error.select(1, end - 1).mean().item<double>() * 1000 : kNone);
+    out.best_error.push_back(real ? best[end - 1].item<double>() * 1000 : kNone);
+    out.root_error.push_back(real ? root[end - 1].item<double>() * 1000 : kNone);
+    out.apd.push_back(apd[end - 1].item<double>());
+  }
+  const auto two = static_cast<int64_t>(2 * c.rate), four = static_cast<int64_t>(4 * c.rate);
+  out.npss = kNone;
+  if (known >= four) {
+    const Tensor real = feature_poses(truth).slice(1, 1).slice(0, two, four).flatten(1).unsqueeze(0);
+    Mean mean;
+    for (int64_t s = 0; s < futures.size(0); ++s)
+      mean.add(npss(real, poses[s].slice(1, 1).slice(0, two, four).flatten(1).unsqueeze(0)));
+    out.npss = mean.value();
+  }
+  out.speed_ratio = futures.size(1) > four + 1 ? joint_speed(poses.slice(1, four), c.rate) / real_speed : kNone;
+  return out;
+}
+
+AnticipateScores mean_scores(const std::vector<const AnticipateScores*>& all) {
+  AnticipateScores out;
+  out.method = all.front()->method;
+  Mean power, speed;
+  std::map<std::string, std::vector<Mean>> curves;
+  for (const AnticipateScores* scores : all) {
+    power.add(scores->npss);
+    speed.add(scores->speed_ratio);
+    visit_curves(*scores, [&](const char* name, const std::vector<double>& values) {
+      std::vector<Mean>& curve = curves[name];
+      curve.resize(values.size());
+      for (size_t i = 0; i < values.size(); ++i) curve[i].add(values[i]);
+    });
+  }
+  out.npss = power.value();
+  out.speed_ratio = speed.value();
+  visit_curves(out, [&](const char* name, std::vector<double>& values) {
+    for (const Mean& mean : curves[name]) values.push_back(mean.value());
+  });
+  return out;
+}
+
+std::vector<AnticipateScores> means_by_method(const std::vector<std::vector<AnticipateScores>>& all) {
+  std::vector<AnticipateScores> out;
+  for (size_t method = 0; method < all.front().size(); ++method) {
+    std::vector<const AnticipateScores*> same;
+    for (const auto& rows : all) same.push_back(&rows[method]);
+    out.push_back(mean_scores(same));
+  }
+  return out;
+}
+
+}  // namespace
+
+AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& test,
+                                    const AnticipateEvaluation& options) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig& c = networks.config;
+  AnticipateTable table;
+  table.samples = options.samples;
+  for (const double horizon : {0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0, 20.0, 30.0})
+    if (horizon <= options.seconds + 1e-9) table.horizons.push_back(horizon);
+  const auto frames = static_cast<int64_t>(std::lround(table.horizons.back() * c.rate));
+
+  std::map<std::string, std::vector<AnticipateWindow>> windows;
+  for (const AnticipateWindow& window : test_windows(test, c, options.windows))
+    windows[test[window.sequence].action].push_back(window);
+  for (const std::string& action : actions_of(test)) {
+    if (windows.count(action) == 0) {
+      table.left_out.push_back(action);
+      continue;
+    }
+    const WordIndex database(action_words(test, action, c.kappa));
+    Mean real_speed;
+    for (const AnticipateSequence& s : test)
+      if (s.action == action) real_speed.add(joint_speed(feature_poses(s.features), c.rate));
+    std::vector<std::vector<AnticipateScores>> scores;
+    for (const AnticipateWindow& window : windows[action]) {
+      const Tensor& features = test[window.sequence].features;
+      const Tensor past = observation(features, window.now, c.observed), truth = features.slice(0, window.now);
+      std::vector<AnticipateScores> rows;
+      const auto add = [&](const std::string& method, const Tensor& futures) {
+        rows.push_back(measure(past, futures, truth, database, table.horizons, c, real_speed.value()));
+        rows.back().method = method;
+      };
+      Tensor held = past.slice(0, past.size(0) - 1).expand({frames, -1}).clone();
+      held.slice(1, kAnticipateFeatures - 4, kAnticipateFeatures - 1).zero_();  // no step, no turn
+      add("last pose held", held.unsqueeze(0));
+      if (!networks.seq2seq.is_empty()) add("seq2seq", seq2seq_future(networks, past.unsqueeze(0), frames));
+      if (!networks.trajectory.is_empty()) add("LTD", trajectory_future(networks, past.unsqueeze(0), frames));
+      if (!networks.pose.is_empty()) {
+        const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
+        add("ours",
+            plain_futures(networks, past.unsqueeze(0), draw_noise(c, options.samples, frames, seed), frames).features);
+      }
+      scores.push_back(rows);
+    }
+    table.actions.push_back(
+        {action, static_cast<int64_t>(scores.size()), database.words().size(0), means_by_method(scores)});
+  }
+  if (table.actions.empty()) return table;
+  std::vector<std::vector<AnticipateScores>> all;
+  int64_t count = 0, words = 0;
+  for (const auto& action : table.actions) {
+    all.push_back(action.rows);
+    count += action.windows;
+    words += action.words;
+  }
+  table.actions.push_back({"mean", count, words, means_by_method(all)});
+  return table;
+}
+
+std::string table_text(const AnticipateTable& table) {
+  std::string text =
+      fmt::format("NDMS, {} futures of each observation\n{:<18}{:<16}", table.samples, "action", "method");
+  for (const double h : table.horizons) text += fmt::format("{:>7.1f}s", h);
+  text += "   NPSS  speed\n";
+  const auto number = [](double value, const char* format) {
+    return std::isnan(value) ? fmt::format("{:>7}", "-") : fmt::format(fmt::runtime(format), value);
+  };
+  for (const auto& action : table.actions)
+    for (const AnticipateScores& row : action.rows) {
+      text += fmt::format("{:<18}{:<16}", action.name, row.method);
+      for (const double value : row.ndms) text += fmt::format("{:>8.3f}", value);
+      text += number(row.npss, "{:>7.3f}") + number(row.speed_ratio, "{:>7.2f}") + "\n";
+    }
+  const auto& mean = table.actions.back();
+  for (const auto& [title, curve] : {std::pair("joint error (mm)", &AnticipateScores::error),
+                                     {"joint error, best of N (mm)", &AnticipateScores::best_error},
+                                     {"root error (mm)", &AnticipateScores::root_error},
+                                     {"APD (m)", &AnticipateScores::apd}}) {
+    text += fmt::format("{}, mean over actions\n", title);
+    for (const AnticipateScores& row : mean.rows) {
+      text += fmt::format("{:<18}{:<16}", "", row.method);
+      for (const double value : row.*curve)
+        text += std::isnan(value)
+                    ? fmt::format("{:>8}", "-")
+                    : fmt::format(fmt::runtime(curve == &AnticipateScores::apd ? "{:>8.2f}" : "{:>8.0f}"), value);
+      text += "\n";
+    }
+  }
+  for (const std::string& action : table.left_out) text += action + ": no recording long enough\n";
+  return text;
+}
+
+nlohmann::ordered_json table_json(const AnticipateTable& table) {
+  nlohmann::ordered_json out = {{"horizons_seconds", table.horizons}, {"samples", table.samples}};
+  const auto number = [](double v) { return std::isnan(v) ? nlohmann::ordered_json() : nlohmann::ordered_json(v); };
+  for (const auto& action : table.actions) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const AnticipateScores& row : action.rows) {
+      nlohmann::ordered_json r = {{"method", row.method}};
+      visit_curves(row, [&](const char* name, const std::vector<double>& values) {
+        for (const double value : values) r[name].push_back(number(value));
+      });
+      r["npss"] = number(row.npss);
+      r["speed_ratio"] = number(row.speed_ratio);
+      rows.push_back(r);
+    }
+    out["actions"].push_back(
+        {{"action", action.name}, {"windows", action.windows}, {"words", action.words}, {"rows", rows}});
+  }
+  out["left_out"] = table.left_out;
+  return out;
+}
+
+double validation_ndms(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& sequences) {
+  const AnticipateConfig& c = networks.config;
+  constexpr int64_t kSamples = 4, kWindows = 4;
+  const auto frames = static_cast<int64_t>(10 * c.rate);
+  std::map<std::string, Mean> actions;
+  std::map<std::string, WordIndex> databases;
+  for (const AnticipateWindow& window : test_windows(sequences, c, kWindows)) {
+    const AnticipateSequence& s = sequences[window.sequence];
+    auto database = databases.find(s.action);
+    if (database == databases.end())
+      database = databases.emplace(s.action, WordIndex(action_words(sequences, s.action, c.kappa))).first;
+    const Tensor past = observation(s.features, window.now, c.observed);
+    const Futures futures = plain_futures(networks, past.unsqueeze(0), draw_noise(c, kSamples, frames, 1), frames);
+    actions[s.action].add(future_scores(past, futures.features, database->second, c.kappa).mean().item<double>());
+  }
+  Mean mean;
+  for (const auto& [action, value] : actions) mean.add(value.value());
+  return mean.value();
+}
+
+double validation_error(const AnticipateNetworks& networks, bool trajectory,
+                        const std::vector<AnticipateSequence>& sequences) {
+  const AnticipateConfig& c = networks.config;
+  Mean mean;
+  for (const AnticipateWindow& window : test_windows(sequences, c, 32)) {
+    const Tensor& features = sequences[window.sequence].features;
+    const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
+    const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
+    const Tensor future = trajectory ? trajectory_future(networks, past, known) : seq2seq_future(networks, past, known);
+    const Tensor truth = features.slice(0, window.now, window.now + known);
+    mean.add((feature_poses(future[0]) - feature_poses(truth)).norm(2, {2}).mean().item<double>());
+  }
+  return mean.value();
+}
+
+}  // namespace inhabit

@@ -1,0 +1,46 @@
+#include "inhabit/anticipate/features.h"
+
+#include "inhabit/motion/local_pose.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+constexpr int64_t kPose = 63;
+}
+
+Tensor anticipate_features(const Tensor& joints) {
+  return torch::cat({local_poses(joints).narrow(-2, 1, 21).flatten(-2), root_motion(joints)}, -1);
+}
+
+Tensor mirrored_features(const Tensor& features) {
+  static const Tensor order = torch::tensor([] {  // standard joints 1 to 21
+    std::vector<int64_t> out;
+    for (const int64_t j : {2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20})
+      out.push_back(j - 1);
+    return out;
+  }());
+  const Tensor pose =
+      features.narrow(-1, 0, kPose).unflatten(-1, {21, 3}).index_select(-2, order) * torch::tensor({-1.F, 1.F, 1.F});
+  const Tensor way = features.narrow(-1, kPose, 4) * torch::tensor({-1.F, 1.F, -1.F, 1.F});
+  return torch::cat({pose.flatten(-2), way}, -1);
+}
+
+Tensor feature_poses(const Tensor& features) {
+  const Tensor pose = features.narrow(-1, 0, kPose).unflatten(-1, {21, 3});
+  return torch::cat({torch::zeros_like(pose.narrow(-2, 0, 1)), pose}, -2);
+}
+
+Tensor feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
+  return placed_poses(feature_poses(features), features.narrow(-1, kPose, 4), root, heading);
+}
+
+FeatureScale feature_scale(const Tensor& features) {
+  Tensor deviation = features.std(0).clone();
+  deviation.narrow(0, 0, kPose).clamp_min_(0.05);
+  deviation.narrow(0, kPose, 4).clamp_min_(1e-3);
+  return {features.mean(0), deviation};
+}
+
+}  // namespace inhabit

@@ -1,0 +1,52 @@
+#include "inhabit/anticipate/futures.h"
+
+#include <cmath>
+
+#include "inhabit/math/random.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+FutureNoise draw_noise(const AnticipateConfig& config, int64_t samples, int64_t frames, uint64_t seed) {
+  FutureNoise out{torch::empty({samples, config.noise}),
+                  torch::empty({samples, frames + config.gamma - 1, config.labels})};
+  float *z = out.z.data_ptr<float>(), *gumbel = out.gumbel.data_ptr<float>();
+  for (int64_t s = 0; s < samples; ++s) {
+    std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
+    for (int64_t i = 0; i < config.noise; ++i) *z++ = static_cast<float>(normal(random));
+    for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
+      *gumbel++ = static_cast<float>(-std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
+  }
+  return out;
+}
+
+Futures plain_futures(const AnticipateNetworks& networks, const Tensor& past, const FutureNoise& noise,
+                      int64_t frames) {
+  const torch::NoGradGuard no_gradients;
+  PoseNetwork pose = networks.pose;
+  IntentionNetwork intention = networks.intention;
+  const Tensor seen = networks.scale.to_network(past).expand({noise.z.size(0), -1, -1});
+  Tensor labels;
+  if (networks.config.intention) labels = intention->draw(intention->encode(seen), noise.gumbel);
+  PoseNetworkImpl::State state = pose->start(seen, noise.z);
+  const Tensor x = pose->roll(state, labels, frames);
+  return {networks.scale.from_network(x), labels.defined() ? labels.argmax(2).slice(1, 0, frames) : labels};
+}
+
+Tensor seq2seq_future(const AnticipateNetworks& networks, const Tensor& past, int64_t frames) {
+  const torch::NoGradGuard no_gradients;
+  Seq2SeqNetwork network = networks.seq2seq;
+  return networks.scale.from_network(network->forward(networks.scale.to_network(past), frames));
+}
+
+Tensor trajectory_future(const AnticipateNetworks& networks, const Tensor& past, int64_t frames) {
+  const torch::NoGradGuard no_gradients;
+  nn::TrajectoryGraph network = networks.trajectory;
+  Tensor all = networks.scale.to_network(past);
+  while (all.size(1) < past.size(1) + frames)
+    all = torch::cat({all, network->forward(all.slice(1, all.size(1) - network->past))}, 1);
+  return networks.scale.from_network(all.slice(1, past.size(1), past.size(1) + frames));
+}
+
+}  // namespace inhabit

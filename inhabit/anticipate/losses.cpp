@@ -1,0 +1,39 @@
+#include "inhabit/anticipate/losses.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+namespace F = torch::nn::functional;
+
+namespace {
+constexpr int64_t kPose = kAnticipateFeatures - 4;
+}
+
+Tensor reconstruction_weights(int64_t frames, int64_t rec_frames) {
+  if (rec_frames == 0) return torch::ones({frames});
+  return (1 - torch::arange(1, frames + 1).to(torch::kFloat32) / static_cast<double>(rec_frames)).clamp_min(0);
+}
+
+Tensor pose_reconstruction_loss(const Tensor& features, const Tensor& truth, const Tensor& weights,
+                                const FeatureScale& scale) {
+  const Tensor difference = ((features - truth) * scale.deviation).slice(2, 0, kPose).unflatten(2, {kPose / 3, 3});
+  return ((difference.square().sum(3) + 1e-12).sqrt().mean(2) * weights).mean();
+}
+
+Tensor root_reconstruction_loss(const Tensor& features, const Tensor& truth, const Tensor& weights) {
+  return ((features - truth).slice(2, kPose).abs().mean(2) * weights).mean();
+}
+
+Tensor intention_loss(const Tensor& logits, const Tensor& labels, const Tensor& weights) {
+  const Tensor each =
+      F::cross_entropy(logits.flatten(0, 1), labels.flatten(), F::CrossEntropyFuncOptions().reduction(torch::kNone));
+  return (each * weights.flatten()).sum() / weights.sum().clamp_min(1);
+}
+
+Tensor adversary_loss(const Tensor& real, const Tensor& forecast) {
+  return F::softplus(-real).mean() + F::softplus(forecast).mean();
+}
+
+Tensor deception_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
+
+}  // namespace inhabit

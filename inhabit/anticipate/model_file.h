@@ -1,0 +1,34 @@
+#pragma once
+#include <string>
+
+#include "inhabit/anticipate/features.h"
+#include "inhabit/anticipate/intention.h"
+#include "inhabit/anticipate/network.h"
+#include "inhabit/body/skeleton.h"
+#include "inhabit/nn/trajectory_graph.h"
+
+namespace inhabit {
+
+/// A trained model and what it is compared with; a network that a file lacks is null.
+struct AnticipateNetworks {
+  AnticipateConfig config;
+  Skeleton skeleton;  ///< the bones that the poses were learned on
+  FeatureScale scale;
+  IntentionClusters clusters;
+  IntentionNetwork intention{nullptr};      ///< "intention_net." in the file
+  PoseNetwork pose{nullptr};                ///< "pose_net."
+  Seq2SeqNetwork seq2seq{nullptr};          ///< "seq2seq_net."
+  nn::TrajectoryGraph trajectory{nullptr};  ///< "trajectory_net.", LTD
+};
+
+/// A new network of the config's sizes.
+nn::TrajectoryGraph make_trajectory_network(const AnticipateConfig& config);
+
+/// Writes whichever networks are there. @param half store weights in half precision.
+void save_anticipate_networks(const std::string& path, const AnticipateNetworks& networks, bool half = false);
+
+/// Networks come in evaluation mode on the CPU. Throws Error naming the file where it is of another system, or a
+/// parameter is missing, of another shape, or not finite.
+AnticipateNetworks load_anticipate_networks(const std::string& path);
+
+}  // namespace inhabit

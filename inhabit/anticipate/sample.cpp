@@ -1,0 +1,89 @@
+#include "inhabit/anticipate/sample.h"
+
+#include <algorithm>
+#include <map>
+
+#include "inhabit/motion/local_pose.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kLeastPast = 8, kLeastFuture = 10;
+
+/// `frames` rows from `first` on; before the first and after the last row these repeat.
+Tensor rows(const Tensor& all, int64_t first, int64_t frames) {
+  return all.index_select(0, torch::arange(first, first + frames).clamp(0, all.size(0) - 1));
+}
+
+std::map<std::string, std::vector<size_t>> by_action(const std::vector<AnticipateSequence>& sequences) {
+  std::map<std::string, std::vector<size_t>> out;
+  for (size_t i = 0; i < sequences.size(); ++i) out[sequences[i].action].push_back(i);
+  return out;
+}
+
+}  // namespace
+
+std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMotion>& motions, const std::string& split,
+                                                     const Skeleton& skeleton) {
+  std::vector<AnticipateSequence> out;
+  for (const ActionMotion& motion : motions)
+    if (motion.split == split && motion.clip.frames() > 1)
+      out.push_back({motion.name, motion.action, anticipate_features(on_skeleton(motion.clip, skeleton).joints)});
+  return out;
+}
+
+Tensor observation(const Tensor& features, int64_t now, int64_t observed) {
+  return rows(features, now - observed, observed);
+}
+
+std::vector<AnticipateWindow> test_windows(const std::vector<AnticipateSequence>& sequences,
+                                           const AnticipateConfig& config, int64_t per_action) {
+  const auto second = static_cast<int64_t>(config.rate);
+  std::vector<AnticipateWindow> out;
+  for (const auto& [action, members] : by_action(sequences)) {
+    std::vector<AnticipateWindow> possible;
+    for (const size_t i : members) {
+      const int64_t frames = sequences[i].features.size(0);
+      const int64_t latest = frames - second >= config.observed ? frames - second : frames - kLeastFuture;
+      if (latest < config.kappa) continue;
+      for (int64_t now = std::min<int64_t>(config.observed, latest); now <= latest; ++now) possible.push_back({i, now});
+    }
+    const auto count = static_cast<int64_t>(possible.size()), n = std::min(count, per_action);
+    for (int64_t i = 0; i < n; ++i) out.push_back(possible[static_cast<size_t>((2 * i + 1) * count / (2 * n))]);
+  }
+  return out;
+}
+
+AnticipateData::AnticipateData(std::vector<AnticipateSequence> sequences, const AnticipateNetworks& networks)
+    : config_(networks.config) {
+  for (const AnticipateSequence& sequence : sequences)
+    for (const Tensor& features : {sequence.features, mirrored_features(sequence.features)}) {
+      features_.push_back(networks.scale.to_network(features));
+      labels_.push_back(
+          intention_labels(features.slice(1, 0, kAnticipateFeatures - 4).contiguous(), networks.clusters));
+    }
+  std::map<std::string, std::vector<AnticipateWindow>> windows;
+  size_t most = 0;
+  for (const auto& [action, members] : by_action(sequences)) {
+    for (const size_t i : members)
+      for (int64_t now = kLeastPast; now + kLeastFuture <= sequences[i].features.size(0); ++now)
+        windows[action].push_back({i, now});
+    most = std::max(most, windows[action].size());
+  }
+  for (const auto& [action, some] : windows)
+    for (size_t i = 0; i < std::min(most, 8 * some.size()); ++i) windows_.push_back(some[i % some.size()]);
+}
+
+AnticipateData::Window AnticipateData::window(int64_t index, bool mirrored) const {
+  const auto& [sequence, now] = windows_[static_cast<size_t>(index)];
+  const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
+  const int64_t first = now - config_.observed, frames = config_.observed + config_.future;
+  return {rows(features, first, frames),
+          rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, frames + config_.gamma - 1),
+          std::max<int64_t>(0, -first), std::min(frames, features.size(0) - first)};
+}
+
+}  // namespace inhabit

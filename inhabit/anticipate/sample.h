@@ -1,0 +1,59 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "inhabit/anticipate/model_file.h"
+#include "inhabit/data/motion_set.h"
+
+namespace inhabit {
+
+/// A recording as the networks see it.
+struct AnticipateSequence {
+  std::string name, action;
+  torch::Tensor features;  ///< (T, F) metres and radians, on the model's bones
+};
+
+/// The recordings of one split on the bones of `skeleton`.
+std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMotion>& motions, const std::string& split,
+                                                     const Skeleton& skeleton);
+
+/// An observation (`observed`, F) of the frames before `now`; where the recording begins later its first frame is
+/// repeated in front.
+torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t observed);
+
+/// Where sequences are cut into windows: `now` is the first future frame.
+struct AnticipateWindow {
+  size_t sequence = 0;
+  int64_t now = 0;
+};
+
+/// Windows for a test: up to `per_action` of every action, spread evenly over its recordings. Each is observed for
+/// config.observed frames and has a second of future; recordings too short for that are observed for as long as 0.4 s
+/// of future leave, and such with less than kappa frames then are left out.
+std::vector<AnticipateWindow> test_windows(const std::vector<AnticipateSequence>& sequences,
+                                           const AnticipateConfig& config, int64_t per_action);
+
+/// Training data: every recording and its mirror image, with intention labels.
+class AnticipateData {
+ public:
+  /// @param networks config, skeleton, scale and clusters are read.
+  AnticipateData(std::vector<AnticipateSequence> sequences, const AnticipateNetworks& networks);
+
+  /// Windows, each action's repeated (up to eight times) until it has as many as the largest.
+  int64_t size() const { return static_cast<int64_t>(windows_.size()); }
+
+  struct Window {
+    torch::Tensor frames;  ///< (observed + future, F) standardised; what lies beyond the recording repeats its end
+    torch::Tensor labels;  ///< (observed + future + gamma - 1) int64
+    int64_t first = 0;     ///< first frame of `frames` that was recorded
+    int64_t last = 0;      ///< one past the last that was
+  };
+  Window window(int64_t index, bool mirrored) const;
+
+ private:
+  AnticipateConfig config_;
+  std::vector<torch::Tensor> features_, labels_;  // 2 i: sequence i, 2 i + 1: its mirror image
+  std::vector<AnticipateWindow> windows_;
+};
+
+}  // namespace inhabit

@@ -1,0 +1,309 @@
+#include "inhabit/anticipate/train.h"
+
+#include <filesystem>
+
+#include "inhabit/anticipate/evaluate.h"
+#include "inhabit/anticipate/futures.h"
+#include "inhabit/anticipate/losses.h"
+#include "inhabit/anticipate/sample.h"
+#include "inhabit/error.h"
+#include "inhabit/io/safetensors.h"
+#include "inhabit/math/random.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+namespace F = torch::nn::functional;
+
+// The reconstruction's errors are centimetres where the adversaries' losses are about 1.
+constexpr double kPoseWeight = 40, kRootWeight = 1;
+// Every third batch goes on from where a forecast has run for up to ten seconds without gradients: the decoder must
+// stand on its own predictions for as long as users ask for, and the adversary must know what they look like then.
+constexpr int64_t kLongEvery = 3, kLongestRun = 250, kLongFrames = 30;
+constexpr int64_t kViews = 8;           // stretches of each sequence that the pose adversary sees
+constexpr double kVelocityScale = 5;    // standardised poses change by some 0.2 a frame
+constexpr double kGradientPenalty = 1;  // keeps the adversary from cutting real from forecast too sharply (R1)
+
+/// Ours with its adversaries, which live only while it is trained.
+struct IntentionModelImpl : torch::nn::Module {
+  explicit IntentionModelImpl(const AnticipateConfig& config) {
+    intention = register_module("intention", IntentionNetwork(config));
+    pose = register_module("pose", PoseNetwork(config));
+    label_adversary =
+        register_module("label_adversary", Adversary(config.future * config.labels, config.adversary_hidden, 1));
+    pose_adversary = register_module(
+        "pose_adversary",
+        Adversary(2 * config.adversary_frames * kAnticipateFeatures + config.labels, config.adversary_hidden, 2));
+  }
+  IntentionNetwork intention{nullptr};
+  PoseNetwork pose{nullptr};
+  Adversary label_adversary{nullptr}, pose_adversary{nullptr};
+};
+TORCH_MODULE(IntentionModel);
+
+/// What the pose adversary sees: `frames` of x (B, T, F) from each of `starts` (B, V) on, their changes, and the mean
+/// intention (B, T, C) meanwhile: (B V, D).
+Tensor adversary_views(const Tensor& x, const Tensor& intention, const Tensor& starts, int64_t frames) {
+  const Tensor at = (starts.unsqueeze(2) + torch::arange(frames)).flatten(1);  // (B, V frames)
+  const auto gather = [&](const Tensor& all) {
+    const Tensor picked = all.gather(1, at.unsqueeze(2).expand({-1, -1, all.size(2)}));
+    return picked.view({-1, frames, all.size(2)});
+  };
+  const Tensor seen = gather(x);
+  const Tensor change = (seen.slice(1, 1) - seen.slice(1, 0, -1)) * kVelocityScale;
+  // The first frame's change is none of the stretch's.
+  return torch::cat(
+      {seen.flatten(1), torch::zeros_like(seen.select(1, 0)), change.flatten(1), gather(intention).mean(1)}, 1);
+}
+
+void let_learn(torch::nn::Module& module, bool learn) {
+  for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
+}
+
+/// Adds to `total` what one adversary and the forecast it judges lessen; named for the log.
+void add_adversary(Adversary adversary, const std::string& name, const Tensor& real, const Tensor& forecast,
+                   double weight, Tensor& total, Losses& losses) {
+  if (forecast.requires_grad()) {
+    let_learn(*adversary, false);
+    const Tensor deception = deception_loss(adversary->forward(forecast));
+    let_learn(*adversary, true);
+    total = total + weight * deception;
+    losses.emplace_back(name + "_deception", deception);
+  }
+  const Tensor seen = real.detach().clone().requires_grad_(torch::GradMode::is_enabled());
+  const Tensor logits = adversary->forward(seen);
+  const Tensor judged = adversary_loss(logits, adversary->forward(forecast.detach()));
+  total = total + judged;
+  if (torch::GradMode::is_enabled()) {
+    const Tensor slope = torch::autograd::grad({logits.sum()}, {seen}, {}, true, /*create_graph=*/true)[0];
+    total = total + 0.5 * kGradientPenalty * slope.square().sum(1).mean();
+  }
+  losses.emplace_back(name + "_adversary", judged);
+}
+
+// Places in a batch of ours.
+enum : size_t { kFrames, kLabels, kWeights, kZ, kGumbel, kRealStarts, kForecastStarts, kRun };
+
+Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
+                      uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const int64_t run = uniform_int(random, 1, kLongEvery) == 1 ? uniform_int(random, 20, kLongestRun) : 0;
+  const int64_t frames = run > 0 ? kLongFrames : c.future;
+  std::vector<Tensor> windows, labels, weights, real, forecast;
+  for (const int64_t index : indices) {
+    const auto window = data.window(index, chance(random, 0.5));
+    windows.push_back(window.frames);
+    labels.push_back(window.labels);
+    const Tensor known = torch::arange(c.observed, c.observed + c.future) < window.last;
+    weights.push_back(known.to(torch::kFloat32));
+    std::vector<int64_t> from_real, from_forecast;
+    for (int64_t v = 0; v < kViews; ++v) {
+      const auto last = static_cast<int>(std::max(window.first, window.last - c.adversary_frames));
+      from_real.push_back(uniform_int(random, static_cast<int>(window.first), last));
+      // A forecast is seen with the frames before it, so that the first step is judged too; a run, by itself.
+      const int64_t lead = run > 0 ? 0 : c.adversary_frames - 1;
+      from_forecast.push_back(uniform_int(random, 0, static_cast<int>(lead + frames - c.adversary_frames)));
+    }
+    real.push_back(torch::tensor(from_real));
+    forecast.push_back(torch::tensor(from_forecast));
+  }
+  const auto count = static_cast<int64_t>(indices.size());
+  const FutureNoise noise = draw_noise(c, count, run + frames, item_seed(seed, 1));
+  return {torch::stack(windows), torch::stack(labels), torch::stack(weights),  noise.z,
+          noise.gumbel,          torch::stack(real),   torch::stack(forecast), torch::tensor(run)};
+}
+
+Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateConfig& c, const FeatureScale& scale) {
+  const Tensor past = b[kFrames].slice(1, 0, c.observed), truth = b[kFrames].slice(1, c.observed);
+  const Tensor true_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
+  const auto run = b[kRun].item<int64_t>();
+  Tensor total = torch::zeros({});
+  Losses losses;
+  const auto unseen = [&](const Tensor& labels) { return c.intention ? labels : torch::zeros_like(labels); };
+  const Tensor real = adversary_views(b[kFrames], unseen(true_labels), b[kRealStarts], c.adversary_frames);
+  if (run == 0) {
+    const Tensor ahead = true_labels.slice(1, c.observed);
+    PoseNetworkImpl::State state = model->pose->start(past, b[kZ]);
+    const Tensor forecast = model->pose->roll(state, ahead, c.future);
+    const Tensor weights = b[kWeights] * reconstruction_weights(c.future, c.rec_frames);
+    const Tensor rec = pose_reconstruction_loss(forecast, truth, weights, scale),
+                 root = root_reconstruction_loss(forecast, truth, weights);
+    total = kPoseWeight * rec + kRootWeight * root;
+    losses = {{"rec", rec}, {"root", root}};
+    if (c.intention) {
+      const Tensor code = model->intention->encode(past);
+      const Tensor sym = intention_loss(model->intention->teacher_logits(code, ahead.slice(1, 0, c.future)),
+                                        b[kLabels].slice(1, c.observed, c.observed + c.future), b[kWeights]);
+      total = total + sym;
+      losses.emplace_back("intention", sym);
+      if (c.label_adversary) {
+        const Tensor drawn = model->intention->draw(code, b[kGumbel].slice(1, 0, c.future));
+        add_adversary(model->label_adversary, "label", ahead.slice(1, 0, c.future).flatten(1), drawn.flatten(1),
+                      c.label_adversary_weight, total, losses);
+      }
+    }
+    if (c.pose_adversary) {
+      const int64_t lead = c.adversary_frames - 1;
+      const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
+      add_adversary(model->pose_adversary, "pose", real,
+                    adversary_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b[kForecastStarts],
+                                    c.adversary_frames),
+                    c.adversary_weight, total, losses);
+    }
+  } else if (c.pose_adversary) {
+    Tensor labels = torch::zeros({past.size(0), run + kLongFrames + c.gamma - 1, c.labels});
+    PoseNetworkImpl::State state;
+    {
+      const torch::NoGradGuard no_gradients;
+      if (c.intention) labels = model->intention->draw(model->intention->encode(past), b[kGumbel]);
+      state = model->pose->start(past, b[kZ]);
+      model->pose->roll(state, labels, run);
+    }
+    const Tensor later = labels.slice(1, run);
+    const Tensor forecast = model->pose->roll(state, later, kLongFrames);
+    add_adversary(model->pose_adversary, "run", real,
+                  adversary_views(forecast, later, b[kForecastStarts], c.adversary_frames), c.adversary_weight, total,
+                  losses);
+  } else {
+    total = model->pose->out->weight.sum() * 0;  // without the adversary nothing is known of a run
+  }
+  losses.insert(losses.begin(), {"total", total});
+  return losses;
+}
+
+TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& data,
+                         const std::vector<AnticipateSequence>& validation) {
+  const AnticipateConfig& c = networks.config;
+  IntentionModel model(c);
+  networks.intention = model->intention;
+  networks.pose = model->pose;
+  if (!c.intention) networks.intention = nullptr;
+  TrainTask task;
+  task.name = "intention";
+  task.module = model.ptr();
+  task.samples = data.size();
+  task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
+    return intention_batch(data, c, indices, seed);
+  };
+  task.losses = [&, model](const Batch& b) { return intention_losses(model, b, c, networks.scale); };
+  task.validate = [&] { return 1 - validation_ndms(networks, validation); };
+  return task;
+}
+
+/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T).
+Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
+                     uint64_t seed, int64_t frames) {
+  std::mt19937_64 random(seed);
+  std::vector<Tensor> windows, known;
+  for (const int64_t index : indices) {
+    const auto window = data.window(index, chance(random, 0.5));
+    windows.push_back(window.frames);
+    known.push_back((torch::arange(c.observed, c.observed + frames) < window.last).to(torch::kFloat32));
+  }
+  const Tensor all = torch::stack(windows);
+  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known)};
+}
+
+/// Seq2Seq or LTD: joint error over the first second.
+TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, const AnticipateData& data,
+                        const std::vector<AnticipateSequence>& validation) {
+  const AnticipateConfig& c = networks.config;
+  const int64_t frames =
+      name == "trajectory" ? c.ltd_future : std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
+  TrainTask task;
+  task.name = name;
+  if (name == "trajectory")
+    task.module = (networks.trajectory = make_trajectory_network(c)).ptr();
+  else
+    task.module = (networks.seq2seq = Seq2SeqNetwork(c)).ptr();
+  task.samples = data.size();
+  task.prepare = [&, frames](const std::vector<int64_t>& indices, uint64_t seed) {
+    return compared_batch(data, c, indices, seed, frames);
+  };
+  const bool trajectory = name == "trajectory";
+  task.losses = [&, frames, trajectory](const Batch& b) {
+    const Tensor forecast = trajectory ? networks.trajectory->forward(b[0].slice(1, c.observed - c.ltd_past))
+                                       : networks.seq2seq->forward(b[0], frames);
+    const Tensor rec = pose_reconstruction_loss(forecast, b[1], b[2], networks.scale),
+                 root = root_reconstruction_loss(forecast, b[1], b[2]);
+    return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
+  };
+  task.validate = [&, trajectory] { return validation_error(networks, trajectory, validation); };
+  return task;
+}
+
+}  // namespace
+
+bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
+  const AnticipateConfig& config = options.config;
+  validate(config, "configuration");
+  const std::vector<ActionMotion> motions = read_motion_set(options.data, config.rate, notes);
+
+  using Choice = AnticipateTraining::Stage;
+  std::vector<std::string> stages;
+  if (options.stage == Choice::intention || options.stage == Choice::all) stages.push_back("intention");
+  if (options.stage == Choice::seq2seq || options.stage == Choice::all) stages.push_back("seq2seq");
+  if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
+  const std::string checkpoint = options.out + ".checkpoint.safetensors";
+  size_t first_stage = 0;
+  if (options.resume) {
+    const auto state = read_safetensors_metadata(checkpoint);
+    const auto run = state.find("run");
+    const std::string name = run == state.end() ? "" : run->second.substr(0, run->second.find(' '));
+    first_stage = static_cast<size_t>(std::find(stages.begin(), stages.end(), name) - stages.begin());
+    if (first_stage == stages.size()) throw Error(checkpoint, "is not a checkpoint of the stages asked for");
+  }
+
+  AnticipateNetworks networks;
+  networks.config = config;
+  for (const ActionMotion& motion : motions)
+    if (motion.split == "train" && !networks.skeleton.offsets.defined()) networks.skeleton = motion.clip.skeleton;
+  if (!networks.skeleton.offsets.defined()) throw Error(options.data, "has no training recording");
+  const auto train_sequences = anticipate_sequences(motions, "train", networks.skeleton),
+             validation = anticipate_sequences(motions, "val", networks.skeleton);
+  if (validation.empty()) throw Error(options.data, "has no validation recording");
+  std::vector<Tensor> features, poses;
+  for (const AnticipateSequence& s : train_sequences)
+    for (const Tensor& f : {s.features, mirrored_features(s.features)}) {
+      features.push_back(f);
+      poses.push_back(f.slice(1, 0, kAnticipateFeatures - 4).contiguous());
+    }
+  networks.scale = feature_scale(torch::cat(features));
+  networks.clusters = cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, options.seed);
+  const AnticipateData data(train_sequences, networks);
+  torch::manual_seed(options.seed);
+
+  for (size_t s = first_stage; s < stages.size(); ++s) {
+    // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
+    AnticipateNetworks before;
+    if (std::filesystem::exists(options.out) && (options.resume || s > 0 || options.stage != Choice::all))
+      before = load_anticipate_networks(options.out);
+    TrainTask task = stages[s] == "intention" ? intention_task(networks, data, validation)
+                                              : compared_task(stages[s], networks, data, validation);
+    task.on_best = [&, name = stages[s]] {
+      AnticipateNetworks best = networks;
+      if (name != "intention") {
+        best.intention = before.intention;
+        best.pose = before.pose;
+      }
+      if (name != "seq2seq") best.seq2seq = before.seq2seq;
+      if (name != "trajectory") best.trajectory = before.trajectory;
+      save_anticipate_networks(options.out, best);
+    };
+    TrainOptions loop;
+    loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 9000 : 4000;
+    loop.batch = options.batch;
+    loop.learning_rate = 1e-3;
+    loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
+    loop.seed = options.seed;
+    loop.resume = options.resume && s == first_stage;
+    loop.checkpoint = checkpoint;
+    loop.log = options.out + ".log.jsonl";
+    loop.append_log = s > 0 || loop.resume;
+    if (train(task, loop).interrupted) return false;
+  }
+  return true;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,125 @@
+#include "inhabit/data/motion_set.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "inhabit/data/native.h"
+#include "inhabit/error.h"
+#include "inhabit/io/files.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+
+namespace fs = std::filesystem;
+
+namespace inhabit {
+namespace {
+
+struct File {
+  fs::path path;
+  std::string action, split;
+};
+
+/// Files ACTION_N.txt of one action, in order of N.
+std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& action) {
+  std::map<int, fs::path> found;
+  std::error_code none;
+  for (auto it = fs::directory_iterator(folder, none); !none && it != fs::directory_iterator(); it.increment(none)) {
+    const std::string stem = it->path().stem().string();
+    if (it->path().extension() != ".txt" || stem.rfind(action + "_", 0) != 0) continue;
+    const std::string number = stem.substr(action.size() + 1);
+    if (!number.empty() && number.size() < 6 && number.find_first_not_of("0123456789") == std::string::npos)
+      found[std::stoi(number)] = it->path();
+  }
+  std::vector<fs::path> out;
+  for (const auto& [number, path] : found) out.push_back(path);
+  return out;
+}
+
+class Reader {
+ public:
+  Reader(double rate, Notes* notes) : rate_(rate), notes_(notes) {}
+
+  void note(const std::string& text) const {
+    if (notes_ != nullptr) notes_->push_back(text);
+  }
+  /// Adds the file; with `tail_split` its last `tail` share goes to that split.
+  void add(const File& file, double tail = 0, const std::string& tail_split = "") {
+    Clip clip;
+    try {
+      clip = retarget(resample(read_clip(file.path.string()), rate_), file.path.string());
+    } catch (const Error& e) {
+      return note(std::string("left out: ") + e.what());
+    }
+    const auto cut = static_cast<int64_t>(static_cast<double>(clip.frames()) * (1 - tail));
+    const std::string name = file.path.stem().string();
+    if (cut > 0) out.push_back({name, file.action, file.split, slice(clip, 0, cut)});
+    if (cut < clip.frames()) out.push_back({name, file.action, tail_split, slice(clip, cut, clip.frames())});
+  }
+
+  std::vector<ActionMotion> out;
+
+ private:
+  double rate_;
+  Notes* notes_;
+};
+
+void read_cmu(const fs::path& folder, Reader& reader) {
+  for (const char* action : {"basketball", "basketball_signal", "directing_traffic", "jumping", "running", "soccer",
+                             "walking", "washwindow"}) {
+    const auto train = numbered_files(folder / "train" / action, action),
+               test = numbered_files(folder / "test" / action, action);
+    if (train.empty()) reader.note(std::string("no training file of ") + action);
+    if (test.empty())
+      reader.note(std::string("no test file of ") + action +
+                  (train.empty() ? "" : ": the last third of " + train.back().stem().string() + " is tested on"));
+    for (size_t i = 0; i < train.size(); ++i) {
+      const bool last = i + 1 == train.size();
+      reader.add({train[i], action, last && train.size() > 2 ? "val" : "train"}, last && test.empty() ? 1.0 / 3 : 0,
+                 "test");
+    }
+    for (const fs::path& path : test) reader.add({path, action, "test"});
+  }
+}
+
+void read_h36m(const fs::path& folder, Reader& reader) {
+  for (const char* subject : {"S1", "S5", "S6", "S7", "S8", "S9", "S11"}) {
+    const bool test = std::string(subject) == "S5";
+    for (const char* action :
+         {"directions", "discussion", "eating", "greeting", "phoning", "posing", "purchases", "sitting", "sittingdown",
+          "smoking", "takingphoto", "waiting", "walking", "walkingdog", "walkingtogether"}) {
+      const auto files = numbered_files(folder / subject, action);
+      if (files.empty()) reader.note(std::string("no file of ") + subject + " " + action);
+      for (const fs::path& path : files)
+        reader.add({path, action, test ? "test" : "train"}, std::string(subject) == "S11" ? 0.2 : 0, "val");
+    }
+  }
+}
+
+void read_native(const std::string& folder, double rate, Reader& reader) {
+  const Dataset data = open_dataset(folder);
+  for (const DatasetClip& entry : data.clips) {
+    Clip clip = load_clip(data, entry);
+    std::string action = "motion";
+    if (clip.action.defined() && !data.actions.empty())
+      action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
+    reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate), entry.file)});
+  }
+}
+
+}  // namespace
+
+std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes) {
+  Reader reader(rate, notes);
+  const auto named = [&](const char* prefix) { return source.rfind(prefix, 0) == 0; };
+  if (named("cmu:"))
+    read_cmu(source.substr(4), reader);
+  else if (named("h36m:"))
+    read_h36m(source.substr(5), reader);
+  else
+    read_native(source, rate, reader);
+  if (reader.out.empty()) throw Error(source, "holds no motion that can be read");
+  return std::move(reader.out);
+}
+
+}  // namespace inhabit

@@ -1,0 +1,31 @@
+#pragma once
+#include <torch/types.h>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+// A motion as poses that know neither place nor heading, and the way of the root that carries them. Joints are the
+// standard 22, +Y up; any leading dimensions; the heading is that of the lines between hips and between shoulders.
+
+/// Heading (..., T) radians of joints (..., T, 22, 3): 0 is +Z, pi/2 is +X.
+torch::Tensor headings(const torch::Tensor& joints);
+
+/// Joints (..., T, 22, 3) with the root at the origin, facing +Z in every frame: what the literature's protocols for
+/// pose anticipation look at.
+torch::Tensor local_poses(const torch::Tensor& joints);
+
+/// The root's way (..., T, 4): step to this frame along x and z as seen from the heading of the frame before (metres),
+/// turn since then (radians), and height (metres). The first frame has no step and no turn.
+torch::Tensor root_motion(const torch::Tensor& joints);
+
+/// Joints in the world from local poses (..., T, 22, 3) and what root_motion gives (..., T, 4). Frame 0 takes its step
+/// from `root` (..., 3) and `heading` (...).
+torch::Tensor placed_poses(const torch::Tensor& poses, const torch::Tensor& motion, const torch::Tensor& root,
+                           const torch::Tensor& heading);
+
+/// The clip's poses on another person's bones: its rotations on `skeleton`, the root's way scaled with the length of
+/// the legs. Needs rotations on the standard joints.
+Clip on_skeleton(const Clip& clip, const Skeleton& skeleton);
+
+}  // namespace inhabit
