@@ -4,14 +4,12 @@
 // point may be one of two that are equally near).
 #include <benchmark/benchmark.h>
 
-#include <unistd.h>
-
 #include <chrono>
-#include <cstdlib>
 
 #include "inhabit/forecast/contact_forecaster.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
+#include "inhabit/passive_waiting.h"
 #include "inhabit/scene/sampling.h"
 #include "inhabit/synth/room.h"
 #include "room_cloud.h"
@@ -108,10 +106,7 @@ BENCHMARK_CAPTURE(fast, paper, "paper")->Unit(benchmark::kMillisecond)->UseRealT
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (std::getenv("OMP_WAIT_POLICY") == nullptr) {  // read by the OpenMP runtime before main(): start over with it
-    setenv("OMP_WAIT_POLICY", "passive", 1);
-    execv("/proc/self/exe", argv);
-  }
+  inhabit::use_passive_waiting(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,21 +1,11 @@
-#include <unistd.h>
-
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "inhabit/error.h"
+#include "inhabit/passive_waiting.h"
 #include "verbs.h"
 
 namespace {
-
-// Spinning OpenMP threads cost up to 4x on small products, and the runtime reads its wait policy before main() runs:
-// set it and start over once.
-void use_passive_waiting(char** argv) {
-  if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
-  setenv("OMP_WAIT_POLICY", "passive", 1);
-  execv("/proc/self/exe", argv);  // returns only where /proc is missing: go on with the default policy
-}
 
 // First line only: LibTorch appends a stack trace to its messages.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
@@ -23,7 +13,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  inhabit::use_passive_waiting(argv);
   CLI::App app{"inhabit: human motion in 3D scenes"};
   app.require_subcommand(1);
   add_version(app);
