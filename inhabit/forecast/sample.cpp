@@ -7,6 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/random.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
 
 namespace inhabit {

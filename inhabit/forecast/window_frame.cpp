@@ -1,6 +1,6 @@
 #include "inhabit/forecast/window_frame.h"
 
-#include <cmath>
+#include "inhabit/math/rotation.h"
 
 namespace inhabit {
 
@@ -15,14 +15,9 @@ WindowFrame window_frame(const Tensor& past, const ForecastConfig& config) {
   WindowFrame out{last[config.root].clone(), torch::eye(3)};
   if (!config.hips.empty()) {
     const Tensor left = last[config.hips[0]] - last[config.hips[1]];
-    out.turn = yaw_matrix(-std::atan2(-left[2].item<double>(), left[0].item<double>()));
+    out.turn = yaw_matrix(-yaw_of_left(left.to(torch::kDouble)).item<double>());
   }
   return out;
-}
-
-Tensor yaw_matrix(double yaw) {
-  const double c = std::cos(yaw), s = std::sin(yaw);
-  return torch::tensor({c, 0., s, 0., 1., 0., -s, 0., c}, torch::kFloat).view({3, 3});
 }
 
 }  // namespace inhabit

@@ -19,7 +19,4 @@ struct WindowFrame {
 /// @param past (P, J, 3) observed joints, world.
 WindowFrame window_frame(const torch::Tensor& past, const ForecastConfig& config);
 
-/// (3, 3) turn by `yaw` radians about +Y, from +Z towards +X.
-torch::Tensor yaw_matrix(double yaw);
-
 }  // namespace inhabit

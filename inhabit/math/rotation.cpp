@@ -101,6 +101,19 @@ Tensor matrix_to_rotation6d(const Tensor& matrix) {
   return torch::cat({matrix.select(-1, 0), matrix.select(-1, 1)}, -1);
 }
 
+Tensor yaw_matrix(const Tensor& yaw) {
+  const Tensor c = yaw.cos(), s = yaw.sin(), zero = torch::zeros_like(c), one = torch::ones_like(c);
+  return torch::stack({c, zero, s, zero, one, zero, -s, zero, c}, -1).unflatten(-1, {3, 3});
+}
+
+Tensor yaw_matrix(double yaw) { return yaw_matrix(torch::tensor(yaw, torch::kDouble)).to(torch::kFloat); }
+
+Tensor yaw_of_left(const Tensor& left) {
+  require_last(left, 3, "direction");
+  const Tensor x = left.select(-1, 0), z = left.select(-1, 2);
+  return torch::where(torch::hypot(x, z) > 1e-9, torch::atan2(-z, x), torch::zeros_like(x));  // left x up is forwards
+}
+
 Tensor slerp(const Tensor& from, const Tensor& to, const Tensor& u) {
   require_last(from, 4, "quaternion");
   require_last(to, 4, "quaternion");

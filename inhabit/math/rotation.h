@@ -19,6 +19,11 @@ torch::Tensor matrix_to_quaternion(const torch::Tensor& matrix);
 /// Gram-Schmidt of the two columns, which need not be orthonormal.
 torch::Tensor rotation6d_to_matrix(const torch::Tensor& rotation6d);
 torch::Tensor matrix_to_rotation6d(const torch::Tensor& matrix);
+/// Turn about the vertical +Y by yaw (...) radians, from +Z towards +X: (..., 3, 3).
+torch::Tensor yaw_matrix(const torch::Tensor& yaw);
+torch::Tensor yaw_matrix(double yaw);  ///< float32
+/// Yaw (...) of somebody whose left is along `left` (..., 3): 0 facing +Z, pi/2 facing +X; 0 where `left` is vertical.
+torch::Tensor yaw_of_left(const torch::Tensor& left);
 /// Spherical interpolation between quaternions (..., 4) at u (...) in [0, 1], the short way round.
 torch::Tensor slerp(const torch::Tensor& from, const torch::Tensor& to, const torch::Tensor& u);
 

@@ -3,9 +3,9 @@
 #include <ATen/Parallel.h>
 
 #include <Eigen/Core>
-#include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
 
 namespace inhabit {
 
@@ -39,14 +39,9 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
                right = words.select(1, 0).select(1, right_hip);  // (N, 3)
   const Tensor middle = (left + right) * 0.5F, across = left - right;
   const Tensor ground = torch::tensor({1.F, 0.F, 1.F});
-  // A turn by yaw brings (cos, 0, -sin) to +x; hips straight above each other stay as they are.
-  const Tensor length = across.mul(ground).norm(2, {1}).clamp_min(1e-9);
-  const Tensor upright = length <= 1e-9;
-  const Tensor c = torch::where(upright, torch::ones_like(length), across.select(1, 0) / length),
-               s = torch::where(upright, torch::zeros_like(length), across.select(1, 2) / length);
+  const Tensor turn = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(words.dtype());  // (N, 3, 3)
   const Tensor moved = words - (middle * ground).view({-1, 1, 1, 3});
-  const Tensor x = moved.select(3, 0), z = moved.select(3, 2), cw = c.view({-1, 1, 1}), sw = s.view({-1, 1, 1});
-  return torch::stack({cw * x + sw * z, moved.select(3, 1), cw * z - sw * x}, 3);
+  return torch::matmul(moved.flatten(1, 2), turn.transpose(1, 2)).view_as(words);
 }
 
 WordIndex::WordIndex(const Tensor& words) : words_(flat(words)) {

@@ -10,7 +10,6 @@ struct GroundTransform {
   double yaw = 0;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
 
-  Eigen::Isometry3d isometry() const;
   GroundTransform inverse() const;
 };
 

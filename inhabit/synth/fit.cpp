@@ -7,8 +7,8 @@
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/random.h"
-#include "inhabit/math/rotation.h"
 #include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/canonical.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/query.h"
@@ -29,24 +29,6 @@ const std::vector<std::string> kActions = {"stand", "walk", "run", "sit"};
 double body_ball_height() {
   const BodyModel& body = builtin_body();
   return (body.joint_template[10][1] - body.template_vertices.select(1, 1).min()).item<double>();
-}
-
-// Turns a clip by `yaw` about the vertical (+Z towards +X), then moves it by `shift`.
-Clip moved(const Clip& clip, double yaw, const Vector3d& shift) {
-  Clip out = clip;
-  const torch::Tensor turn = axis_angle_to_matrix(torch::tensor({0.F, static_cast<float>(yaw), 0.F}));
-  const torch::Tensor by =
-      torch::tensor({static_cast<float>(shift.x()), static_cast<float>(shift.y()), static_cast<float>(shift.z())});
-  out.joints = torch::matmul(clip.joints, turn.t()) + by;
-  if (clip.rotations.defined() && clip.trans.defined()) {
-    const torch::Tensor root =
-        matrix_to_axis_angle(torch::matmul(turn, axis_angle_to_matrix(clip.rotations.select(1, 0))));
-    out.rotations = torch::cat({root.unsqueeze(1), clip.rotations.slice(1, 1)}, 1);
-    // root = trans + offset, and it is the root that turns about the origin.
-    const torch::Tensor offset = clip.skeleton.offsets[0];
-    out.trans = torch::matmul(clip.trans + offset, turn.t()) + by - offset;
-  }
-  return out;
 }
 
 // (T, J) m/s.
@@ -353,7 +335,7 @@ double floor_height(const Clip& clip) {
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
   Clip clip = retarget(source, subject);
   if (std::abs(clip.rate - kRate) > 1e-6) clip = resample(clip, kRate);
-  clip = moved(clip, 0, {0, -floor_height(clip), 0});
+  clip = transformed(clip, {0, {0, -floor_height(clip), 0}});
   std::vector<Clip> out;
   const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kRate)), least = std::llround(2 * kRate);
   // Even pieces, and shorter ones where the person goes far.
@@ -388,7 +370,7 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
     if (area < best) best = area, yaw = a;
   }
   yaw += uniform_int(random, 0, 3) * M_PI / 2 + uniform(random, -0.15, 0.15);
-  out.clip = moved(prepared, yaw, Vector3d::Zero());
+  out.clip = transformed(prepared, {yaw});
   {
     const BodySweep around(out.clip, body);
     std::array<double, 4> free{};
@@ -399,7 +381,7 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
     low -= more.cwiseProduct(Vector2d(share_x, share_z));
     high += more.cwiseProduct(Vector2d(1 - share_x, 1 - share_z));
     const Vector2d middle = (low + high) / 2;
-    out.clip = moved(out.clip, 0, {-middle.x(), 0, -middle.y()});
+    out.clip = transformed(out.clip, {0, {-middle.x(), 0, -middle.y()}});
     out.room.size = high - low;
   }
   out.room.height = uniform(random, 2.5, 2.9);

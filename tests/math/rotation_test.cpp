@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
 
 namespace inhabit {
@@ -47,6 +48,22 @@ TEST(Rotation, MatricesAreOrthonormalAndRightHanded) {
   const Tensor r = axis_angle_to_matrix(random_axis_angles(200, 6.0));
   EXPECT_LT(largest(r.matmul(r.transpose(-1, -2)) - torch::eye(3, torch::kDouble)), 1e-14);
   EXPECT_LT(largest(torch::det(r) - 1), 1e-14);
+}
+
+TEST(Rotation, YawTurnsPlusZTowardsPlusX) {
+  const Tensor turned = torch::matmul(yaw_matrix(M_PI / 2), torch::tensor({0.F, 0.F, 1.F}));
+  EXPECT_LT(largest(turned - torch::tensor({1.F, 0.F, 0.F})), 1e-6);
+  const Tensor yaw = torch::tensor({{-3.0, -0.4, 0.0}, {0.7, 1.6, 3.1}}, torch::kDouble);
+  const Tensor axis = torch::tensor({0.0, 1.0, 0.0}, torch::kDouble);
+  EXPECT_LT(largest(yaw_matrix(yaw) - axis_angle_to_matrix(yaw.unsqueeze(-1) * axis)), 1e-14);
+}
+
+TEST(Rotation, YawIsToldByTheLeftSide) {
+  const Tensor yaw = torch::tensor({{-3.0, -0.4, 0.0}, {0.7, 1.6, 3.1}}, torch::kDouble);
+  const Tensor left = torch::matmul(yaw_matrix(yaw), torch::tensor({0.3, 0.1, 0.0}, torch::kDouble));
+  EXPECT_LT(largest(yaw_of_left(left) - yaw), 1e-14);
+  EXPECT_EQ(yaw_of_left(torch::tensor({-0.F, 1.F, 0.F})).item<float>(), 0);  // vertical
+  EXPECT_THROW(yaw_of_left(torch::zeros({2})), Error);
 }
 
 TEST(Rotation, EveryRepresentationComesBack) {
