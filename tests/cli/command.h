@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "temp_folder.h"
+
 /// What one run of the command left behind.
 struct CommandResult {
   int exit_code = -1;
@@ -39,19 +41,3 @@ inline CommandResult run_program(const std::string& command) {
 inline CommandResult run_command(const std::string& arguments) {
   return run_program(std::string(INHABIT_COMMAND) + " " + arguments);
 }
-
-/// A folder of this test's own, emptied at the start and removed at the end.
-struct TempFolder {
-  std::filesystem::path path;
-  TempFolder() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    path = std::filesystem::temp_directory_path() /
-           ("inhabit_" + std::string(info->test_suite_name()) + "_" + info->name() + "_" + std::to_string(::getpid()));
-    std::filesystem::remove_all(path);
-    std::filesystem::create_directories(path);
-  }
-  ~TempFolder() { std::filesystem::remove_all(path); }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};

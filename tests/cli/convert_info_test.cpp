@@ -173,7 +173,7 @@ TEST(Info, KnowsScenesAndWeights) {
 }
 
 TEST(Info, ReadsTheRecordingsAtHand) {
-  if (shared_folder().empty()) GTEST_SKIP();
+  if (shared_folder().empty()) GTEST_SKIP() << "no recordings beside the project";
   for (const char* name : {"/data/trumans/2023-02-12_22-16-01.npz", "/data/bvh/sample.bvh", "/data/asf_amc/02_01.amc",
                            "/data/cmu/test/walking/walking_1.txt", "/data/trumans/room.glb"}) {
     const CommandResult r = run_command("info --json " + shared_folder() + name);

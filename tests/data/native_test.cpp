@@ -5,10 +5,11 @@
 
 #include <fstream>
 
-#include "cli/command.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/synth/room.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -49,15 +50,6 @@ Dataset write_small(const std::string& folder) {
   }
   write_index(d);
   return d;
-}
-
-std::string refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(Dataset, ComesBackAsItWasWritten) {
@@ -109,18 +101,18 @@ TEST(Dataset, ScenesKeepNamesAndPlaces) {
 TEST(Dataset, AFolderIsNotWrittenOver) {
   const TempFolder folder;
   write_small(folder / "d");
-  EXPECT_THAT(refusal([&] { create_dataset(folder / "d", {}); }), HasSubstr("already"));
+  EXPECT_THAT(refusal_of([&] { create_dataset(folder / "d", {}); }), HasSubstr("already"));
 }
 
 TEST(Dataset, MissingFilesAreNamed) {
   const TempFolder folder;
-  EXPECT_THAT(refusal([&] { open_dataset(folder / "nowhere"); }), HasSubstr("nowhere/dataset.json"));
+  EXPECT_THAT(refusal_of([&] { open_dataset(folder / "nowhere"); }), HasSubstr("nowhere/dataset.json"));
   write_small(folder / "d");
   const Dataset d = open_dataset(folder / "d");
   std::filesystem::remove(folder / "d/clips/1.npz");
   std::filesystem::remove(folder / "d/scenes/room_1.glb");
-  EXPECT_THAT(refusal([&] { load_clip(d, d.clips[1]); }), HasSubstr("clips/1.npz"));
-  EXPECT_THAT(refusal([&] { load_scene(d, "scenes/room_1.glb"); }), HasSubstr("scenes/room_1.glb"));
+  EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[1]); }), HasSubstr("clips/1.npz"));
+  EXPECT_THAT(refusal_of([&] { load_scene(d, "scenes/room_1.glb"); }), HasSubstr("scenes/room_1.glb"));
 }
 
 TEST(Dataset, ClipsThatDisagreeWithTheIndexAreRefused) {
@@ -128,15 +120,15 @@ TEST(Dataset, ClipsThatDisagreeWithTheIndexAreRefused) {
   Dataset d = write_small(folder / "d");
   DatasetClip wrong = d.clips[0];
   wrong.frames = 7;
-  EXPECT_THAT(refusal([&] { load_clip(d, wrong); }), HasSubstr("frames"));
+  EXPECT_THAT(refusal_of([&] { load_clip(d, wrong); }), HasSubstr("frames"));
   d.rate = 25;
-  EXPECT_THAT(refusal([&] { load_clip(d, d.clips[0]); }), HasSubstr("rate"));
+  EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[0]); }), HasSubstr("rate"));
   d.rate = 30;
   d.actions = {};
-  EXPECT_THAT(refusal([&] { load_clip(d, d.clips[0]); }), HasSubstr("action"));
+  EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[0]); }), HasSubstr("action"));
   d = open_dataset(folder / "d");
   d.parents[5] = 0;
-  EXPECT_THAT(refusal([&] { load_clip(d, d.clips[0]); }), HasSubstr("skeleton"));
+  EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[0]); }), HasSubstr("skeleton"));
 }
 
 TEST(Dataset, HostileIndicesAreRefusedInOneLineThatNamesTheEntry) {
@@ -149,7 +141,7 @@ TEST(Dataset, HostileIndicesAreRefusedInOneLineThatNamesTheEntry) {
     nlohmann::json bad = good;
     spoil(bad);
     std::ofstream(path) << bad.dump();
-    const std::string why = refusal([&] { open_dataset(folder / "d"); });
+    const std::string why = refusal_of([&] { open_dataset(folder / "d"); });
     EXPECT_THAT(why, HasSubstr("dataset.json: "));
     EXPECT_THAT(why, HasSubstr(says));
     EXPECT_EQ(why.find('\n'), std::string::npos);
@@ -186,11 +178,11 @@ TEST(Dataset, HostileIndicesAreRefusedInOneLineThatNamesTheEntry) {
   refused([](auto& j) { j["clips"][1]["split"] = "training"; }, "split");
   refused([](auto& j) { j["clips"][1]["split"] = "test"; }, "in both");
   std::ofstream(path) << "{\"format\": ";
-  EXPECT_THAT(refusal([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
+  EXPECT_THAT(refusal_of([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
   std::ofstream(path) << "";
-  EXPECT_THAT(refusal([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
+  EXPECT_THAT(refusal_of([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
   std::ofstream(path) << std::string(200000, '[');
-  EXPECT_THAT(refusal([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
+  EXPECT_THAT(refusal_of([&] { open_dataset(folder / "d"); }), HasSubstr("JSON"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/forecast/network.h"
+#include "refusal_of.h"
 
 using namespace inhabit;
 
@@ -31,12 +32,7 @@ TEST(ForecastConfig, PaperPresetHasThePapersSize) {
 
 TEST(ForecastConfig, RefusesWhatCannotBe) {
   const auto message = [](const std::string& text) {
-    try {
-      forecast_config_from_json(text, "model.safetensors");
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("no error");
+    return refusal_of([&] { return forecast_config_from_json(text, "model.safetensors"); });
   };
   using ::testing::HasSubstr;
   EXPECT_THAT(message("{"), HasSubstr("model.safetensors"));

@@ -5,13 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cli/command.h"
 #include "forecast/walker.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/forecast_clip.h"
 #include "inhabit/forecast/window_frame.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -147,12 +149,7 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
   const ContactForecaster forecaster(untrained());
   const auto refusal = [&](const Clip& clip, const Scene& scene, int64_t start) {
-    try {
-      forecast_clip(forecaster, clip, scene, {start, 0, 1}, "walk.bvh");
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return refusal_of([&] { return forecast_clip(forecaster, clip, scene, {start, 0, 1}, "walk.bvh"); });
   };
   using ::testing::HasSubstr;
   const Clip clip = walker(60, 1);

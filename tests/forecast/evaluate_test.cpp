@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "forecast/walker_data.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {

@@ -11,7 +11,9 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/io/safetensors.h"
+#include "refusal_of.h"
 #include "small_config.h"
+#include "temp_folder.h"
 
 using namespace inhabit;
 using torch::Tensor;
@@ -53,10 +55,6 @@ void expect_fast_equals_dense(const Tensor& scene, const std::string& what) {
   EXPECT_LT(largest_difference(got, expected) / (expected - contact).abs().max().item<double>(), 1e-4) << what;
   const Tensor other = torch::randn_like(contact);  // features everywhere; and workspaces used again
   EXPECT_LT(largest_difference(fast.forward(scene, other, past), network->forward(scene, other, past)), 1e-4) << what;
-}
-
-std::string temporary(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / (std::to_string(getpid()) + name)).string();
 }
 
 }  // namespace
@@ -158,7 +156,8 @@ TEST(MotionNetwork, LearnsToGoWhereContactsAre) {
 
 TEST(ModelFile, RoundTripsNetworksAndConfig) {
   torch::manual_seed(5);
-  const std::string path = temporary("model.safetensors");
+  const TempFolder folder;
+  const std::string path = folder / "model.safetensors";
   ForecastNetworks networks;
   networks.config = small_config();
   networks.contact = ContactNetwork(networks.config);
@@ -183,21 +182,16 @@ TEST(ModelFile, RoundTripsNetworksAndConfig) {
   save_forecast_networks(path, networks, true);
   EXPECT_LT(largest_difference(load_forecast_networks(path).contact->x_enc->weight, networks.contact->x_enc->weight),
             1e-3);
-  std::filesystem::remove(path);
 }
 
 TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
   using ::testing::AllOf;
   using ::testing::HasSubstr;
-  const std::string path = temporary("other.safetensors");
+  const TempFolder folder;
+  const std::string path = folder / "other.safetensors";
   const auto message = [&](const SafeTensors& content) {
     write_safetensors(path, content);
-    try {
-      load_forecast_networks(path);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("no error");
+    return refusal_of([&] { return load_forecast_networks(path); });
   };
   EXPECT_THAT(message({{{"net.w", torch::ones(2)}}, {{"system", "scene-inbetween"}}}),
               AllOf(HasSubstr(path), HasSubstr("scene-inbetween")));
@@ -219,5 +213,4 @@ TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
   EXPECT_THAT(message(content), AllOf(HasSubstr("motion_net.x_enc.bias"), HasSubstr("[3]")));
   content.tensors["motion_net.x_enc.bias"] = torch::full({16}, NAN);
   EXPECT_THAT(message(content), HasSubstr("not finite"));
-  std::filesystem::remove(path);
 }

@@ -9,18 +9,11 @@
 
 #include "forecast/walker_data.h"
 #include "inhabit/error.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
-
-std::string refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 TEST(ForecastData, HasEveryWholeWindowOfClipsThatHaveAScene) {
   const TempFolder folder;
@@ -113,10 +106,11 @@ TEST(ForecastData, RefusesDataOfAnotherKindThanTheModels) {
   ForecastConfig config = forecast_preset("compact");
   using ::testing::HasSubstr;
   const std::string slow = write_walkers(folder / "slow", 25), data = write_walkers(folder / "data");
-  EXPECT_THAT(refusal([&] { ForecastData({slow}, "all", config, 5); }), HasSubstr("25 frames a second, the model 30"));
+  EXPECT_THAT(refusal_of([&] { ForecastData({slow}, "all", config, 5); }),
+              HasSubstr("25 frames a second, the model 30"));
   config.joints = 21;
-  EXPECT_THAT(refusal([&] { ForecastData({data}, "all", config, 5); }), HasSubstr("has 22 joints, the model 21"));
-  EXPECT_THAT(refusal([&] { ForecastData({folder / "none"}, "all", config, 5); }), HasSubstr(folder / "none"));
+  EXPECT_THAT(refusal_of([&] { ForecastData({data}, "all", config, 5); }), HasSubstr("has 22 joints, the model 21"));
+  EXPECT_THAT(refusal_of([&] { ForecastData({folder / "none"}, "all", config, 5); }), HasSubstr(folder / "none"));
 }
 
 TEST(ForecastData, NamesTheClipThatIsFarFromItsScene) {
@@ -129,7 +123,7 @@ TEST(ForecastData, NamesTheClipThatIsFarFromItsScene) {
   data.clips = {entry};
   write_index(data);
   const ForecastData windows({path}, "train", forecast_preset("compact"), 5);
-  EXPECT_THAT(refusal([&] { windows.sample(0, 1, false); }),
+  EXPECT_THAT(refusal_of([&] { windows.sample(0, 1, false); }),
               ::testing::AllOf(::testing::HasSubstr("clips/far.npz"), ::testing::HasSubstr("within 2.5 m")));
 }
 

@@ -1,5 +1,4 @@
 #pragma once
-#include "cli/command.h"
 #include "forecast/walker.h"
 #include "inhabit/data/native.h"
 

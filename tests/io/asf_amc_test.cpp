@@ -8,7 +8,9 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/expmap_text.h"
+#include "refusal_of.h"
 #include "shared.h"
+#include "temp_folder.h"
 
 using namespace inhabit;
 using testing::HasSubstr;
@@ -31,13 +33,7 @@ const std::string kAmc =
     "2\nroot 1 16 2 0 90 0\nback 90 0 90\nshin 90\n";
 
 std::string error_of(const std::string& asf, const std::string& amc) {
-  try {
-    parse_asf_amc(asf, "a.asf", amc, "a.amc");
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    return error.what();
-  }
-  return "no error";
+  return refusal_of([&] { return parse_asf_amc(asf, "a.asf", amc, "a.amc"); });
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
@@ -99,23 +95,19 @@ TEST(AsfAmc, SaysInOneLineWhatIsWrongAndWhere) {
 }
 
 TEST(AsfAmc, TheSkeletonIsFoundBesideTheMotion) {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::path(testing::TempDir()) / "inhabit_asf_test";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const TempFolder folder;
   const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(folder / name) << text; };
   write("07_02.amc", kAmc);
-  EXPECT_THROW(find_asf((folder / "07_02.amc").string()), Error);
+  EXPECT_THROW(find_asf(folder / "07_02.amc"), Error);
   write("other.asf", kAsf);
-  EXPECT_EQ(fs::path(find_asf((folder / "07_02.amc").string())).filename(), "other.asf");
+  EXPECT_EQ(find_asf(folder / "07_02.amc"), folder / "other.asf");
   write("08.asf", kAsf);
-  EXPECT_THROW(find_asf((folder / "07_02.amc").string()), Error);
+  EXPECT_THROW(find_asf(folder / "07_02.amc"), Error);
   write("07.asf", kAsf);
-  EXPECT_EQ(fs::path(find_asf((folder / "07_02.amc").string())).filename(), "07.asf");
-  EXPECT_EQ(read_asf_amc((folder / "07_02.amc").string()).clip.frames(), 2);
-  EXPECT_EQ(read_asf_amc((folder / "07_02.amc").string(), (folder / "other.asf").string()).clip.frames(), 2);
-  EXPECT_THROW(read_asf_amc((folder / "none.amc").string()), Error);
-  fs::remove_all(folder);
+  EXPECT_EQ(find_asf(folder / "07_02.amc"), folder / "07.asf");
+  EXPECT_EQ(read_asf_amc(folder / "07_02.amc").clip.frames(), 2);
+  EXPECT_EQ(read_asf_amc(folder / "07_02.amc", folder / "other.asf").clip.frames(), 2);
+  EXPECT_THROW(read_asf_amc(folder / "none.amc"), Error);
 }
 
 TEST(AsfAmc, AgreesWithTheSameRecordingAsExponentialMaps) {

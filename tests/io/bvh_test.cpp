@@ -8,7 +8,9 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "refusal_of.h"
 #include "shared.h"
+#include "temp_folder.h"
 
 using namespace inhabit;
 using testing::HasSubstr;
@@ -26,13 +28,7 @@ const std::string kTwoFrames =
     "MOTION\nFrames: 2\nFrame Time: 0.0333\n10 95 20 0 0 0  0 0 0\n10\t95  20 0 0 90   0  90 0\n\n";
 
 std::string error_of(const std::string& text) {
-  try {
-    parse_bvh(text, "walk.bvh");
-  } catch (const Error& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    return error.what();
-  }
-  return "no error";
+  return refusal_of([&] { return parse_bvh(text, "walk.bvh"); });
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
@@ -160,7 +156,8 @@ TEST(Bvh, OneFrameIsAMotion) {
 }
 
 TEST(Bvh, WhatIsWrittenIsReadBackAlike) {
-  const std::string path = testing::TempDir() + "/inhabit_bvh_test.bvh";
+  const TempFolder folder;
+  const std::string path = folder / "a.bvh";
   for (const double angle : {1.5, 3.1}) {
     Clip clip = random_clip(7, angle);
     clip.rate = 30;
@@ -190,15 +187,15 @@ TEST(Bvh, WhatIsWrittenIsReadBackAlike) {
     EXPECT_TRUE(
         torch::allclose(read_bvh(path, 0.01).clip.joints.slice(1, 0, 4), back.clip.joints.slice(1, 0, 4), 0, 1e-5));
   }
-  std::filesystem::remove(path);
 }
 
 TEST(Bvh, PositionsAloneAreNotWritten) {
   Clip clip = random_clip(1, 1);
   clip.rotations = torch::Tensor();
   clip.joints = torch::zeros({5, 22, 3});
-  EXPECT_THROW(write_bvh(testing::TempDir() + "/no.bvh", clip), Error);
-  EXPECT_FALSE(std::filesystem::exists(testing::TempDir() + "/no.bvh"));
+  const TempFolder folder;
+  EXPECT_THROW(write_bvh(folder / "no.bvh", clip), Error);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
 }
 
 TEST(Bvh, ARecordingIsAPersonOfPlausibleSize) {

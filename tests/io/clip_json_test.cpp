@@ -4,6 +4,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "refusal_of.h"
 
 namespace inhabit {
 namespace {
@@ -22,12 +23,7 @@ Clip small_clip() {
 }
 
 std::string error_of(const std::string& text) {
-  try {
-    parse_clip_json(text, "file");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return refusal_of([&] { return parse_clip_json(text, "file"); });
 }
 
 TEST(ClipJson, KeepsEveryBit) {

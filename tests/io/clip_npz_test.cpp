@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/command.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
+#include "refusal_of.h"
 #include "shared.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -72,12 +73,7 @@ Npz amass(const torch::Tensor& pose, const torch::Tensor& trans) {
 }
 
 std::string error_of(const Npz& npz, const ClipReadOptions& options = {}) {
-  try {
-    clip_from_npz(npz, "file", options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return refusal_of([&] { return clip_from_npz(npz, "file", options); });
 }
 
 TEST(ClipNpz, OwnClipsRoundTripBitByBit) {
@@ -215,7 +211,7 @@ TEST(ClipNpz, BadFilesAreNamedWithTheirFault) {
 }
 
 TEST(ClipNpz, ReadsARecordedSequence) {
-  if (shared_folder().empty()) GTEST_SKIP();
+  if (shared_folder().empty()) GTEST_SKIP() << "no recordings beside the project";
   Notes notes;
   const Clip clip = read_clip_npz(shared_folder() + "/data/trumans/2023-02-12_22-16-01.npz", {}, &notes);
   EXPECT_EQ(clip.frames(), 2660);

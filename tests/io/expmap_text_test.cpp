@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/safetensors.h"
+#include "refusal_of.h"
 #include "shared.h"
 
 using namespace inhabit;
@@ -18,12 +19,7 @@ std::string row(int columns, const std::string& value = "0.1", const std::string
 }
 
 std::string error_of(const std::string& text) {
-  try {
-    parse_expmap_channels(text, "walk.txt");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of([&] { return parse_expmap_channels(text, "walk.txt"); });
 }
 
 }  // namespace

@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/command.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -19,15 +20,6 @@ const std::string kStored = INHABIT_SOURCE_DIR "/tests/data/npz/stored.npz";
 void expect_equal(const torch::Tensor& is, const torch::Tensor& should) {
   EXPECT_EQ(is.scalar_type(), should.scalar_type());
   EXPECT_TRUE(torch::equal(is, should)) << is << should;
-}
-
-std::string error_of(const std::function<void()>& run) {
-  try {
-    run();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(Npz, ReadsEveryTypeThatNumPyWrites) {
@@ -66,9 +58,9 @@ TEST(Npz, ReadsOnlyWhatIsAsked) {
 
 TEST(Npz, SaysWhatIsThereInstead) {
   const Npz npz = read_npz(kTypes);
-  EXPECT_NE(error_of([&] { npz.at("object", "f"); }).find("pickled"), std::string::npos);
-  EXPECT_NE(error_of([&] { npz.at("unicode", "f"); }).find("text"), std::string::npos);
-  EXPECT_NE(error_of([&] { npz.at("poses", "f"); }).find("b1, big"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { npz.at("object", "f"); }).find("pickled"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { npz.at("unicode", "f"); }).find("text"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { npz.at("poses", "f"); }).find("b1, big"), std::string::npos);
 }
 
 TEST(Npz, RoundTripsAndGivesTheSameBytes) {
@@ -109,14 +101,14 @@ TEST(Npz, EveryTruncationIsAnErrorNotACrash) {
   const std::string whole = read_whole_file(kTypes);
   for (size_t n = 0; n < whole.size(); n += 7) {
     const std::string part = whole.substr(0, n);
-    EXPECT_NE(error_of([&] { parse_npz(part, "cut"); }).find("cut: "), std::string::npos) << n;
+    EXPECT_NE(refusal_of([&] { parse_npz(part, "cut"); }).find("cut: "), std::string::npos) << n;
   }
 }
 
 TEST(Npz, DamagedDataFailsItsChecksum) {
   std::string bytes = read_whole_file(kStored);
   bytes[bytes.find("NUMPY") + 130] ^= 0x40;
-  EXPECT_NE(error_of([&] { parse_npz(bytes, "bad"); }).find("damaged"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { parse_npz(bytes, "bad"); }).find("damaged"), std::string::npos);
 }
 
 TEST(Npz, DeclaredSizesAreNotBelieved) {
@@ -125,22 +117,22 @@ TEST(Npz, DeclaredSizesAreNotBelieved) {
   npy += static_cast<char>(header.size());
   npy += '\0';
   npy += header + "1234567812345678";
-  EXPECT_NE(error_of([&] { parse_npz(npy, "big"); }).find("ends early"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { parse_npz(npy, "big"); }).find("ends early"), std::string::npos);
   std::string huge = npy;
   huge.replace(huge.find("400000000, 1"), 12, "999999999999");
-  EXPECT_NE(error_of([&] { parse_npz(huge, "big"); }).find("absurd"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { parse_npz(huge, "big"); }).find("absurd"), std::string::npos);
   std::string negative = npy;
   negative.replace(negative.find("400000000"), 9, "-40000000");
-  EXPECT_NE(error_of([&] { parse_npz(negative, "big"); }), "");
+  EXPECT_NE(refusal_of([&] { parse_npz(negative, "big"); }), "");
   std::string text = npy;
   text.replace(text.find("<f8"), 3, "|S0");
-  EXPECT_NE(error_of([&] { parse_npz(text, "big"); }).find("absurd"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { parse_npz(text, "big"); }).find("absurd"), std::string::npos);
 }
 
 TEST(AtomicFile, LeavesNothingBehindWhenItFails) {
   const TempFolder folder;
-  EXPECT_NE(error_of([&] { write_atomically(folder / "none/a.txt", "x"); }).find("no folder"), std::string::npos);
-  EXPECT_NE(error_of([&] { write_atomically(folder.path.string(), "x"); }).find("folder"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { write_atomically(folder / "none/a.txt", "x"); }).find("no folder"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { write_atomically(folder.path.string(), "x"); }).find("folder"), std::string::npos);
   write_atomically(folder / "a.txt", "old");
   EXPECT_THROW(write_atomically(folder / "a.txt",
                                 [](std::ostream& stream) {
@@ -150,15 +142,15 @@ TEST(AtomicFile, LeavesNothingBehindWhenItFails) {
                Error);
   EXPECT_EQ(read_whole_file(folder / "a.txt"), "old");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 1);
-  EXPECT_NE(error_of([] { write_atomically("/dev/full", std::string(1 << 20, 'x')); }), "");
+  EXPECT_NE(refusal_of([] { write_atomically("/dev/full", std::string(1 << 20, 'x')); }), "");
 }
 
 TEST(AtomicFile, ReadingSaysWhatIsWrong) {
   const TempFolder folder;
-  EXPECT_NE(error_of([&] { read_whole_file(folder / "none"); }).find("no such file"), std::string::npos);
-  EXPECT_NE(error_of([&] { read_whole_file(folder.path.string()); }).find("folder"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { read_whole_file(folder / "none"); }).find("no such file"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { read_whole_file(folder.path.string()); }).find("folder"), std::string::npos);
   write_atomically(folder / "a.txt", "0123456789");
-  EXPECT_NE(error_of([&] { read_whole_file(folder / "a.txt", 5); }).find("too large"), std::string::npos);
+  EXPECT_NE(refusal_of([&] { read_whole_file(folder / "a.txt", 5); }).find("too large"), std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "inhabit/error.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 using namespace inhabit;
 
@@ -14,15 +16,7 @@ namespace {
 
 class SafeTensorsFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("inhabit_safetensors_" + std::to_string(getpid()) +
-                                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   /// A file with this header text, its length in front, and `bytes` zero bytes of data behind.
   std::string write_raw(const std::string& header, size_t bytes, uint64_t claimed_length = UINT64_MAX) const {
@@ -35,15 +29,10 @@ class SafeTensorsFile : public ::testing::Test {
   }
 
   static std::string message(const std::string& file) {
-    try {
-      read_safetensors(file);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return refusal_of([&] { return read_safetensors(file); });
   }
 
-  std::filesystem::path folder_;
+  TempFolder folder_;
 };
 
 }  // namespace
@@ -68,7 +57,7 @@ TEST_F(SafeTensorsFile, RoundTripsEveryElementTypeAndMetadata) {
     EXPECT_TRUE(torch::equal(back.tensors.at(name), tensor)) << name;
   }
   size_t files = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_)) ++files;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_.path)) ++files;
   EXPECT_EQ(files, 1U) << "a temporary was left behind";
 }
 
@@ -84,7 +73,7 @@ TEST_F(SafeTensorsFile, HalfPrecisionStoresFloatsInHalfTheSpace) {
 TEST_F(SafeTensorsFile, RefusesMalformedFilesWithOneClearLine) {
   using ::testing::HasSubstr;
   EXPECT_THAT(message(path("missing")), HasSubstr("no such file"));
-  EXPECT_THAT(message(folder_.string()), HasSubstr("not a file"));
+  EXPECT_THAT(message(folder_.path.string()), HasSubstr("not a file"));
   EXPECT_THAT(message(write_raw("", 0, 1ULL << 40)), HasSubstr("header length"));
   EXPECT_THAT(message(write_raw("{]", 0)), HasSubstr("not JSON"));
   EXPECT_THAT(message(write_raw("[1]", 0)), HasSubstr("not JSON"));
@@ -103,7 +92,7 @@ TEST_F(SafeTensorsFile, RefusesMalformedFilesWithOneClearLine) {
                                     "b":{"dtype":"F32","shape":[2],"data_offsets":[4,12]}})",
                                 12)),
               HasSubstr("overlap"));
-  EXPECT_EQ(message(write_raw(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})", 8)), "no error");
+  EXPECT_EQ(message(write_raw(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})", 8)), "");
 }
 
 TEST_F(SafeTensorsFile, EveryTruncationIsRefused) {

@@ -12,7 +12,9 @@
 #include "inhabit/io/mesh.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/point_cloud.h"
+#include "refusal_of.h"
 #include "shared.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -105,21 +107,10 @@ std::string stl_of(const OpenRoom& room, Axis axis, double scale) {
   return out.str();
 }
 
-std::string write_temporary(const std::string& name, const std::string& bytes) {
-  const std::string path = testing::TempDir() + "/" + name;
+std::string write_in(const TempFolder& folder, const std::string& name, const std::string& bytes) {
+  const std::string path = folder / name;
   std::ofstream(path, std::ios::binary) << bytes;
   return path;
-}
-
-/// Runs and returns the message of the Error thrown.
-template <typename Run>
-std::string error_of(const Run& run) {
-  try {
-    run();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 double area(const Scene& scene) {
@@ -180,7 +171,7 @@ TEST(SceneFile, FlagsOverrideDetection) {
   EXPECT_FALSE(file.report.scale_detected);
   EXPECT_NEAR(file.report.upper[2] - file.report.lower[2], 1.25, 1e-5);
   options.scale = -1;
-  EXPECT_THAT(error_of([&] { parse_scene(obj_of(OpenRoom(), Axis::z_up, 1.0), "obj", "room.obj", options); }),
+  EXPECT_THAT(refusal_of([&] { parse_scene(obj_of(OpenRoom(), Axis::z_up, 1.0), "obj", "room.obj", options); }),
               HasSubstr("scale"));
 }
 
@@ -194,10 +185,11 @@ TEST(SceneFile, ReportSaysWhatWasFound) {
 }
 
 TEST(SceneFile, NamesAndColoursAreKept) {
-  write_temporary("colours.mtl", "newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n");
-  const std::string path = write_temporary("colours.obj",
-                                           "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 1 0\n"
-                                           "o chair\nusemtl red\nf 1 2 3\no table\nusemtl blue\nf 1 2 4\n");
+  const TempFolder folder;
+  write_in(folder, "colours.mtl", "newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n");
+  const std::string path = write_in(folder, "colours.obj",
+                                    "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 1 0\n"
+                                    "o chair\nusemtl red\nf 1 2 3\no table\nusemtl blue\nf 1 2 4\n");
   const Scene scene = read_scene_file(path).scene;
   ASSERT_EQ(scene.meshes.size(), 2U);
   EXPECT_EQ(scene.name, "colours");
@@ -269,7 +261,7 @@ TEST(SceneFile, GltfStripsBytesAndTrees) {
     EXPECT_GT(torch::cross(c[1] - c[0], c[2] - c[0], 0)[2].item<float>(), 0);
   }
   const auto message = [](const std::string& text) {
-    return error_of([&] { parse_meshes(text, "gltf", "bad.gltf"); });
+    return refusal_of([&] { parse_meshes(text, "gltf", "bad.gltf"); });
   };
   EXPECT_THAT(message(gltf_of(R"([{"mesh":0,"children":[1]},{"children":[0]}])")), HasSubstr("no tree"));
   EXPECT_THAT(message(gltf_of(R"([{"mesh":7}])")), HasSubstr("mesh that is not there"));
@@ -305,7 +297,7 @@ TEST(SceneFile, DegenerateFacesAreDroppedAndCounted) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n";
-  EXPECT_THAT(error_of([&] { parse_scene(none, "ply", "none.ply"); }), HasSubstr("none.ply"));
+  EXPECT_THAT(refusal_of([&] { parse_scene(none, "ply", "none.ply"); }), HasSubstr("none.ply"));
 }
 
 TEST(PointCloud, TextWithAnySeparator) {
@@ -368,11 +360,11 @@ TEST(PointCloud, NumpyArchives) {
     EXPECT_TRUE(torch::equal(parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"), points.to(torch::kFloat32)));
   }
   archive.tensors["points"] = torch::zeros({4});
-  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not (N, 3)"));
+  EXPECT_THAT(refusal_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not (N, 3)"));
   archive.tensors["points"] = torch::full({4, 3}, NAN);
-  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not finite"));
+  EXPECT_THAT(refusal_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("not finite"));
   archive.tensors = {{"trans", points}};
-  EXPECT_THAT(error_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("no array"));
+  EXPECT_THAT(refusal_of([&] { parse_point_cloud(npz_bytes(archive), "npz", "cloud.npz"); }), HasSubstr("no array"));
 }
 
 TEST(Meshes, ObjCornersOfEveryForm) {
@@ -402,10 +394,11 @@ TEST(Meshes, BinaryStlIsWelded) {
   EXPECT_EQ(mesh.faces.size(0), 2);
   const float infinite = INFINITY;
   std::memcpy(bytes.data() + 84 + 12, &infinite, 4);
-  EXPECT_THAT(error_of([&] { parse_meshes(bytes, "stl", "square.stl"); }), HasSubstr("not finite"));
+  EXPECT_THAT(refusal_of([&] { parse_meshes(bytes, "stl", "square.stl"); }), HasSubstr("not finite"));
 }
 
 TEST(BadScenes, OneLineThatNamesTheFile) {
+  const TempFolder folder;
   const std::string ply_head = "ply\nformat binary_little_endian 1.0\n";
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::vector<std::tuple<std::string, std::string, std::string>> cases{
@@ -454,14 +447,14 @@ TEST(BadScenes, OneLineThatNamesTheFile) {
       {"obj", "v 0 0 0\nv 1e30 0 0\nv 0 0 1e30\nf 1 2 3\n", "km across"},
       {"fbx", "x", "bad.fbx"}};
   for (const auto& [extension, bytes, reason] : cases) {
-    const std::string path = write_temporary("bad." + extension, bytes);
-    const std::string message = error_of([&] { read_scene_file(path); });
+    const std::string path = write_in(folder, "bad." + extension, bytes);
+    const std::string message = refusal_of([&] { read_scene_file(path); });
     EXPECT_THAT(message, HasSubstr("bad." + extension)) << bytes.substr(0, 60);
     EXPECT_THAT(message, HasSubstr(reason)) << bytes.substr(0, 60);
     EXPECT_THAT(message, testing::Not(HasSubstr("\n")));
   }
-  EXPECT_THAT(error_of([] { read_scene_file("/nowhere/room.obj"); }), HasSubstr("no such file"));
-  EXPECT_THAT(error_of([] { read_scene_file(testing::TempDir()); }), HasSubstr("format"));
+  EXPECT_THAT(refusal_of([] { read_scene_file("/nowhere/room.obj"); }), HasSubstr("no such file"));
+  EXPECT_THAT(refusal_of([&] { read_scene_file(folder.path.string()); }), HasSubstr("format"));
 }
 
 TEST(BadScenes, EveryTruncationIsAnErrorOrAShorterScene) {

@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/command.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/clip_npz.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
@@ -32,12 +33,7 @@ Npz generated_model(int64_t joints, int64_t betas) {
 std::string error_of(const std::function<void(Npz&)>& change) {
   Npz npz = generated_model(24, 10);
   change(npz);
-  try {
-    smpl_model_from_npz(npz, "model");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return refusal_of([&] { return smpl_model_from_npz(npz, "model"); });
 }
 
 TEST(SmplModel, AllThreeOfTheFamilyLoad) {

@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/expmap_text.h"
+#include "refusal_of.h"
 
 using namespace inhabit;
 
@@ -101,12 +102,7 @@ TEST(Landmarks, CmuJointsBeforeTheLimbsAreNoHipsAndShoulders) {
 
 TEST(Landmarks, SaysWhichPartIsMissing) {
   const auto error = [](const Skeleton& skeleton) {
-    try {
-      find_landmarks(skeleton, "dog.bvh");
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string("no error");
+    return refusal_of([&] { return find_landmarks(skeleton, "dog.bvh"); });
   };
   EXPECT_EQ(error(tree({{"Bone", ""}, {"Bone2", "Bone"}})),
             "dog.bvh: no joint of the skeleton (2 joints: Bone, Bone2) stands for the left hip");

@@ -6,12 +6,12 @@
 #include <map>
 #include <set>
 
-#include "cli/command.h"
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/synth/person.h"
 #include "shared.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {

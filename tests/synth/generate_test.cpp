@@ -10,6 +10,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/synth/check.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/command.h"
 #include "inhabit/error.h"
+#include "temp_folder.h"
 
 namespace inhabit {
 namespace {
