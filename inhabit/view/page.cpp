@@ -131,11 +131,27 @@ torch::Tensor betas_of_model(const Clip& clip, const BodyModel& model) {
   return difference.item<float>() < 0.01F ? clip.betas : torch::Tensor();
 }
 
+/// Stretches of one label: [first frame, label].
+json label_spans(const torch::Tensor& labels) {
+  json spans = json::array();
+  const torch::Tensor p = plain(labels, torch::kInt64);
+  const int64_t* at = p.data_ptr<int64_t>();
+  for (int64_t f = 0; f < p.numel(); ++f)
+    if (spans.empty() || spans.back()[1] != at[f]) spans.push_back({f, at[f]});
+  return spans;
+}
+
+json intention_spans(const torch::Tensor& labels, const std::string& path) {
+  if (labels.dim() != 1 || labels.numel() == 0 || labels.min().item<int64_t>() < 0)
+    throw Error(path, "intention labels must be one for each frame, from 0 on");
+  return label_spans(labels);
+}
+
 json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const std::string& path) {
   const Clip& clip = person.clip;
   validate(clip, path);
   if (!std::isfinite(person.start_seconds)) throw Error(path, "a start time is not finite");
-  static const char* const kRoles[] = {"motion", "past", "truth", "prediction"};
+  static const char* const kRoles[] = {"motion", "past", "truth", "prediction", "future", "intention"};
   json out = {{"name", person.name},           {"role", kRoles[static_cast<int>(person.role)]},
               {"start", person.start_seconds}, {"rate", clip.rate},
               {"frames", clip.frames()},       {"joints", blob.add_positions(clip.joints)},
@@ -151,13 +167,11 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
     out["offsets"] = blob.add_floats(clip.skeleton.offsets.slice(0, 0, joints));
   }
   if (clip.action.defined()) {
-    json spans = json::array();  // [first frame, label]
-    const torch::Tensor action = plain(clip.action, torch::kInt64);
-    for (int64_t f = 0; f < action.size(0); ++f) {
-      const int64_t label = action[f].item<int64_t>();
-      if (spans.empty() || spans.back()[1] != label) spans.push_back({f, label});
-    }
-    out["actions"] = {{"names", clip.action_names}, {"spans", spans}};
+    out["actions"] = {{"names", clip.action_names}, {"spans", label_spans(clip.action)}};
+  }
+  if (person.labels.defined()) {
+    if (person.labels.numel() != clip.frames()) throw Error(path, "intention labels and frames differ in number");
+    out["intentions"] = intention_spans(person.labels, path);
   }
   if (clip.hand_targets.defined()) {
     const torch::Tensor hands = plain(clip.hand_targets);
@@ -260,6 +274,18 @@ json describe_contacts(Blob& blob, const PageContacts& contacts, const std::stri
           {"changes", blob.add(values, "u8")}};
 }
 
+json describe_recordings(const PageRecordings& recordings, const std::string& path) {
+  if (!(recordings.rate > 0) || !std::isfinite(recordings.rate)) throw Error(path, "recordings need a rate above zero");
+  json rows = json::array();
+  for (const PageRecordings::Row& row : recordings.rows)
+    rows.push_back({{"name", row.name},
+                    {"group", row.group},
+                    {"frames", row.labels.numel()},
+                    {"spans", intention_spans(row.labels, path)},
+                    {"marked", {row.first, row.last}}});
+  return {{"rate", recordings.rate}, {"rows", rows}};
+}
+
 std::string gzipped(const std::string& bytes) {
   z_stream stream{};
   constexpr int kGzip = 15 + 16;
@@ -336,6 +362,7 @@ void write_page(const std::string& path, const Page& page) {
   for (const PagePerson& person : page.people) header["people"].push_back(describe_person(blob, bodies, person, path));
   header["bodies"] = bodies.list;
   if (page.scene != nullptr) header["scene"] = describe_scene(blob, *page.scene, path);
+  if (page.recordings) header["recordings"] = describe_recordings(*page.recordings, path);
   if (page.contacts) header["contacts"] = describe_contacts(blob, *page.contacts, path);
 
   const std::string title = escaped_html(page.title.empty() ? "inhabit" : page.title);

@@ -14,12 +14,26 @@ namespace inhabit {
 /// One person on a page. A clip with rotations on the standard 22 joints (more may follow them) is shown as a skinned
 /// body, any other as its skeleton.
 struct PagePerson {
-  enum class Role { motion, past, truth, prediction };  ///< colours: warm, grey, orange, blue
+  /// Colours: warm, grey, orange, blue. `future`: one of many, a small figure in a hue about blue; `intention`: a small
+  /// figure in its label's colour that starts over at its end.
+  enum class Role { motion, past, truth, prediction, future, intention };
   Clip clip;
   std::string name;
   Role role = Role::motion;
   double start_seconds = 0;         ///< when the clip's first frame is shown
   const BodyModel* body = nullptr;  ///< nullptr: the built-in body. Must outlive the page.
+  torch::Tensor labels = {};        ///< (T) int64 intention of every frame, 0 or more; undefined where it is not known
+};
+
+/// Intention labels of recordings, one strip each on a time axis of their own.
+struct PageRecordings {
+  struct Row {
+    std::string name, group;      ///< rows of one group stand together
+    torch::Tensor labels;         ///< (T) int64, 0 or more
+    int64_t first = 0, last = 0;  ///< frames [first, last) are marked; none where they are equal
+  };
+  std::vector<Row> rows;
+  double rate = 25;  ///< frames a second
 };
 
 /// Contact maps (Eq. 1) to be painted on the scene.
@@ -38,13 +52,15 @@ struct Page {
   std::vector<PagePerson> people;
   const Scene* scene = nullptr;  ///< nullptr: an empty ground with a grid
   std::optional<PageContacts> contacts;
+  std::optional<PageRecordings> recordings;
 };
 
 /// Writes one HTML file that needs no other file and no network: a three.js view with orbit camera, timeline, bodies or
-/// skeletons, the scene, root paths and footprints, and contact maps. Positions are kept to 1/65535 of their extent,
-/// rotations to 1/32767; scenes beyond 200,000 triangles or 60,000 points are thinned.
-/// Throws Error(path, ...) where a clip, the scene or the contacts are inconsistent or not finite, or the file cannot
-/// be written; an older file of that name then stays as it was.
+/// skeletons, the scene, root paths and footprints, and contact maps. Many futures (or motions of intentions) are small
+/// figures side by side or in one place, with a strip of labels under the timeline. Positions are kept to 1/65535 of
+/// their extent, rotations to 1/32767; scenes beyond 200,000 triangles or 60,000 points are thinned. Throws Error(path,
+/// ...) where a clip, the scene or the contacts are inconsistent or not finite, or the file cannot be written; an older
+/// file of that name then stays as it was.
 void write_page(const std::string& path, const Page& page);
 
 }  // namespace inhabit
