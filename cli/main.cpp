@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   add_train(app);
   add_eval(app);
   add_convert(app);
+  add_intentions(app);
   add_info(app);
   add_view(app);
   add_synth(app);

@@ -25,6 +25,7 @@ void add_forecast(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_convert(CLI::App& app);
+void add_intentions(CLI::App& app);
 void add_info(CLI::App& app);
 void add_view(CLI::App& app);
 void add_synth(CLI::App& app);

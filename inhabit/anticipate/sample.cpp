@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "inhabit/error.h"
 #include "inhabit/motion/local_pose.h"
 
 namespace inhabit {
@@ -35,6 +36,23 @@ std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMot
   return out;
 }
 
+Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::string& source) {
+  for (const ActionMotion& motion : motions)
+    if (motion.split == "train" && motion.clip.frames() > 1) return motion.clip.skeleton;
+  throw Error(source, "has no training recording");
+}
+
+Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kAnticipateFeatures - 4).contiguous(); }
+
+IntentionClusters cluster_recordings(const std::vector<AnticipateSequence>& recordings, const AnticipateConfig& config,
+                                     uint64_t seed) {
+  std::vector<Tensor> poses;
+  for (const AnticipateSequence& recording : recordings)
+    for (const Tensor& features : {recording.features, mirrored_features(recording.features)})
+      poses.push_back(intention_poses(features));
+  return cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, seed);
+}
+
 Tensor observation(const Tensor& features, int64_t now, int64_t observed) {
   return rows(features, now - observed, observed);
 }
@@ -62,8 +80,7 @@ AnticipateData::AnticipateData(std::vector<AnticipateSequence> sequences, const 
   for (const AnticipateSequence& sequence : sequences)
     for (const Tensor& features : {sequence.features, mirrored_features(sequence.features)}) {
       features_.push_back(networks.scale.to_network(features));
-      labels_.push_back(
-          intention_labels(features.slice(1, 0, kAnticipateFeatures - 4).contiguous(), networks.clusters));
+      labels_.push_back(intention_labels(intention_poses(features), networks.clusters));
     }
   std::map<std::string, std::vector<AnticipateWindow>> windows;
   size_t most = 0;

@@ -17,6 +17,16 @@ struct AnticipateSequence {
 std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMotion>& motions, const std::string& split,
                                                      const Skeleton& skeleton);
 
+/// The bones of the first training recording. Throws Error(source, ...) where there is none.
+Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::string& source);
+
+/// Poses (..., 63) of features (..., F), which intentions are clustered from.
+torch::Tensor intention_poses(const torch::Tensor& features);
+
+/// Intention labels clustered from recordings and their mirror images, as `config` has it.
+IntentionClusters cluster_recordings(const std::vector<AnticipateSequence>& recordings, const AnticipateConfig& config,
+                                     uint64_t seed);
+
 /// An observation (`observed`, F) of the frames before `now`; where the recording begins later its first frame is
 /// repeated in front.
 torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t observed);

@@ -257,20 +257,15 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
 
   AnticipateNetworks networks;
   networks.config = config;
-  for (const ActionMotion& motion : motions)
-    if (motion.split == "train" && !networks.skeleton.offsets.defined()) networks.skeleton = motion.clip.skeleton;
-  if (!networks.skeleton.offsets.defined()) throw Error(options.data, "has no training recording");
+  networks.skeleton = training_skeleton(motions, options.data);
   const auto train_sequences = anticipate_sequences(motions, "train", networks.skeleton),
              validation = anticipate_sequences(motions, "val", networks.skeleton);
   if (validation.empty()) throw Error(options.data, "has no validation recording");
-  std::vector<Tensor> features, poses;
+  std::vector<Tensor> features;
   for (const AnticipateSequence& s : train_sequences)
-    for (const Tensor& f : {s.features, mirrored_features(s.features)}) {
-      features.push_back(f);
-      poses.push_back(f.slice(1, 0, kAnticipateFeatures - 4).contiguous());
-    }
+    for (const Tensor& f : {s.features, mirrored_features(s.features)}) features.push_back(f);
   networks.scale = feature_scale(torch::cat(features));
-  networks.clusters = cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, options.seed);
+  networks.clusters = cluster_recordings(train_sequences, config, options.seed);
   const AnticipateData data(train_sequences, networks);
   torch::manual_seed(options.seed);
 

@@ -282,7 +282,7 @@ json describe_recordings(const PageRecordings& recordings, const std::string& pa
                     {"group", row.group},
                     {"frames", row.labels.numel()},
                     {"spans", intention_spans(row.labels, path)},
-                    {"marked", {row.first, row.last}}});
+                    {"marked", row.marked}});
   return {{"rate", recordings.rate}, {"rows", rows}};
 }
 

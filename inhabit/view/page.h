@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "inhabit/body/body_model.h"
@@ -28,9 +29,9 @@ struct PagePerson {
 /// Intention labels of recordings, one strip each on a time axis of their own.
 struct PageRecordings {
   struct Row {
-    std::string name, group;      ///< rows of one group stand together
-    torch::Tensor labels;         ///< (T) int64, 0 or more
-    int64_t first = 0, last = 0;  ///< frames [first, last) are marked; none where they are equal
+    std::string name, group;                          ///< rows of one group stand together
+    torch::Tensor labels;                             ///< (T) int64, 0 or more
+    std::vector<std::pair<int64_t, int64_t>> marked;  ///< outlined stretches, frames [first, last)
   };
   std::vector<Row> rows;
   double rate = 25;  ///< frames a second

@@ -1,3 +1,4 @@
+import { Color } from 'three';
 import type { Role } from './data';
 
 /** sRGB of a person by what its motion is. */
@@ -6,6 +7,8 @@ export const roleColor: Record<Role, number> = {
   past: 0x9ca1a9,
   truth: 0xec8a2b,
   prediction: 0x3c7fe6,
+  future: 0x3c7fe6,
+  intention: 0xdfbfa5,
 };
 
 export const roleName: Record<Role, string> = {
@@ -13,6 +16,8 @@ export const roleName: Record<Role, string> = {
   past: 'Observed',
   truth: 'Truth',
   prediction: 'Prediction',
+  future: 'Futures',
+  intention: 'Intentions',
 };
 
 /** Further tones for several plain motions, the first being the role's own. */
@@ -21,3 +26,16 @@ export const motionTones = [0xdfbfa5, 0x8fb3ab, 0xb58bb0, 0xa3ac6a, 0x8b9cc9, 0x
 export const actionTones = ['#f2c879', '#9fc9b1', '#a9bfe8', '#e5a9a0', '#c9b3dd', '#d3cf8d', '#9ccbd6', '#e0b892'];
 
 export const css = (color: number) => '#' + color.toString(16).padStart(6, '0');
+
+/** Futures: hues and tones about the prediction's blue, neighbours far apart. */
+export function futureColor(i: number): number {
+  if (i === 0) return roleColor.future;
+  const turn = (i * 0.618034) % 1;
+  return new Color().setHSL((160 + 140 * turn) / 360, 0.62, 0.42 + 0.24 * ((i * 0.381966) % 1)).getHex();
+}
+
+const intentionTones = ['#e9a23b', '#3f9e97', '#c9533f', '#7d6bc0', '#86b04a', '#d873a5', '#4d88d8', '#94704f', '#c9b92f', '#5c6b7a', '#41b5d1', '#a63d77'];
+
+/** A colour for each of `count` intention labels. */
+export const intentionColors = (count: number) => Array.from({ length: count }, (_, i) =>
+  intentionTones[i] ?? '#' + new Color().setHSL((i * 0.618034) % 1, 0.5, 0.55).getHexString());

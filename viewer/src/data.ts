@@ -18,7 +18,7 @@ export interface BodyData {
   rest: ArrayRef;
 }
 
-export type Role = 'motion' | 'past' | 'truth' | 'prediction';
+export type Role = 'motion' | 'past' | 'truth' | 'prediction' | 'future' | 'intention';
 
 export interface PersonData {
   name: string;
@@ -34,6 +34,7 @@ export interface PersonData {
   trans?: ArrayRef; // (T, 3)
   offsets?: ArrayRef; // (J, 3)
   actions?: { names: string[]; spans: [number, number][] };
+  intentions?: [number, number][]; // stretches: first frame, label
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
 }
 
@@ -55,12 +56,18 @@ export interface ContactsData {
   changes: ArrayRef; // (pairs, keys) differences modulo 256
 }
 
+export interface RecordingsData {
+  rate: number;
+  rows: { name: string; group: string; frames: number; spans: [number, number][]; marked: [number, number][] }[];
+}
+
 export interface Header {
   note: string;
   bodies: BodyData[];
   people: PersonData[];
   scene?: { meshes: MeshData[]; points?: ArrayRef };
   contacts?: ContactsData;
+  recordings?: RecordingsData;
 }
 
 export class Data {

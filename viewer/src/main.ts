@@ -1,8 +1,9 @@
 import * as THREE from 'three';
-import { actionTones, css, motionTones, roleColor, roleName } from './colors';
+import { actionTones, css, futureColor, intentionColors, motionTones, roleColor, roleName } from './colors';
 import { Contacts } from './contacts';
 import { Data } from './data';
-import { Bodies, Person, Shape } from './person';
+import { Gallery } from './gallery';
+import { Bodies, isFigure, Person, Shape } from './person';
 import { Room } from './room';
 import { Stage, Theme } from './stage';
 import { makeTrails } from './trails';
@@ -27,6 +28,10 @@ export interface Hooks {
   /** World positions (J, 3) of a person's joints as drawn now. */
   jointPositions(person: number): number[][];
   visible(person: number): boolean;
+  /** Many figures: side by side (true) or overlaid where they go. */
+  setApart(on: boolean): void;
+  /** Makes one of many figures stand out; -1: none. */
+  choose(person: number): void;
 }
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -56,12 +61,16 @@ async function start() {
   const perRole = new Map<string, number>();
   for (const source of header.people) perRole.set(source.role, (perRole.get(source.role) ?? 0) + 1);
   const seen = new Map<string, number>();
+  const figures = header.people.some(isFigure); // small ones
   const people = header.people.map((source) => {
     const k = seen.get(source.role) ?? 0;
     seen.set(source.role, k + 1);
-    const color = source.role === 'motion' ? motionTones[k % motionTones.length] : roleColor[source.role];
+    const color = source.role === 'motion' ? motionTones[k % motionTones.length]
+      : source.role === 'future' ? futureColor(k)
+        : source.role === 'intention' && source.intentions ? Number.parseInt(intentionColors(source.intentions[0][1] + 1).at(-1)!.slice(1), 16)
+          : roleColor[source.role];
     const crowd = perRole.get(source.role)! > 6;
-    return new Person(data, bodies, source, color, crowd ? 0.45 : 1);
+    return new Person(data, bodies, source, color, crowd ? 0.45 : 1, figures);
   });
   for (const person of people) stage.scene.add(person.group);
   const begin = Math.min(0, ...people.map((person) => person.start));
@@ -97,7 +106,7 @@ async function start() {
     }
   };
 
-  const trails = people.map((person) => makeTrails(person, ground));
+  const trails = people.map((person) => makeTrails(person, ground, !figures));
   trails.forEach((trail, i) => people[i].group.add(trail));
 
   let contacts: Contacts | undefined;
@@ -121,11 +130,15 @@ async function start() {
   let dirty = true;
   let painted = NaN; // time the scene was last posed at
   const focus = new THREE.Vector3();
+  const heading = people.length > 0 ? facing(people[0]) : 0.5;
+  const gallery = figures ? new Gallery(header, people, stage, heading, ground, begin, end, element('names'), () => {
+    painted = NaN;
+    dirty = true;
+  }) : undefined;
 
   /** A person is there from its first frame on; an observed past leaves when what comes after it starts. */
   const lastStart = Math.max(...people.map((person) => person.start));
-  const isVisible = (person: Person) =>
-    person.enabled && time >= person.start - 1e-6 &&
+  const isVisible = (person: Person) => gallery ? gallery.isVisible(person, time) : person.enabled && time >= person.start - 1e-6 &&
     !(person.data_.role === 'past' && time > person.end + 0.5 / rate && lastStart > person.start);
 
   const setFocus = () => {
@@ -149,7 +162,7 @@ async function start() {
       person.group.visible = person.enabled;
       const there = isVisible(person);
       for (const child of person.group.children) child.visible = there;
-      trails[i].visible = person.enabled && showTrails;
+      trails[i].visible = person.enabled && showTrails && (!gallery || gallery.showsTrail(person));
       if (!there) continue;
       person.show(shape);
       person.setTime(time);
@@ -158,6 +171,7 @@ async function start() {
       ghost.group.visible = showGhosts && of.enabled;
       ghost.group.position.copy(of.group.position);
     }
+    gallery?.setTime(time);
     contacts?.setTime(time);
     painted = time;
   };
@@ -210,6 +224,7 @@ async function start() {
   const covered = new Set<string>();
   people.forEach((person, i) => {
     const { role } = person.data_;
+    if (role === 'intention') return; // starts over
     const key = `${role} ${person.start} ${person.end}`;
     if (covered.has(key)) return;
     covered.add(key);
@@ -252,6 +267,7 @@ async function start() {
   const groups = people.length <= 8 ? people.map((person) => [person])
     : [...perRole.keys()].map((role) => people.filter((person) => person.data_.role === role));
   for (const group of groups) {
+    if (group[0].data_.role === 'intention') continue; // named under its figure
     const chip = document.createElement('button');
     const dot = document.createElement('i');
     const label = document.createElement('span');
@@ -309,7 +325,10 @@ async function start() {
   });
   setShape(shape);
   shapeButton.hidden = !people.some((person) => person.hasBody);
-  toggle('follow', 'f', () => (following = !following)).setAttribute('aria-pressed', 'true');
+  toggle('follow', 'f', () => {
+    if (gallery) return (gallery.automatic = !gallery.automatic);
+    return (following = !following);
+  }).setAttribute('aria-pressed', 'true');
   toggle('trails', 't', () => (showTrails = !showTrails)).setAttribute('aria-pressed', 'true');
 
   const setGhosts = (on: boolean) => {
@@ -322,9 +341,15 @@ async function start() {
     setGhosts(!showGhosts);
     return showGhosts;
   });
-  ghostButton.hidden = people.length > 8;
+  ghostButton.hidden = figures || people.length > 8;
 
   const spread = toggle('spread', 's', () => {
+    if (gallery) {
+      gallery.setApart(!gallery.apart);
+      stage.showGround(!gallery.apart && !room.hasFloor);
+      resize();
+      return gallery.apart;
+    }
     apart = !apart;
     people.forEach((person, i) => {
       const columns = Math.ceil(Math.sqrt(people.length * 1.6));
@@ -336,6 +361,11 @@ async function start() {
     return apart;
   });
   spread.hidden = people.length < 2;
+  if (gallery) {
+    spread.setAttribute('aria-pressed', 'true');
+    stage.showGround(false);
+    for (const id of ['follow', 'trails', 'spread']) element(id).hidden = !gallery.canOverlay;
+  }
 
   let theme: Theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
   const themeButton = toggle('theme', 'd', () => {
@@ -347,6 +377,7 @@ async function start() {
     document.documentElement.dataset.theme = theme;
     themeButton.textContent = theme === 'dark' ? 'Light' : 'Dark';
     stage.setTheme(theme);
+    gallery?.redraw();
     dirty = true;
   };
   setTheme(theme);
@@ -380,12 +411,13 @@ async function start() {
   const resize = () => {
     const width = innerWidth;
     const height = innerHeight;
+    dirty = true;
     const bar = element('bar').getBoundingClientRect();
     document.documentElement.style.setProperty('--bar-top', `${height - bar.top}px`);
+    if (gallery) return gallery.resize(width, height);
     const pixels = stage.resize(width, height, 0, framed ? 0 : height - bar.top);
     contacts?.points.setHeight(pixels);
     room.points?.setHeight(pixels);
-    dirty = true;
   };
   addEventListener('resize', resize);
   showTime();
@@ -395,7 +427,6 @@ async function start() {
   // First view: the whole way if it is short, the first person otherwise.
   pose();
   setFocus();
-  const heading = people.length > 0 ? facing(people[0]) : 0.5;
   const reach = Math.min(3.2, Math.max(header.scene ? 1.6 : 1.35, extent.getSize(v).setY(0).length() * 0.36 + 0.85));
   const first = new THREE.Vector3(middle.x, ground + 0.82, middle.z);
   const wanders = reach >= 3.2;
@@ -406,7 +437,10 @@ async function start() {
   const draw = (seconds: number) => {
     if (painted !== time) pose();
     setFocus();
-    if (following) stage.follow(focus, playing ? Math.min(1, seconds * 6) : 1);
+    if (gallery) {
+      gallery.placeCamera(seconds, time);
+      element('follow').setAttribute('aria-pressed', String(gallery.automatic));
+    } else if (following) stage.follow(focus, playing ? Math.min(1, seconds * 6) : 1);
     room.focus.value.copy(focus);
     stage.lightAround(focus);
     stage.controls.update();
@@ -457,6 +491,7 @@ async function start() {
     setJoint: (name: string) => chooseJoint(contacts ? contacts.names.indexOf(name) : -1),
     setCamera: (x: number, y: number, z: number, target?: [number, number, number]) => {
       following = false;
+      if (gallery) gallery.automatic = false;
       if (target) stage.controls.target.fromArray(target);
       stage.camera.position.set(x, y, z);
       stage.controls.update();
@@ -465,6 +500,10 @@ async function start() {
     jointPositions: (i: number) =>
       people[i].parents.map((_, j) => people[i].joint(j, new THREE.Vector3()).toArray()),
     visible: (i: number) => isVisible(people[i]),
+    setApart: (on: boolean) => {
+      if (gallery && gallery.apart !== on) spread.click();
+    },
+    choose: (i: number) => gallery?.choose(people[i]),
   } satisfies Partial<Hooks>);
   setPlaying(framed);
   room.settle(stage.camera);

@@ -1,16 +1,11 @@
 import * as THREE from 'three';
 import { Data, PersonData } from './data';
+import { Figure } from './figure';
 
-const SPHERE = new THREE.SphereGeometry(1, 14, 10);
-const STICK = new THREE.CylinderGeometry(1, 1, 1, 10, 1, true).translate(0, 0.5, 0);
-const UP = new THREE.Vector3(0, 1, 0);
+const DISC = new THREE.CircleGeometry(0.3, 28).rotateX(-Math.PI / 2);
+const NO_LABEL = 0x8f949c;
 
-// Scratch, so that a frame allocates nothing.
-const a = new THREE.Vector3();
-const b = new THREE.Vector3();
-const q = new THREE.Quaternion();
-const s = new THREE.Vector3();
-const m = new THREE.Matrix4();
+const a = new THREE.Vector3(); // scratch, so that a frame allocates nothing
 
 export type Shape = 'body' | 'skeleton';
 
@@ -47,6 +42,9 @@ export class Bodies {
   }
 }
 
+/** Roles shown as small figures on a disc in the colour of the current intention. */
+export const isFigure = (data: PersonData) => data.role === 'future' || data.role === 'intention';
+
 /** One person: body and skeleton, posed at a time. */
 export class Person {
   readonly group = new THREE.Group();
@@ -57,11 +55,12 @@ export class Person {
   readonly end: number; // time of the last frame
   readonly material: THREE.MeshStandardMaterial;
   enabled = true; // switched on in the legend
+  lead?: Person; // the past, shown in this one's place until this one starts
+  labelColors: string[] = [];
   private readonly frames: number;
   private readonly count: number;
-  private readonly spheres: THREE.InstancedMesh;
-  private readonly sticks: THREE.InstancedMesh;
-  private readonly headJoint: number;
+  private readonly figure: Figure;
+  private readonly disc?: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
   private readonly body?: THREE.SkinnedMesh;
   private readonly bones: THREE.Bone[] = [];
   private readonly rotations?: Float32Array; // (T, B, 4) x y z w
@@ -69,7 +68,7 @@ export class Person {
   private readonly targets: THREE.Mesh[] = [];
   private readonly hands?: { places: Float32Array; on: ArrayLike<number> };
 
-  constructor(data: Data, bodies: Bodies, readonly data_: PersonData, readonly color: number, opacity: number) {
+  constructor(data: Data, bodies: Bodies, readonly data_: PersonData, readonly color: number, opacity: number, figure = isFigure(data_)) {
     this.parents = data_.parents;
     this.count = this.parents.length;
     this.frames = data_.frames;
@@ -77,18 +76,15 @@ export class Person {
     this.now = new Float32Array(this.count * 3);
     this.start = data_.start;
     this.end = data_.start + (data_.frames - 1) / data_.rate;
-    this.headJoint = data_.names.findIndex((name) => /^head$/i.test(name));
     this.material = new THREE.MeshStandardMaterial({
       color, roughness: 0.62, metalness: 0, transparent: opacity < 1, opacity,
     });
 
-    this.spheres = new THREE.InstancedMesh(SPHERE, this.material, this.count);
-    this.sticks = new THREE.InstancedMesh(STICK, this.material, this.count);
-    for (const part of [this.spheres, this.sticks]) {
-      part.castShadow = true;
-      part.frustumCulled = false;
-      part.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
-      this.group.add(part);
+    this.figure = new Figure(this.parents, data_.names, this.material, figure);
+    this.group.add(...this.figure.meshes);
+    if (isFigure(data_)) {
+      this.disc = new THREE.Mesh(DISC, new THREE.MeshBasicMaterial({ transparent: true, depthWrite: false }));
+      this.group.add(this.disc);
     }
 
     if (data_.body !== undefined) {
@@ -142,7 +138,7 @@ export class Person {
   show(shape: Shape) {
     const asBody = shape === 'body' && this.body !== undefined;
     if (this.body) this.body.visible = asBody;
-    this.spheres.visible = this.sticks.visible = !asBody;
+    this.figure.visible = !asBody;
   }
 
   /** Frame (whole number) shown at time t. */
@@ -150,8 +146,40 @@ export class Person {
     return Math.round(Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1));
   }
 
+  /** Intention label at time t; -1 where none is known. */
+  label(t: number) {
+    const frame = this.frame(t);
+    let label = -1;
+    if (t >= this.start - 1e-6) for (const [first, here] of this.data_.intentions ?? []) if (first <= frame) label = here;
+    return label;
+  }
+
+  /** How much of it is seen, 0 to 1. */
+  setOpacity(opacity: number) {
+    this.material.transparent = opacity < 1;
+    this.material.opacity = opacity;
+    if (this.disc) this.disc.material.opacity = 0.75 * opacity;
+  }
+
+  set castShadow(on: boolean) {
+    for (const mesh of this.figure.meshes) mesh.castShadow = on;
+  }
+
+  setFloor(y: number) {
+    this.disc?.position.setY(y);
+  }
+
   setTime(t: number) {
+    if (this.data_.role === 'intention') t = this.start + ((t - this.start) % (this.end - this.start || 1));
+    if (this.lead && t < this.start - 1e-6) {
+      this.lead.setTime(t);
+      this.now.set(this.lead.now);
+      this.material.color.set(this.lead.color);
+      this.poseFigure(-1);
+      return;
+    }
     const at = Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1);
+    this.material.color.set(this.color);
     const i = Math.min(Math.floor(at), this.frames - 1);
     const next = Math.min(i + 1, this.frames - 1);
     const u = at - i;
@@ -161,7 +189,7 @@ export class Person {
       this.now[k] = from + u * (this.joints[next * n + k] - from);
     }
     if (this.body?.visible) this.poseBody(i, next, u);
-    else this.poseSkeleton();
+    else this.poseFigure(this.disc ? this.label(t) : -1);
     if (this.hands) {
       const f = this.frame(t);
       for (let h = 0; h < 2; ++h) {
@@ -193,24 +221,12 @@ export class Person {
     root.fromArray(this.roots!, i * 3).lerp(a.fromArray(this.roots!, next * 3), u);
   }
 
-  private poseSkeleton() {
-    for (let j = 0; j < this.count; ++j) {
-      a.fromArray(this.now, j * 3);
-      const parent = this.parents[j];
-      const ball = j === this.headJoint ? 0.05 : 0.026;
-      this.spheres.setMatrixAt(j, m.compose(a, q.identity(), s.setScalar(ball)));
-      if (parent < 0) {
-        this.sticks.setMatrixAt(j, m.makeScale(0, 0, 0));
-        continue;
-      }
-      b.fromArray(this.now, parent * 3);
-      a.sub(b);
-      const length = a.length();
-      q.setFromUnitVectors(UP, length > 1e-6 ? a.divideScalar(length) : UP);
-      this.sticks.setMatrixAt(j, m.compose(b, q, s.set(0.016, length, 0.016)));
-    }
-    this.spheres.instanceMatrix.needsUpdate = true;
-    this.sticks.instanceMatrix.needsUpdate = true;
+  private poseFigure(label: number) {
+    this.figure.pose(this.now);
+    if (!this.disc) return;
+    this.disc.position.x = this.now[0];
+    this.disc.position.z = this.now[2];
+    this.disc.material.color.set(this.labelColors[label] ?? NO_LABEL);
   }
 }
 

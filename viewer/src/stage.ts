@@ -105,6 +105,25 @@ export class Stage {
     this.controls.update();
   }
 
+  /** Looks at `target` from `distance` metres, at angles (radians) about +Y from +Z and above the ground. */
+  look(target: THREE.Vector3, distance: number, azimuth: number, elevation: number) {
+    const level = distance * Math.cos(elevation);
+    this.controls.target.copy(target);
+    this.camera.position.set(
+      target.x + level * Math.sin(azimuth), target.y + distance * Math.sin(elevation), target.z + level * Math.cos(azimuth));
+    this.controls.update();
+  }
+
+  /** Vertical field of view in degrees. */
+  setLens(fov: number) {
+    this.camera.fov = fov;
+    this.camera.updateProjectionMatrix();
+  }
+
+  showGround(on: boolean) {
+    this.grid.visible = this.shade.visible = on;
+  }
+
   /** Moves the camera along so that it keeps looking at `target`; `share` of the way. */
   follow(target: THREE.Vector3, share: number) {
     this.move.copy(target).sub(this.controls.target).multiplyScalar(share);
@@ -120,12 +139,12 @@ export class Stage {
   }
 
   /** Fits the drawing buffer to the window; returns its height in pixels. */
-  resize(width: number, height: number, left: number, bottom: number): number {
+  resize(width: number, height: number, right: number, bottom: number): number {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     // The middle of what the controls leave free, not of the window.
-    this.camera.setViewOffset(width, height, left / 2, bottom / 2, width, height);
+    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
     this.camera.updateProjectionMatrix();
     return this.renderer.domElement.height;
   }

@@ -4,8 +4,8 @@ import type { Person } from './person';
 const PATH_WIDTH = 0.025; // metres
 const LIFT = 0.006; // above the ground
 
-/** The root's path on the ground as a ribbon, and a print wherever a foot stood. */
-export function makeTrails(person: Person, ground: number): THREE.Group {
+/** The root's path on the ground as a ribbon, and (with `prints`) a print wherever a foot stood. */
+export function makeTrails(person: Person, ground: number, prints = true): THREE.Group {
   const group = new THREE.Group();
   const joints = person.joints;
   const stride = person.parents.length * 3;
@@ -45,8 +45,8 @@ export function makeTrails(person: Person, ground: number): THREE.Group {
     group.add(new THREE.Mesh(geometry, material(0.55)));
   }
 
-  const prints = [...footprints(person, 'left', ground), ...footprints(person, 'right', ground)];
-  if (prints.length > 0) {
+  const soles = prints ? [...footprints(person, 'left', ground), ...footprints(person, 'right', ground)] : [];
+  if (soles.length > 0) {
     // A sole from heel (0) to toe (1), as wide as it is long; a print scales it.
     const sole = new THREE.Shape();
     sole.moveTo(-0.16, 0.02);
@@ -55,8 +55,8 @@ export function makeTrails(person: Person, ground: number): THREE.Group {
     sole.bezierCurveTo(0.23, 1.02, -0.2, 1.02, -0.2, 0.62);
     sole.bezierCurveTo(-0.2, 0.42, -0.14, 0.3, -0.16, 0.02);
     const shape = new THREE.ShapeGeometry(sole, 10).rotateX(Math.PI / 2); // +y of the shape becomes +z
-    const mesh = new THREE.InstancedMesh(shape, material(0.4), prints.length);
-    prints.forEach((matrix, i) => mesh.setMatrixAt(i, matrix));
+    const mesh = new THREE.InstancedMesh(shape, material(0.4), soles.length);
+    soles.forEach((matrix, i) => mesh.setMatrixAt(i, matrix));
     mesh.frustumCulled = false;
     group.add(mesh);
   }
