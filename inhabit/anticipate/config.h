@@ -18,9 +18,9 @@ struct AnticipateConfig {
   bool intention = true;        ///< the pose decoder sees the intention
   bool label_adversary = true;  ///< Eq. 5
   bool pose_adversary = true;   ///< Eq. 7
-  int intention_hidden = 128;   ///< width of the intention encoder and decoder
-  int hidden = 256;             ///< width of the pose decoder's three layers
-  int noise = 32;               ///< length of z; h_p fills the rest of `hidden`
+  int intention_hidden = 96;    ///< width of the intention encoder and decoder
+  int hidden = 160;             ///< width of the pose decoder's three layers
+  int noise = 24;               ///< length of z; h_p fills the rest of `hidden`
   int intention_features = 16;  ///< channels of the temporal convolution f
   int adversary_hidden = 256;
   int adversary_frames = 10;            ///< frames that the pose adversary sees at once

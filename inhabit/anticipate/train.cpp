@@ -21,9 +21,9 @@ constexpr double kPoseWeight = 40, kRootWeight = 1;
 // Every third batch goes on from where a forecast has run for up to ten seconds without gradients: the decoder must
 // stand on its own predictions for as long as users ask for, and the adversary must know what they look like then.
 constexpr int64_t kLongEvery = 3, kLongestRun = 250, kLongFrames = 30;
-constexpr int64_t kViews = 8;           // stretches of each sequence that the pose adversary sees
-constexpr double kVelocityScale = 5;    // standardised poses change by some 0.2 a frame
-constexpr double kGradientPenalty = 1;  // keeps the adversary from cutting real from forecast too sharply (R1)
+constexpr int64_t kViews = 8;              // stretches of each sequence that the pose adversary sees
+constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
+constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting real from forecast too sharply (R1)
 
 /// Ours with its adversaries, which live only while it is trained.
 struct IntentionModelImpl : torch::nn::Module {
@@ -181,6 +181,7 @@ TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& dat
   if (!c.intention) networks.intention = nullptr;
   TrainTask task;
   task.name = "intention";
+  task.average = 0.995;  // adversaries make weights sway
   task.module = model.ptr();
   task.samples = data.size();
   task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
@@ -289,7 +290,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
     TrainOptions loop;
     loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 9000 : 4000;
     loop.batch = options.batch;
-    loop.learning_rate = 1e-3;
+    loop.learning_rate = stages[s] == "intention" ? 5e-4 : 1e-3;
     loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
     loop.seed = options.seed;
     loop.resume = options.resume && s == first_stage;

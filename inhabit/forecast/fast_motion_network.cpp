@@ -7,6 +7,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/dct.h"
+#include "inhabit/nn/gru_kernel.h"
 
 namespace inhabit {
 
@@ -103,8 +104,8 @@ void FastMotionNetwork::run(const float* past_local, const float* path_dct, cons
     nn::apply(decode_in_, seen.data(), decode_in_.w.in, 1, encoded.data());
     decode_gru_.input_gates(encoded.data(), input_gates.data());
     if (!config_.decode_from_past && t > 0) decode_gru_.state_gates(state.data(), state_gates.data());
-    nn::gru_step(decode_gru_, input_gates.data(), state_gates.data(),
-                 config_.decode_from_past ? code.data() : state.data(), state.data());
+    nn::gru_update(decode_gru_.hidden, input_gates.data(), state_gates.data(),
+                   config_.decode_from_past ? code.data() : state.data(), state.data());
     nn::apply(decode_out_, state.data(), hidden, 1, change.data());
     for (int64_t i = 0; i < pose; ++i) seen[i] += change[i];
     std::copy_n(seen.data(), pose, local + t * pose);

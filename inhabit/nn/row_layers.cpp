@@ -1,6 +1,6 @@
 #include "inhabit/nn/row_layers.h"
 
-#include <cmath>
+#include "inhabit/nn/gru_kernel.h"
 
 namespace inhabit::nn {
 
@@ -42,17 +42,6 @@ RowGru row_gru(const Tensor& weight_ih, const Tensor& weight_hh, const Tensor& b
   return {row_layer(weight_ih, bias_ih), row_layer(weight_hh, bias_hh), weight_hh.size(1)};
 }
 
-void gru_step(const RowGru& gru, const float* input_gates, const float* state_gates, const float* state, float* next) {
-  const auto sigmoid = [](float x) { return 1.0F / (1.0F + std::exp(-x)); };
-  const int64_t n = gru.hidden;
-  for (int64_t i = 0; i < n; ++i) {
-    const float reset = sigmoid(input_gates[i] + state_gates[i]);
-    const float update = sigmoid(input_gates[n + i] + state_gates[n + i]);
-    const float candidate = std::tanh(input_gates[2 * n + i] + reset * state_gates[2 * n + i]);
-    next[i] = (1.0F - update) * candidate + update * state[i];
-  }
-}
-
 void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, int64_t count, float* state) {
   std::vector<float> encoded(static_cast<size_t>(encode.stride())), input(static_cast<size_t>(gru.from_input.stride())),
       recurrent(static_cast<size_t>(gru.from_state.stride()));
@@ -61,7 +50,7 @@ void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, i
     apply(encode, x + t * encode.w.in, encode.w.in, 1, encoded.data());
     gru.input_gates(encoded.data(), input.data());
     gru.state_gates(state, recurrent.data());
-    gru_step(gru, input.data(), recurrent.data(), state, state);
+    gru_update(gru.hidden, input.data(), recurrent.data(), state, state);
   }
 }
 

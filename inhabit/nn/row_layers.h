@@ -35,15 +35,12 @@ struct RowGru {
   RowLayer from_input, from_state;  ///< (in, 3 hidden), (hidden, 3 hidden)
   int64_t hidden = 0;
 
-  /// Gates from an input row: 3 hidden columns, `from_input.stride()` floats.
+  /// Halves of the gates that gru_update() joins, from one row: 3 hidden columns, `stride()` floats.
   void input_gates(const float* x, float* gates) const { apply(from_input, x, from_input.w.in, 1, gates); }
   void state_gates(const float* state, float* gates) const { apply(from_state, state, hidden, 1, gates); }
 };
 RowGru row_gru(const torch::Tensor& weight_ih, const torch::Tensor& weight_hh, const torch::Tensor& bias_ih,
                const torch::Tensor& bias_hh);
-
-/// next = (1 - z) n + z state, from the two halves of the gates. `next` may be `state`.
-void gru_step(const RowGru& gru, const float* input_gates, const float* state_gates, const float* state, float* next);
 
 /// Last state of a GRU over encode(x) of every row (count, encode.w.in), from zero; `state` has gru.hidden floats.
 void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, int64_t count, float* state);

@@ -24,6 +24,7 @@ using StateMap = std::decay_t<decltype(std::declval<torch::optim::Adam&>().state
 }  // namespace
 
 void save_checkpoint(const std::string& path, const torch::nn::Module& module, torch::optim::Adam& optimizer,
+                     const std::map<std::string, torch::Tensor>& average,
                      const std::map<std::string, std::string>& state) {
   SafeTensors file;
   file.metadata = state;
@@ -37,11 +38,13 @@ void save_checkpoint(const std::string& path, const torch::nn::Module& module, t
     file.tensors["adam.step." + p.key()] = torch::tensor({adam.step()}, torch::kInt64);
   }
   for (const auto& b : module.named_buffers()) file.tensors["module." + b.key()] = b.value().detach().cpu();
+  for (const auto& [name, weight] : average) file.tensors["average." + name] = weight.cpu();
   write_safetensors(path, file);
 }
 
 std::map<std::string, std::string> load_checkpoint(const std::string& path, torch::nn::Module& module,
-                                                   torch::optim::Adam& optimizer) {
+                                                   torch::optim::Adam& optimizer,
+                                                   std::map<std::string, torch::Tensor>& average) {
   torch::NoGradGuard no_grad;
   SafeTensors file = read_safetensors(path);
   auto take = [&](const std::string& name, torch::Tensor into) {
@@ -64,6 +67,7 @@ std::map<std::string, std::string> load_checkpoint(const std::string& path, torc
     optimizer.state()[state_key<StateMap::key_type>(p.value())] = std::move(adam);
   }
   for (const auto& b : module.named_buffers()) take("module." + b.key(), b.value());
+  for (auto& [name, weight] : average) take("average." + name, weight);
   return file.metadata;
 }
 

@@ -9,9 +9,11 @@
 #include <future>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/train/average.h"
 #include "inhabit/train/checkpoint.h"
 
 namespace inhabit {
@@ -80,6 +82,10 @@ std::string clock_text(double seconds) {
 TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
   torch::optim::Adam optimizer(task.module->parameters(), torch::optim::AdamOptions(options.learning_rate));
+  std::optional<WeightAverage> average;
+  if (task.average > 0) average.emplace(task.module, task.average);
+  std::map<std::string, torch::Tensor> no_average;
+  std::map<std::string, torch::Tensor>& averaged = average ? average->weights() : no_average;
   TrainResult result;
   result.best = std::numeric_limits<double>::infinity();
   int64_t first_step = 0;
@@ -87,7 +93,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   const std::string run = fmt::format("{} steps {} batch {} rate {} samples {} seed {}", task.name, options.steps,
                                       options.batch, options.learning_rate, task.samples, options.seed);
   if (options.resume) {
-    auto state = load_checkpoint(options.checkpoint, *task.module, optimizer);
+    auto state = load_checkpoint(options.checkpoint, *task.module, optimizer, averaged);
     if (state["run"] != run)
       throw Error(options.checkpoint, "belongs to another run (" + state["run"] + "; this one is " + run + ")");
     first_step = std::stoll(state.at("step"));
@@ -107,7 +113,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   const auto start = Clock::now();
   auto seconds = [&] { return seconds_before + std::chrono::duration<double>(Clock::now() - start).count(); };
   auto save = [&](int64_t step) {
-    save_checkpoint(options.checkpoint, *task.module, optimizer,
+    save_checkpoint(options.checkpoint, *task.module, optimizer, averaged,
                     {{"run", run},
                      {"step", std::to_string(step)},
                      {"seconds", std::to_string(seconds())},
@@ -134,6 +140,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     optimizer.step();
 
     const int64_t done = step + 1;
+    if (average) average->update(done);
     const bool report = seconds() - last_report > 10 || done == options.steps;
     if (report || done % 20 == 0) {
       const double per_second =
@@ -158,12 +165,14 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     if (done % options.validate_every == 0 || done == options.steps) {
       torch::NoGradGuard no_grad;
       task.module->eval();
+      if (average) average->swap();
       const double value = task.validate();
       if (value < result.best) {
         result.best = value;
         result.best_step = done;
         task.on_best();
       }
+      if (average) average->swap();
       spdlog::info("{} {}/{}  validation {:.5g}  best {:.5g} at {}", task.name, done, options.steps, value, result.best,
                    result.best_step);
       if (log)

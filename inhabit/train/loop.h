@@ -24,6 +24,8 @@ struct TrainTask {
   std::function<Losses(const Batch& batch)> losses;
   std::function<double()> validate;  ///< lower is better; the module is in eval mode and no gradients are kept
   std::function<void()> on_best;     ///< called with the weights that validated best so far
+  double average = 0;                ///< decay of a moving average of the weights (EMA), which then is what validates;
+                                     ///< 0: none
 };
 
 struct TrainOptions {

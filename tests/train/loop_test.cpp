@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "inhabit/error.h"
+#include "inhabit/train/average.h"
 #include "temp_folder.h"
 
 namespace inhabit {
@@ -67,9 +68,35 @@ TEST(TrainLoop, FitsALineAndLogsIt) {
   EXPECT_FALSE(std::filesystem::exists(folder / "checkpoint.safetensors"));
 }
 
+TEST(WeightAverage, IsTheExponentialAverageAndSwapsWithTheWeights) {
+  torch::nn::Linear layer(1, 1);
+  torch::NoGradGuard no_gradients;
+  layer->weight.fill_(0);
+  WeightAverage average(layer.ptr(), 0.5);
+  double expected = 0;
+  for (int64_t step = 1; step <= 40; ++step) {
+    layer->weight.fill_(static_cast<double>(step));
+    average.update(step);
+    const double decay = std::min(0.5, (1.0 + static_cast<double>(step)) / (10.0 + static_cast<double>(step)));
+    expected = decay * expected + (1 - decay) * static_cast<double>(step);
+  }
+  average.swap();
+  EXPECT_NEAR(layer->weight.item<double>(), expected, 1e-4);
+  average.swap();
+  EXPECT_EQ(layer->weight.item<double>(), 40);
+}
+
 TEST(TrainLoop, ResumesToTheSameNumbers) {
   const TempFolder folder;
   Toy whole, cut, resumed;
+  std::vector<double> validated, validated_in_parts;
+  for (Toy* toy : {&whole, &cut, &resumed}) {
+    toy->task.average = 0.98;
+    toy->task.validate = [toy, plain = toy->task.validate, into = toy == &whole ? &validated : &validated_in_parts] {
+      into->push_back(plain());
+      return into->back();
+    };
+  }
   TrainOptions o = options_in(folder);
   train(whole.task, o);
 
@@ -86,6 +113,7 @@ TEST(TrainLoop, ResumesToTheSameNumbers) {
   EXPECT_FALSE(train(resumed.task, o).interrupted);
   EXPECT_TRUE(torch::equal(whole.layer->weight, resumed.layer->weight));
   EXPECT_TRUE(torch::equal(whole.layer->bias, resumed.layer->bias));
+  EXPECT_EQ(validated, validated_in_parts);  // of the averaged weights
 }
 
 TEST(TrainLoop, RefusesACheckpointOfAnotherRun) {

@@ -1,0 +1,80 @@
+// Futures of thirty seconds: tensor operators step by step, plain loops, and the floor that the matrix products of the
+// decoder set by themselves.
+#include <benchmark/benchmark.h>
+
+#include "inhabit/anticipate/fast_futures.h"
+#include "inhabit/nn/parallel_chunks.h"
+#include "inhabit/passive_waiting.h"
+
+namespace {
+
+using namespace inhabit;
+using torch::Tensor;
+
+constexpr int64_t kFrames = 750;
+
+struct Input {
+  AnticipateNetworks networks;
+  Tensor past;
+  FutureNoise noise;
+  explicit Input(int64_t samples) {
+    torch::manual_seed(1);
+    networks.intention = IntentionNetwork(networks.config);
+    networks.pose = PoseNetwork(networks.config);
+    networks.scale = {torch::zeros({kAnticipateFeatures}), torch::ones({kAnticipateFeatures})};
+    past = torch::randn({1, networks.config.observed, kAnticipateFeatures});
+    noise = draw_noise(networks.config, samples, kFrames, 1);
+  }
+};
+
+void plain(benchmark::State& state) {
+  const Input in(state.range(0));
+  at::set_num_threads(static_cast<int>(state.range(1)));
+  for (auto _ : state) benchmark::DoNotOptimize(plain_futures(in.networks, in.past, in.noise, kFrames).features);
+}
+
+void fast(benchmark::State& state) {
+  const Input in(state.range(0));
+  at::set_num_threads(static_cast<int>(state.range(1)));
+  const FastFutures network(in.networks);
+  const Tensor got = network.forward(in.past, in.noise, kFrames).features,
+               expected = plain_futures(in.networks, in.past, in.noise, kFrames).features;
+  const double error = ((got - expected).abs().max() / expected.abs().max()).item<double>();
+  if (!(error < 1e-5)) return state.SkipWithError("fast and plain outputs differ");
+  state.counters["error"] = error;
+  for (auto _ : state) benchmark::DoNotOptimize(network.forward(in.past, in.noise, kFrames).features);
+}
+
+/// The decoder's products of one frame, all rows at once, as often as there are frames.
+void products(benchmark::State& state) {
+  const int64_t samples = state.range(0), hidden = AnticipateConfig().hidden;
+  at::set_num_threads(static_cast<int>(state.range(1)));
+  const torch::NoGradGuard no_gradients;
+  const Tensor x = torch::randn({samples, hidden});
+  std::vector<Tensor> weights;
+  weights.push_back(torch::randn({kAnticipateFeatures + AnticipateConfig().intention_features, 3 * hidden}));
+  for (int i = 0; i < 5; ++i) weights.push_back(torch::randn({hidden, 3 * hidden}));
+  weights.push_back(torch::randn({hidden, kAnticipateFeatures}));
+  std::vector<Tensor> out;
+  for (const Tensor& w : weights) out.push_back(torch::empty({samples, w.size(1)}));
+  for (auto _ : state)
+    for (int64_t t = 0; t < kFrames; ++t)
+      for (size_t i = 0; i < weights.size(); ++i) at::mm_out(out[i], x.slice(1, 0, weights[i].size(0)), weights[i]);
+}
+
+void sizes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"futures", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime();
+  for (const int64_t futures : {1, 50})
+    for (const int64_t threads : {1, 2}) b->Args({futures, threads});
+}
+BENCHMARK(plain)->Name("futures/plain")->Apply(sizes);
+BENCHMARK(fast)->Name("futures/fast")->Apply(sizes);
+BENCHMARK(products)->Name("futures/products")->Apply(sizes);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  use_passive_waiting(argv);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -1,0 +1,152 @@
+#include "inhabit/anticipate/fast_futures.h"
+
+#include <ATen/Parallel.h>
+
+#include <algorithm>
+
+#include "inhabit/nn/gru_kernel.h"
+#include "inhabit/nn/parallel_chunks.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kFeatures = kAnticipateFeatures;
+
+nn::RowGru gru_of(const torch::nn::Module& module, const std::string& suffix) {
+  const auto p = module.named_parameters();
+  return nn::row_gru(p["weight_ih" + suffix], p["weight_hh" + suffix], p["bias_ih" + suffix], p["bias_hh" + suffix]);
+}
+
+/// Last state of a GRU over rows (t, F), from zero.
+std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t frames) {
+  std::vector<float> state(static_cast<size_t>(gru.hidden)), input(static_cast<size_t>(gru.from_input.stride())),
+      recurrent(static_cast<size_t>(gru.from_state.stride()));
+  for (int64_t t = 0; t < frames; ++t) {
+    gru.input_gates(rows + t * kFeatures, input.data());
+    gru.state_gates(state.data(), recurrent.data());
+    nn::gru_update(gru.hidden, input.data(), recurrent.data(), state.data(), state.data());
+  }
+  return state;
+}
+
+}  // namespace
+
+FastFutures::FastFutures(const AnticipateNetworks& networks) : config_(networks.config), scale_(networks.scale) {
+  if (config_.intention) {
+    intention_encoder_ = gru_of(*networks.intention->encoder, "_l0");
+    intention_decoder_ = gru_of(*networks.intention->decoder, "");
+    intention_out_ = nn::row_layer(networks.intention->out->weight, networks.intention->out->bias);
+    const Tensor w = networks.pose->look_ahead->weight.detach().permute({2, 1, 0}).contiguous();
+    const Tensor b = networks.pose->look_ahead->bias.detach().contiguous();
+    look_ahead_.assign(w.data_ptr<float>(), w.data_ptr<float>() + w.numel());
+    look_ahead_bias_.assign(b.data_ptr<float>(), b.data_ptr<float>() + b.numel());
+  }
+  pose_encoder_ = gru_of(*networks.pose->encoder, "_l0");
+  for (size_t i = 0; i < 3; ++i) layers_[i] = gru_of(*networks.pose->layers[i], "");
+  pose_out_ = nn::row_layer(networks.pose->out->weight, networks.pose->out->bias);
+}
+
+void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const {
+  const int64_t count = config_.labels;
+  const nn::RowGru& gru = intention_decoder_;
+  std::vector<float> state(code, code + gru.hidden), logits(static_cast<size_t>(intention_out_.stride())),
+      input(static_cast<size_t>(gru.from_input.stride())), recurrent(static_cast<size_t>(gru.from_state.stride())),
+      label(static_cast<size_t>(count));
+  for (int64_t t = 0; t < frames; ++t, gumbel += count) {
+    nn::apply(intention_out_, state.data(), gru.hidden, 1, logits.data());
+    for (int64_t c = 0; c < count; ++c) logits[static_cast<size_t>(c)] += gumbel[c];
+    labels[t] = std::max_element(logits.begin(), logits.begin() + count) - logits.begin();
+    std::fill(label.begin(), label.end(), 0.0F);
+    label[static_cast<size_t>(labels[t])] = 1;
+    gru.input_gates(label.data(), input.data());
+    gru.state_gates(state.data(), recurrent.data());
+    nn::gru_update(gru.hidden, input.data(), recurrent.data(), state.data(), state.data());
+  }
+}
+
+void FastFutures::decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
+                         int64_t frames, float* out) const {
+  const int64_t hidden = config_.hidden, noise = config_.noise,
+                ahead = config_.intention ? config_.intention_features : 0, width = kFeatures + ahead;
+  const auto rows = [&](int64_t columns) { return std::vector<float>(static_cast<size_t>(samples * columns)); };
+  std::vector<float> x = rows(width), change = rows(pose_out_.stride()), input = rows(layers_[0].from_input.stride()),
+                     recurrent = rows(layers_[0].from_state.stride()), states[3];
+  for (auto& layer : states) layer = rows(hidden);
+  for (int64_t s = 0; s < samples; ++s) {
+    std::copy_n(pose, kFeatures, x.data() + s * width);
+    for (auto& layer : states) {
+      std::copy_n(code, hidden - noise, layer.data() + s * hidden);
+      std::copy_n(z + s * noise, noise, layer.data() + (s + 1) * hidden - noise);
+    }
+  }
+  for (int64_t t = 0; t < frames; ++t) {
+    for (int64_t s = 0; s < samples && ahead > 0; ++s) {
+      // One-hot labels pick columns of the temporal convolution.
+      float* seen = x.data() + s * width + kFeatures;
+      std::copy(look_ahead_bias_.begin(), look_ahead_bias_.end(), seen);
+      const int64_t* label = labels + s * (frames + config_.gamma - 1) + t;
+      for (int64_t g = 0; g < config_.gamma; ++g) {
+        const float* column = look_ahead_.data() + (g * config_.labels + label[g]) * ahead;
+        for (int64_t i = 0; i < ahead; ++i) seen[i] += column[i];
+      }
+    }
+    const float* below = x.data();
+    int64_t below_stride = width;
+    for (size_t i = 0; i < 3; ++i) {
+      const nn::RowGru& gru = layers_[i];
+      nn::apply(gru.from_input, below, below_stride, samples, input.data());
+      nn::apply(gru.from_state, states[i].data(), hidden, samples, recurrent.data());
+      for (int64_t s = 0; s < samples; ++s) {
+        float* state = states[i].data() + s * hidden;
+        nn::gru_update(hidden, input.data() + s * gru.from_input.stride(),
+                       recurrent.data() + s * gru.from_state.stride(), state, state);
+      }
+      below = states[i].data();
+      below_stride = hidden;
+    }
+    nn::apply(pose_out_, below, hidden, samples, change.data());
+    for (int64_t s = 0; s < samples; ++s) {
+      float *now = x.data() + s * width, *kept = out + (s * frames + t) * kFeatures;
+      const float* add = change.data() + s * pose_out_.stride();
+      for (int64_t i = 0; i < kFeatures; ++i) kept[i] = now[i] += add[i];
+    }
+  }
+}
+
+Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64_t frames) const {
+  const torch::NoGradGuard no_gradients;
+  const int64_t samples = noise.z.size(0), words = frames + config_.gamma - 1, observed = past.size(1);
+  const bool shared = past.size(0) == 1;
+  const Tensor seen = scale_.to_network(past).contiguous(), z = noise.z.contiguous();
+  const Tensor gumbel = noise.gumbel.slice(1, 0, words).contiguous();
+  Tensor x = torch::empty({samples, frames, kFeatures}), labels;
+  if (config_.intention) labels = torch::empty({samples, words}, torch::kInt64);
+  const auto rows_of = [&](int64_t s) { return seen.data_ptr<float>() + (shared ? 0 : s) * observed * kFeatures; };
+  // Chunks as even as threads are; different observations one by one.
+  const int64_t chunk = shared ? (samples + at::get_num_threads() - 1) / at::get_num_threads() : 1;
+  std::vector<float> intention_code, pose_code;
+  if (shared) {
+    if (config_.intention) intention_code = encoded(intention_encoder_, rows_of(0), observed);
+    pose_code = encoded(pose_encoder_, rows_of(0), observed);
+  }
+  nn::parallel_chunks((samples + chunk - 1) / chunk, [&](int64_t c) {
+    const int64_t first = c * chunk, some = std::min(chunk, samples - first);
+    int64_t* drawn = nullptr;
+    if (config_.intention) {
+      const std::vector<float> code = shared ? intention_code : encoded(intention_encoder_, rows_of(first), observed);
+      drawn = labels.data_ptr<int64_t>() + first * words;
+      for (int64_t s = 0; s < some; ++s)
+        draw_intention(code.data(), gumbel.data_ptr<float>() + (first + s) * words * config_.labels, words,
+                       drawn + s * words);
+    }
+    const std::vector<float> code = shared ? pose_code : encoded(pose_encoder_, rows_of(first), observed);
+    decode(code.data(), z.data_ptr<float>() + first * config_.noise, rows_of(first) + (observed - 1) * kFeatures, drawn,
+           some, frames, x.data_ptr<float>() + first * frames * kFeatures);
+  });
+  return {scale_.from_network(x), labels.defined() ? labels.slice(1, 0, frames) : labels};
+}
+
+}  // namespace inhabit
