@@ -27,27 +27,28 @@ struct Score {
   double rate = 25;
 };
 
-/// Joints (T, 22, 3) of the standard skeleton at the score's rate.
-Tensor standard_joints(const std::string& path, double rate) {
-  return resample(retarget(read_clip(path), path), rate).joints;
-}
-
-/// Words of Eq. 9: of the joints that the score looks at, placed alike.
-Tensor words_of(const Tensor& joints, int64_t kappa) {
-  return placed_words(motion_words(joints.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
+/// Joints (T, 22, 3) of the standard skeleton at the score's rate, of every motion in the files.
+struct Motion {
+  std::string path;
+  Tensor joints;
+};
+std::vector<Motion> standard_motions(const std::vector<std::string>& paths, double rate) {
+  std::vector<Motion> out;
+  for (const std::string& path : paths)
+    for (const Clip& clip : read_clips(path)) out.push_back({path, resample(retarget(clip, path), rate).joints});
+  return out;
 }
 
 void report(const Score& given, nlohmann::ordered_json facts) {
   if (!given.json.empty()) write_atomically(given.json, facts.dump(1) + "\n");
   for (const auto& [key, value] : facts.items())
-    if (!value.is_array())
-      std::printf("%s: %s\n", key.c_str(), value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
+    if (!value.is_array()) std::printf("%s: %s\n", key.c_str(), value.dump().c_str());
 }
 
 void score_ndms(const Score& given) {
   std::vector<Tensor> known;
-  for (const std::string& path : given.reference)
-    known.push_back(words_of(standard_joints(path, given.rate), given.kappa));
+  for (const Motion& motion : standard_motions(given.reference, given.rate))
+    known.push_back(pose_words(motion.joints, given.kappa));
   const Tensor reference = torch::cat(known);
   if (reference.size(0) == 0)
     throw Error(given.reference.front(), "holds no motion word of " + std::to_string(given.kappa) + " frames");
@@ -55,11 +56,10 @@ void score_ndms(const Score& given) {
   nlohmann::ordered_json by_file = nlohmann::ordered_json::array();
   double sum = 0;
   int64_t count = 0;
-  for (const std::string& path : given.motion) {
-    const Tensor joints = standard_joints(path, given.rate);
+  for (const auto& [path, joints] : standard_motions(given.motion, given.rate)) {
     // The first word that holds a forecast frame begins kappa-1 frames before it.
     const int64_t first = std::max<int64_t>(0, given.observed - given.kappa + 1);
-    const Tensor words = words_of(joints, given.kappa).slice(0, first);
+    const Tensor words = pose_words(joints, given.kappa).slice(0, first);
     if (joints.size(0) <= given.observed || words.size(0) == 0)
       throw Error(path, "has " + std::to_string(joints.size(0)) + " frames at " +
                             std::to_string(static_cast<int>(given.rate)) + " a second: no motion word of " +
@@ -83,8 +83,7 @@ void score_ndms(const Score& given) {
 /// Futures (S, T, 22, 3) with the root at the origin in every frame, as long as the shortest.
 Tensor local_futures(const std::vector<std::string>& paths, double rate, int64_t frames = -1) {
   std::vector<Tensor> all;
-  for (const std::string& path : paths) {
-    const Tensor joints = standard_joints(path, rate);
+  for (const auto& [path, joints] : standard_motions(paths, rate)) {
     all.push_back(joints - joints.narrow(1, 0, 1));
     if (frames < 0 || joints.size(0) < frames) frames = joints.size(0);
   }
@@ -119,10 +118,11 @@ nlohmann::ordered_json at_seconds(const Tensor& by_frame, double rate, double sc
 }
 
 void score_apd(const Score& given) {
-  if (given.motion.size() < 2) throw Error("--motion", "APD needs two futures or more");
-  const Tensor apd = average_pairwise_distance(local_futures(given.motion, given.rate).flatten(2));
+  const Tensor futures = local_futures(given.motion, given.rate);
+  if (futures.size(0) < 2) throw Error("--motion", "APD needs two futures or more");
+  const Tensor apd = average_pairwise_distance(futures.flatten(2));
   report(given, {{"apd_m", apd.mean().item<double>()},
-                 {"futures", given.motion.size()},
+                 {"futures", futures.size(0)},
                  {"by_horizon", at_seconds(apd, given.rate, 1)}});
 }
 
@@ -134,7 +134,7 @@ void score_error(const Score& given) {
   const Tensor best = error[error.mean(1).argmin()];
   report(given, {{"pose_error_mm", error.mean().item<double>() * 1000},
                  {"best_of_n_mm", best.mean().item<double>() * 1000},
-                 {"futures", given.motion.size()},
+                 {"futures", futures.size(0)},
                  {"by_horizon_mm", at_seconds(error.mean(0), given.rate, 1000)},
                  {"best_by_horizon_mm", at_seconds(best, given.rate, 1000)}});
 }

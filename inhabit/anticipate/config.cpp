@@ -34,6 +34,7 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("adversary_frames", c.adversary_frames);
   visit("adversary_weight", c.adversary_weight);
   visit("label_adversary_weight", c.label_adversary_weight);
+  visit("diversity_weight", c.diversity_weight);
   visit("seq2seq_hidden", c.seq2seq_hidden);
   visit("ltd_past", c.ltd_past);
   visit("ltd_future", c.ltd_future);
@@ -105,6 +106,7 @@ void validate(const AnticipateConfig& c, const std::string& subject) {
   within("adversary_frames", c.adversary_frames, 2, c.future);
   within("adversary_weight", c.adversary_weight, 0, 1000);
   within("label_adversary_weight", c.label_adversary_weight, 0, 1000);
+  within("diversity_weight", c.diversity_weight, 0, 1000);
   within("ltd_past", c.ltd_past, 1, c.observed);
   within("ltd_future", c.ltd_future, 1, 2000);
   within("ltd_blocks", c.ltd_blocks, 1, 64);

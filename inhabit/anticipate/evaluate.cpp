@@ -20,16 +20,11 @@ using torch::Tensor;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Words of Eq. 9 of local poses (T, 22, 3).
-Tensor words_of(const Tensor& poses, int64_t kappa) {
-  return placed_words(motion_words(poses.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
-}
-
 /// The motion words of every recording of an action (N, kappa, 12, 3).
 Tensor action_words(const std::vector<AnticipateSequence>& sequences, const std::string& action, int64_t kappa) {
   std::vector<Tensor> words;
   for (const AnticipateSequence& s : sequences)
-    if (s.action == action) words.push_back(words_of(feature_poses(s.features), kappa));
+    if (s.action == action) words.push_back(pose_words(feature_poses(s.features), kappa));
   return torch::cat(words);
 }
 
@@ -39,7 +34,7 @@ Tensor future_scores(const Tensor& past, const Tensor& futures, const WordIndex&
       torch::cat({past.slice(0, past.size(0) - kappa + 1).unsqueeze(0).expand({futures.size(0), -1, -1}), futures}, 1);
   std::vector<Tensor> scores;
   for (int64_t s = 0; s < futures.size(0); ++s)
-    scores.push_back(plausibility(words_of(feature_poses(led[s]), kappa), database));
+    scores.push_back(plausibility(pose_words(feature_poses(led[s]), kappa), database));
   return torch::stack(scores);
 }
 

@@ -36,4 +36,10 @@ Tensor adversary_loss(const Tensor& real, const Tensor& forecast) {
 
 Tensor deception_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
 
+Tensor sameness_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, double enough) {
+  const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPose);
+  const Tensor distance = (difference.square().sum(2) + 1e-9).sqrt().mean(1);  // (N)
+  return (1 - distance / enough).clamp_min(0).mean();
+}
+
 }  // namespace inhabit

@@ -25,4 +25,8 @@ torch::Tensor intention_loss(const torch::Tensor& logits, const torch::Tensor& l
 torch::Tensor adversary_loss(const torch::Tensor& real, const torch::Tensor& forecast);
 torch::Tensor deception_loss(const torch::Tensor& forecast);
 
+/// What keeps the noise z from being ignored, which no equation of the paper does: for futures a and b (N, T, F) of the
+/// same observations, the share that the mean distance of their poses (metres, as APD takes it) lacks of `enough`.
+torch::Tensor sameness_loss(const torch::Tensor& a, const torch::Tensor& b, const FeatureScale& scale, double enough);
+
 }  // namespace inhabit

@@ -18,9 +18,11 @@ namespace F = torch::nn::functional;
 
 // The reconstruction's errors are centimetres where the adversaries' losses are about 1.
 constexpr double kPoseWeight = 40, kRootWeight = 1;
-// Every third batch goes on from where a forecast has run for up to ten seconds without gradients: the decoder must
-// stand on its own predictions for as long as users ask for, and the adversary must know what they look like then.
-constexpr int64_t kLongEvery = 3, kLongestRun = 250, kLongFrames = 30;
+// With every batch some of its forecasts, two of an observation, run on without gradients for up to ten seconds before
+// they are judged: the decoder must stand on its own predictions for as long as users ask for, the adversary must know
+// what they look like then, and the two must have parted.
+constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
+constexpr double kApart = 1.5;             // metres, APD of two futures that have parted
 constexpr int64_t kViews = 8;              // stretches of each sequence that the pose adversary sees
 constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting real from forecast too sharply (R1)
@@ -83,90 +85,82 @@ void add_adversary(Adversary adversary, const std::string& name, const Tensor& r
 }
 
 // Places in a batch of ours.
-enum : size_t { kFrames, kLabels, kWeights, kZ, kGumbel, kRealStarts, kForecastStarts, kRun };
+enum : size_t { kFrames, kLabels, kWeights, kZ, kGumbel, kRealStarts, kForecastStarts, kRunStarts, kRun };
 
 Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
                       uint64_t seed) {
   std::mt19937_64 random(seed);
-  const int64_t run = uniform_int(random, 1, kLongEvery) == 1 ? uniform_int(random, 20, kLongestRun) : 0;
-  const int64_t frames = run > 0 ? kLongFrames : c.future;
-  std::vector<Tensor> windows, labels, weights, real, forecast;
+  const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
+  std::vector<Tensor> windows, labels, weights, real, forecast, later;
+  const auto starts = [&](int64_t first, int64_t last) {
+    std::vector<int64_t> out;
+    for (int64_t v = 0; v < kViews; ++v)
+      out.push_back(uniform_int(random, static_cast<int>(first), static_cast<int>(std::max(first, last))));
+    return torch::tensor(out);
+  };
   for (const int64_t index : indices) {
     const auto window = data.window(index, chance(random, 0.5));
     windows.push_back(window.frames);
     labels.push_back(window.labels);
-    const Tensor known = torch::arange(c.observed, c.observed + c.future) < window.last;
-    weights.push_back(known.to(torch::kFloat32));
-    std::vector<int64_t> from_real, from_forecast;
-    for (int64_t v = 0; v < kViews; ++v) {
-      const auto last = static_cast<int>(std::max(window.first, window.last - c.adversary_frames));
-      from_real.push_back(uniform_int(random, static_cast<int>(window.first), last));
-      // A forecast is seen with the frames before it, so that the first step is judged too; a run, by itself.
-      const int64_t lead = run > 0 ? 0 : c.adversary_frames - 1;
-      from_forecast.push_back(uniform_int(random, 0, static_cast<int>(lead + frames - c.adversary_frames)));
-    }
-    real.push_back(torch::tensor(from_real));
-    forecast.push_back(torch::tensor(from_forecast));
+    weights.push_back((torch::arange(c.observed, c.observed + c.future) < window.last).to(torch::kFloat32));
+    real.push_back(starts(window.first, window.last - c.adversary_frames));
+    forecast.push_back(starts(0, c.future - 1));  // with the frames before it, so that the first step is judged too
+    later.push_back(starts(0, kRunFrames - c.adversary_frames));
   }
   const auto count = static_cast<int64_t>(indices.size());
-  const FutureNoise noise = draw_noise(c, count, run + frames, item_seed(seed, 1));
-  return {torch::stack(windows), torch::stack(labels), torch::stack(weights),  noise.z,
-          noise.gumbel,          torch::stack(real),   torch::stack(forecast), torch::tensor(run)};
+  const FutureNoise noise = draw_noise(c, count, std::max<int64_t>(c.future, run + kRunFrames), item_seed(seed, 1));
+  return {torch::stack(windows), torch::stack(labels),   torch::stack(weights), noise.z,           noise.gumbel,
+          torch::stack(real),    torch::stack(forecast), torch::stack(later),   torch::tensor(run)};
 }
 
 Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateConfig& c, const FeatureScale& scale) {
   const Tensor past = b[kFrames].slice(1, 0, c.observed), truth = b[kFrames].slice(1, c.observed);
   const Tensor true_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
-  const auto run = b[kRun].item<int64_t>();
-  Tensor total = torch::zeros({});
-  Losses losses;
   const auto unseen = [&](const Tensor& labels) { return c.intention ? labels : torch::zeros_like(labels); };
-  const Tensor real = adversary_views(b[kFrames], unseen(true_labels), b[kRealStarts], c.adversary_frames);
-  if (run == 0) {
-    const Tensor ahead = true_labels.slice(1, c.observed);
-    PoseNetworkImpl::State state = model->pose->start(past, b[kZ]);
-    const Tensor forecast = model->pose->roll(state, ahead, c.future);
-    const Tensor weights = b[kWeights] * reconstruction_weights(c.future, c.rec_frames);
-    const Tensor rec = pose_reconstruction_loss(forecast, truth, weights, scale),
-                 root = root_reconstruction_loss(forecast, truth, weights);
-    total = kPoseWeight * rec + kRootWeight * root;
-    losses = {{"rec", rec}, {"root", root}};
-    if (c.intention) {
-      const Tensor code = model->intention->encode(past);
-      const Tensor sym = intention_loss(model->intention->teacher_logits(code, ahead.slice(1, 0, c.future)),
-                                        b[kLabels].slice(1, c.observed, c.observed + c.future), b[kWeights]);
-      total = total + sym;
-      losses.emplace_back("intention", sym);
-      if (c.label_adversary) {
-        const Tensor drawn = model->intention->draw(code, b[kGumbel].slice(1, 0, c.future));
-        add_adversary(model->label_adversary, "label", ahead.slice(1, 0, c.future).flatten(1), drawn.flatten(1),
-                      c.label_adversary_weight, total, losses);
-      }
+  const Tensor ahead = true_labels.slice(1, c.observed);
+  PoseNetworkImpl::State state = model->pose->start(past, b[kZ]);
+  const Tensor forecast = model->pose->roll(state, ahead, c.future);
+  const Tensor weights = b[kWeights] * reconstruction_weights(c.future, c.rec_frames);
+  const Tensor rec = pose_reconstruction_loss(forecast, truth, weights, scale),
+               root = root_reconstruction_loss(forecast, truth, weights);
+  Tensor total = kPoseWeight * rec + kRootWeight * root;
+  Losses losses = {{"rec", rec}, {"root", root}};
+  if (c.intention) {
+    const Tensor code = model->intention->encode(past);
+    const Tensor sym = intention_loss(model->intention->teacher_logits(code, ahead.slice(1, 0, c.future)),
+                                      b[kLabels].slice(1, c.observed, c.observed + c.future), b[kWeights]);
+    total = total + sym;
+    losses.emplace_back("intention", sym);
+    if (c.label_adversary) {
+      const Tensor drawn = model->intention->draw(code, b[kGumbel].slice(1, 0, c.future));
+      add_adversary(model->label_adversary, "label", ahead.slice(1, 0, c.future).flatten(1), drawn.flatten(1),
+                    c.label_adversary_weight, total, losses);
     }
-    if (c.pose_adversary) {
-      const int64_t lead = c.adversary_frames - 1;
-      const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
-      add_adversary(model->pose_adversary, "pose", real,
-                    adversary_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b[kForecastStarts],
-                                    c.adversary_frames),
-                    c.adversary_weight, total, losses);
-    }
-  } else if (c.pose_adversary) {
-    Tensor labels = torch::zeros({past.size(0), run + kLongFrames + c.gamma - 1, c.labels});
-    PoseNetworkImpl::State state;
+  }
+  if (c.pose_adversary) {
+    const int64_t lead = c.adversary_frames - 1;
+    const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
+    const Tensor views = adversary_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b[kForecastStarts],
+                                         c.adversary_frames);
+    const auto run = b[kRun].item<int64_t>();
+    const int64_t runs = std::min<int64_t>(kRuns, past.size(0)) / 2 * 2;
+    const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
+    const Tensor twice = past.slice(0, 0, runs / 2).repeat({2, 1, 1});
+    Tensor labels = torch::zeros({runs, run + kRunFrames + c.gamma - 1, c.labels});
     {
       const torch::NoGradGuard no_gradients;
-      if (c.intention) labels = model->intention->draw(model->intention->encode(past), b[kGumbel]);
-      state = model->pose->start(past, b[kZ]);
+      if (c.intention)
+        labels = model->intention->draw(model->intention->encode(twice),
+                                        some(b[kGumbel]).slice(1, 0, run + kRunFrames + c.gamma - 1));
+      state = model->pose->start(twice, some(b[kZ]));
       model->pose->roll(state, labels, run);
     }
     const Tensor later = labels.slice(1, run);
-    const Tensor forecast = model->pose->roll(state, later, kLongFrames);
-    add_adversary(model->pose_adversary, "run", real,
-                  adversary_views(forecast, later, b[kForecastStarts], c.adversary_frames), c.adversary_weight, total,
-                  losses);
-  } else {
-    total = model->pose->out->weight.sum() * 0;  // without the adversary nothing is known of a run
+    const Tensor run_views =
+        adversary_views(model->pose->roll(state, later, kRunFrames), later, some(b[kRunStarts]), c.adversary_frames);
+    add_adversary(model->pose_adversary, "pose",
+                  adversary_views(b[kFrames], unseen(true_labels), b[kRealStarts], c.adversary_frames),
+                  torch::cat({views, run_views}), c.adversary_weight, total, losses);
   }
   losses.insert(losses.begin(), {"total", total});
   return losses;
@@ -182,6 +176,7 @@ TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& dat
   TrainTask task;
   task.name = "intention";
   task.average = 0.995;  // adversaries make weights sway
+  task.rate_factor = [](const std::string& name) { return name.find("adversary") != std::string::npos ? 2.0 : 1.0; };
   task.module = model.ptr();
   task.samples = data.size();
   task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {

@@ -214,6 +214,16 @@ void read_annotations(const Npz& npz, Clip& clip) {
   clip.object_pose = any_of(npz, {"object_pose"});
 }
 
+/// Arrays of npz_from_clip with a row a frame.
+constexpr const char* kFrameArrays[] = {"trans",     "root_orient", "pose_body", "poses",        "joints",
+                                        "root_path", "action",      "contact",   "hand_targets", "object_pose"};
+
+/// How many motions lie in the leading dimension of `joints`; -1 where there is no such dimension.
+int64_t samples_of(const Npz& npz) {
+  const auto joints = npz.tensors.find("joints");
+  return joints != npz.tensors.end() && joints->second.dim() == 4 ? joints->second.size(0) : -1;
+}
+
 Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
   Clip clip;
   clip.skeleton = own_skeleton(npz, subject);
@@ -253,8 +263,7 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
 /// A file of positions alone: `joints` (T, 22+, 3), the first 22 in SMPL's order.
 Clip positions_clip(const Npz& npz, const char* name, const std::string& subject, const ClipReadOptions& options,
                     Notes* notes) {
-  Tensor joints = as_float(npz.at(name, subject));
-  if (joints.dim() == 4 && joints.size(0) == 1) joints = joints[0];
+  const Tensor joints = as_float(npz.at(name, subject));
   if (joints.dim() != 3 || joints.size(1) < kStandardJoints || joints.size(2) != 3)
     throw Error(subject, std::string("its array ") + name + " is not (T, 22, 3) joint positions");
   if (joints.size(0) == 0) throw Error(subject, "no frames");
@@ -357,7 +366,9 @@ Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOpt
 }
 
 Clip read_clip_npz(const std::string& path, const ClipReadOptions& options, Notes* notes) {
-  return clip_from_npz(read_npz(path), path, options, notes);
+  std::vector<Clip> clips = read_clips_npz(path, options, notes);
+  if (clips.size() > 1) throw Error(path, "holds " + std::to_string(clips.size()) + " motions where one is wanted");
+  return std::move(clips.front());
 }
 
 Npz npz_from_clip(const Clip& clip, const std::string& subject) {
@@ -399,5 +410,45 @@ Npz npz_from_clip(const Clip& clip, const std::string& subject) {
 }
 
 void write_clip_npz(const std::string& path, const Clip& clip) { write_npz(path, npz_from_clip(clip, path)); }
+
+void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
+                     const std::map<std::string, Tensor>& more) {
+  if (clips.empty()) throw Error(path, "no motion to write");
+  Npz all = npz_from_clip(clips.front(), path);
+  std::vector<Npz> each;
+  for (const Clip& clip : clips) each.push_back(npz_from_clip(clip, path));
+  for (const char* name : kFrameArrays) {
+    if (!all.has(name)) continue;
+    std::vector<Tensor> rows;
+    for (const Npz& one : each) {
+      if (!one.has(name) || one.tensors.at(name).sizes() != all.tensors.at(name).sizes())
+        throw Error(path, std::string("motions written together differ in ") + name);
+      rows.push_back(one.tensors.at(name));
+    }
+    all.tensors[name] = torch::stack(rows);
+  }
+  for (const auto& [name, tensor] : more)
+    if (tensor.defined()) all.tensors[name] = tensor;
+  write_npz(path, all);
+}
+
+std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  const Npz npz = read_npz(path);
+  if (samples_of(npz) < 0) return {clip_from_npz(npz, path, options, notes)};
+  std::vector<Clip> out;
+  for (int64_t s = 0; s < samples_of(npz); ++s) {
+    Npz one = npz;
+    for (const char* name : kFrameArrays)
+      if (npz.has(name)) {
+        const Tensor& all = npz.tensors.at(name);
+        if (all.dim() < 3 || all.size(0) != samples_of(npz))
+          throw Error(path, std::string(name) + " has not the sample dimension that joints has");
+        one.tensors[name] = all[s];
+      }
+    out.push_back(clip_from_npz(one, path, options, s == 0 ? notes : nullptr));
+  }
+  if (out.empty()) throw Error(path, "holds no motion");
+  return out;
+}
 
 }  // namespace inhabit

@@ -1,6 +1,8 @@
 #pragma once
+#include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "inhabit/io/npz.h"
 #include "inhabit/io/read_options.h"
@@ -36,6 +38,15 @@ Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOpt
 Npz npz_from_clip(const Clip& clip, const std::string& subject);
 
 void write_clip_npz(const std::string& path, const Clip& clip);
+
+/// Several motions of one person, of equal length, in one file: the arrays of npz_from_clip, those that go frame by
+/// frame with a leading sample dimension, `joints` (S, T, J, 3). @param more further arrays, (S, T, ...); undefined
+/// ones are left out.
+void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
+                     const std::map<std::string, torch::Tensor>& more = {});
+
+/// The motions of such a file, or the one motion of any other that read_clip_npz reads.
+std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
 /// True where the arrays hold motion (and not, say, a point cloud).
 bool holds_clip(const Npz& npz);

@@ -45,6 +45,12 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   throw Error(path, "is no motion format inhabit reads (.bvh .amc .txt .npz .npy .json)");
 }
 
+std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  const torch::NoGradGuard no_gradient;
+  if (extension_of(path) == "npz") return read_clips_npz(path, options, notes);
+  return {read_clip(path, options, notes)};
+}
+
 bool is_clip_file(const std::string& path) {
   const std::string extension = extension_of(path);
   if (extension == "npz") return holds_clip(read_npz(path));

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "inhabit/io/read_options.h"
 #include "inhabit/motion/clip.h"
@@ -12,6 +13,9 @@ namespace inhabit {
 /// @param notes what was detected or assumed is added to it.
 /// Throws Error(path, ...) for a missing or damaged file and for an extension inhabit does not know.
 Clip read_clip(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
+
+/// Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures (write_clips_npz).
+std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
 /// True where read_clip would try the file: known extension, and for .npz that it holds motion (reads it to see).
 bool is_clip_file(const std::string& path);

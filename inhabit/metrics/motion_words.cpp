@@ -44,6 +44,10 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
   return torch::matmul(moved.flatten(1, 2), turn.transpose(1, 2)).view_as(words);
 }
 
+Tensor pose_words(const Tensor& joints, int64_t kappa) {
+  return placed_words(motion_words(joints.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
+}
+
 WordIndex::WordIndex(const Tensor& words) : words_(flat(words)) {
   const torch::NoGradGuard no_gradients;
   if (words_.size(0) == 0) throw Error("the motion database has no word");

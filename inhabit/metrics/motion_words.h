@@ -17,6 +17,10 @@ torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa);
 /// @param left_hip, right_hip rows of the words' joints.
 torch::Tensor placed_words(const torch::Tensor& words, int64_t left_hip, int64_t right_hip);
 
+/// What Eq. 9 scores: the words of the joints named by word_joints(), placed, of a motion (T, 22, 3) on the standard
+/// joints: (T-kappa+1, kappa, 12, 3).
+torch::Tensor pose_words(const torch::Tensor& joints, int64_t kappa);
+
 /// Exact nearest neighbours among motion words by Euclidean distance over the flattened positions. A distance never
 /// exceeds that of the projections on the leading principal axes joined with the lengths of what is left, and of those
 /// a matrix product finds nearly all words that cannot be nearest; the others are measured in full.

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -72,6 +73,14 @@ double scheduled_rate(const TrainOptions& options, int64_t step) {
   return options.learning_rate * warmup * (0.02 + 0.98 * 0.5 * (1 + std::cos(M_PI * progress)));
 }
 
+/// Parameters with the same factor of the learning rate, by the factor.
+std::map<double, std::vector<torch::Tensor>> rate_groups(const TrainTask& task) {
+  std::map<double, std::vector<torch::Tensor>> groups;
+  for (const auto& p : task.module->named_parameters())
+    groups[task.rate_factor ? task.rate_factor(p.key()) : 1.0].push_back(p.value());
+  return groups;
+}
+
 std::string clock_text(double seconds) {
   const auto s = static_cast<int64_t>(seconds);
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
@@ -81,7 +90,10 @@ std::string clock_text(double seconds) {
 
 TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
-  torch::optim::Adam optimizer(task.module->parameters(), torch::optim::AdamOptions(options.learning_rate));
+  const auto groups = rate_groups(task);
+  std::vector<torch::optim::OptimizerParamGroup> optimised;
+  for (const auto& [factor, parameters] : groups) optimised.emplace_back(parameters);
+  torch::optim::Adam optimizer(optimised, torch::optim::AdamOptions(options.learning_rate));
   std::optional<WeightAverage> average;
   if (task.average > 0) average.emplace(task.module, task.average);
   std::map<std::string, torch::Tensor> no_average;
@@ -130,7 +142,8 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     const Batch batch = next.get();
     if (step + 1 < options.steps) next = std::async(std::launch::async, prepare, step + 1);
     const double rate = scheduled_rate(options, step);
-    static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[0].options()).lr(rate);
+    for (auto [group, i] = std::pair(groups.begin(), size_t{0}); group != groups.end(); ++group, ++i)
+      static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[i].options()).lr(rate * group->first);
 
     task.module->train();
     optimizer.zero_grad();

@@ -24,8 +24,10 @@ struct TrainTask {
   std::function<Losses(const Batch& batch)> losses;
   std::function<double()> validate;  ///< lower is better; the module is in eval mode and no gradients are kept
   std::function<void()> on_best;     ///< called with the weights that validated best so far
-  double average = 0;                ///< decay of a moving average of the weights (EMA), which then is what validates;
-                                     ///< 0: none
+  /// What the learning rate is multiplied with for a parameter of this name; unset: 1.
+  std::function<double(const std::string& name)> rate_factor;
+  double average = 0;  ///< decay of a moving average of the weights (EMA), which then is what validates;
+                       ///< 0: none
 };
 
 struct TrainOptions {

@@ -1,0 +1,88 @@
+#include "inhabit/anticipate/intention_anticipator.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "inhabit/error.h"
+#include "inhabit/io/clip_npz.h"
+#include "inhabit/io/files.h"
+#include "inhabit/view/futures_page.h"
+#include "models.h"
+#include "outputs.h"
+#include "verbs.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Options {
+  std::string motion, model;
+  std::vector<std::string> outputs;
+  inhabit::AnticipateOptions anticipate;
+};
+
+/// out.bvh, or out_003.bvh where there are several futures.
+std::string numbered(const std::string& path, size_t number, size_t count) {
+  if (count == 1) return path;
+  const fs::path p(path);
+  return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
+}
+
+void write(const std::string& path, const inhabit::Anticipation& a, const std::string& title) {
+  const std::string extension = fs::path(path).extension();
+  if (extension == ".npz") {
+    inhabit::write_clips_npz(path, a.futures, {{"intention", a.labels}});
+  } else if (extension == ".html") {
+    std::vector<torch::Tensor> labels;
+    for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
+    inhabit::Page page = inhabit::futures_page(a.past, a.futures, labels);
+    page.title = title;
+    inhabit::write_page(path, page);
+  } else {
+    for (size_t i = 0; i < a.futures.size(); ++i)
+      inhabit::write_clip(numbered(path, i, a.futures.size()), a.futures[i]);
+  }
+}
+
+}  // namespace
+
+void add_anticipate(CLI::App& app) {
+  CLI::App* verb =
+      app.add_subcommand("anticipate", "Many plausible futures of a person's motion, up to 30 s and beyond");
+  auto o = std::make_shared<Options>();
+  verb->add_option("motion", o->motion, "Motion file")->required();
+  verb->add_option(
+          "--start", o->anticipate.start,
+          "First frame to forecast, in the file's frames; the two seconds before it are observed (default: the end)")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--samples", o->anticipate.samples, "How many futures")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb->add_option("--seconds", o->anticipate.seconds, "How far")->check(CLI::Range(0.1, 600.0))->capture_default_str();
+  verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->capture_default_str();
+  verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb->add_option("-o,--out", o->outputs,
+                   "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
+                   "(default: futures.html)");
+  verb->callback([o] {
+    using namespace inhabit;
+    if (o->outputs.empty()) o->outputs.push_back("futures.html");
+    for (const std::string& out : o->outputs) {
+      if (const std::string e = fs::path(out).extension();
+          e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
+        throw Error(out, "is no output of an anticipation: .npz, .bvh, .glb, .json or .html");
+      require_writable(out);
+    }
+    const Clip clip = read_clip(o->motion);
+    const auto anticipator =
+        IntentionAnticipator::load(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
+    const Anticipation a = anticipator.anticipate(clip, o->anticipate, o->motion);
+    for (const std::string& out : o->outputs) {
+      write(out, a, "Futures of " + fs::path(o->motion).filename().string());
+      std::printf("%s\n", out.c_str());
+    }
+  });
+}
