@@ -156,8 +156,11 @@ Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateCo
       model->pose->roll(state, labels, run);
     }
     const Tensor later = labels.slice(1, run);
-    const Tensor run_views =
-        adversary_views(model->pose->roll(state, later, kRunFrames), later, some(b[kRunStarts]), c.adversary_frames);
+    const Tensor last = model->pose->roll(state, later, kRunFrames);
+    const Tensor run_views = adversary_views(last, later, some(b[kRunStarts]), c.adversary_frames);
+    const Tensor sameness = sameness_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale, kApart);
+    total = total + c.diversity_weight * sameness;
+    losses.emplace_back("sameness", sameness);
     add_adversary(model->pose_adversary, "pose",
                   adversary_views(b[kFrames], unseen(true_labels), b[kRealStarts], c.adversary_frames),
                   torch::cat({views, run_views}), c.adversary_weight, total, losses);
