@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# The ablations of intention-driven anticipation (paper, Figs. 4 and 5): trains one model for each configuration,
+# evaluates it, and draws the NDMS curves. A model that is there already is not trained again.
+# usage: scripts/ablations.sh DATA OUT [STEPS]     DATA as `inhabit train anticipate --data` takes it
+set -euo pipefail
+cd "$(dirname "$0")/.."
+data=$1 out=$2 steps=${3:-3000}
+inhabit=build/release/cli/inhabit
+mkdir -p "$out"
+configurations=(
+  "full"
+  "no_intention intention=false"
+  "no_label_adversary label_adversary=false"
+  "no_pose_adversary pose_adversary=false"
+  "rec_30 rec_frames=30"
+  "rec_always rec_frames=0"
+  "naive_clusters naive_clusters=true"
+  "gamma_1 gamma=1"
+  "gamma_5 gamma=5"
+  "gamma_20 gamma=20"
+)
+for configuration in "${configurations[@]}"; do
+  read -r name setting <<<"$configuration"
+  model=$out/$name.safetensors
+  if [ ! -e "$out/$name.json" ]; then
+    resume=""
+    [ -e "$model.checkpoint.safetensors" ] && resume=--resume
+    $inhabit train anticipate --data "$data" --stage intention --steps "$steps" --out "$model" $resume \
+      ${setting:+--set "$setting"}
+    $inhabit eval anticipate --data "$data" --model "$model" --seconds 4 --json "$out/$name.json"
+  fi
+done
+node scripts/plot_ndms.mjs "$out/losses.svg" "Loss terms (Fig. 4)" "$out"/{full,no_intention,no_label_adversary,no_pose_adversary}.json
+node scripts/plot_ndms.mjs "$out/rec.svg" "tau_rec (Fig. 5a)" "$out"/{full,rec_30,rec_always}.json
+node scripts/plot_ndms.mjs "$out/clusters.svg" "Clustering (Fig. 5b)" "$out"/{full,naive_clusters}.json
+node scripts/plot_ndms.mjs "$out/gamma.svg" "gamma (Fig. 5c)" "$out"/{gamma_1,gamma_5,full,gamma_20}.json
