@@ -1,6 +1,6 @@
 #include "inhabit/anticipate/config.h"
 
-#include <cmath>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -42,17 +42,31 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("ltd_blocks", c.ltd_blocks);
 }
 
+/// Sets a field; false where the value is of another type.
+bool take(const json& value, bool& field) {
+  if (!value.is_boolean()) return false;
+  field = value.get<bool>();
+  return true;
+}
+bool take(const json& value, int& field) {
+  if (!value.is_number_integer()) return false;
+  field = static_cast<int>(std::clamp(value.get<double>(), -1e9, 1e9));  // beyond what validate() lets through
+  return true;
+}
+bool take(const json& value, double& field) {
+  if (!value.is_number()) return false;
+  field = value.get<double>();
+  return true;
+}
+
 AnticipateConfig from(const json& root, AnticipateConfig config, const std::string& subject) {
   if (!root.is_object()) throw Error(subject, "the configuration is no JSON object");
   std::set<std::string> known;
   visit_fields(config, [&](const char* key, auto& field) {
     known.insert(key);
     if (!root.contains(key)) return;
-    try {
-      root[key].get_to(field);
-    } catch (const json::exception&) {
+    if (!take(root[key], field))
       throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
-    }
   });
   for (const auto& [key, value] : root.items())
     if (known.count(key) == 0) throw Error(subject, "configuration: no setting is called '" + key.substr(0, 60) + "'");
@@ -103,12 +117,13 @@ void validate(const AnticipateConfig& c, const std::string& subject) {
                                     {"ltd_hidden", c.ltd_hidden}})
     within(name, width, 1, 4096);
   within("noise", c.noise, 0, c.hidden - 1);
-  within("adversary_frames", c.adversary_frames, 2, c.future);
+  // Judged from the last observed frames on, and in stretches of 30 frames of longer runs.
+  within("adversary_frames", c.adversary_frames, 2, std::min({c.future, c.observed, 30}));
   within("adversary_weight", c.adversary_weight, 0, 1000);
   within("label_adversary_weight", c.label_adversary_weight, 0, 1000);
   within("diversity_weight", c.diversity_weight, 0, 1000);
   within("ltd_past", c.ltd_past, 1, c.observed);
-  within("ltd_future", c.ltd_future, 1, 2000);
+  within("ltd_future", c.ltd_future, 1, c.future);
   within("ltd_blocks", c.ltd_blocks, 1, 64);
 }
 

@@ -47,6 +47,8 @@ FastFutures::FastFutures(const AnticipateNetworks& networks) : config_(networks.
   pose_encoder_ = gru_of(*networks.pose->encoder, "_l0");
   for (size_t i = 0; i < 3; ++i) layers_[i] = gru_of(*networks.pose->layers[i], "");
   pose_out_ = nn::row_layer(networks.pose->out->weight, networks.pose->out->bias);
+  const Tensor share = networks.pose->pull.detach().sigmoid().contiguous();
+  pull_.assign(share.data_ptr<float>(), share.data_ptr<float>() + share.numel());
 }
 
 void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const {
@@ -110,8 +112,9 @@ void FastFutures::decode(const float* code, const float* z, const float* pose, c
     nn::apply(pose_out_, below, hidden, samples, change.data());
     for (int64_t s = 0; s < samples; ++s) {
       float *now = x.data() + s * width, *kept = out + (s * frames + t) * kFeatures;
-      const float* add = change.data() + s * pose_out_.stride();
-      for (int64_t i = 0; i < kFeatures; ++i) kept[i] = now[i] += add[i];
+      const float* y = change.data() + s * pose_out_.stride();
+      for (int64_t i = 0; i < kFeatures; ++i)
+        kept[i] = now[i] += y[i] + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] - now[i]);
     }
   }
 }

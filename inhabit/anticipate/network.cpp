@@ -49,7 +49,8 @@ PoseNetworkImpl::PoseNetworkImpl(const AnticipateConfig& config)
   if (config.intention)
     look_ahead = register_module(
         "look_ahead", torch::nn::Conv1d(torch::nn::Conv1dOptions(config.labels, intention_features, config.gamma)));
-  out = register_module("out", torch::nn::Linear(hidden, kAnticipateFeatures));
+  out = register_module("out", torch::nn::Linear(hidden, 2 * kAnticipateFeatures));
+  pull = register_parameter("pull", torch::full({kAnticipateFeatures}, -3.0));
 }
 
 PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& z) {
@@ -64,11 +65,14 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
                 ->forward(intention.slice(1, 0, frames + look_ahead->options.kernel_size()->at(0) - 1).transpose(1, 2))
                 .permute({2, 0, 1})
                 .contiguous();
+  const Tensor share = pull.sigmoid();
   std::vector<Tensor> poses;
   for (int64_t t = 0; t < frames; ++t) {
     Tensor x = intention_features > 0 ? torch::cat({state.pose, ahead[t]}, 1) : state.pose;
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
-    state.pose = state.pose + out->forward(x);
+    const Tensor y = out->forward(x);
+    state.pose =
+        state.pose + y.slice(1, 0, kAnticipateFeatures) + share * (y.slice(1, kAnticipateFeatures) - state.pose);
     poses.push_back(state.pose);
   }
   return torch::stack(poses, 1);

@@ -29,7 +29,8 @@ struct IntentionNetworkImpl : torch::nn::Module {
 };
 TORCH_MODULE(IntentionNetwork);
 
-/// Forecasts poses from observation, intention and noise (3.2, Eq. 6).
+/// Forecasts poses from observation, intention and noise (3.2, Eq. 6). A pose is the one before, plus a change, and
+/// drawn by a learned share towards a pose that the state names: changes alone add up and drift off in half a minute.
 struct PoseNetworkImpl : torch::nn::Module {
   explicit PoseNetworkImpl(const AnticipateConfig& config);
 
@@ -47,7 +48,8 @@ struct PoseNetworkImpl : torch::nn::Module {
   torch::nn::GRU encoder{nullptr};
   std::vector<torch::nn::GRUCell> layers;
   torch::nn::Conv1d look_ahead{nullptr};
-  torch::nn::Linear out{nullptr};
+  torch::nn::Linear out{nullptr};  ///< change, then pose: (2 F)
+  torch::Tensor pull;              ///< (F) logit of the share
   int64_t intention_features = 0;
 };
 TORCH_MODULE(PoseNetwork);

@@ -22,7 +22,7 @@ constexpr double kPoseWeight = 40, kRootWeight = 1;
 // they are judged: the decoder must stand on its own predictions for as long as users ask for, the adversary must know
 // what they look like then, and the two must have parted.
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
-constexpr double kApart = 1.5;             // metres, APD of two futures that have parted
+constexpr double kApart = 1.3;             // metres, APD of two futures that have parted
 constexpr int64_t kViews = 8;              // stretches of each sequence that the pose adversary sees
 constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting real from forecast too sharply (R1)
@@ -190,7 +190,7 @@ TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& dat
   return task;
 }
 
-/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T).
+/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T), and the seed of what the network drops out.
 Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
                      uint64_t seed, int64_t frames) {
   std::mt19937_64 random(seed);
@@ -201,7 +201,8 @@ Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, cons
     known.push_back((torch::arange(c.observed, c.observed + frames) < window.last).to(torch::kFloat32));
   }
   const Tensor all = torch::stack(windows);
-  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known)};
+  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known),
+          torch::tensor(static_cast<int64_t>(seed))};
 }
 
 /// Seq2Seq or LTD: joint error over the first second.
@@ -222,6 +223,7 @@ TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, c
   };
   const bool trajectory = name == "trajectory";
   task.losses = [&, frames, trajectory](const Batch& b) {
+    torch::manual_seed(static_cast<uint64_t>(b[3].item<int64_t>()));
     const Tensor forecast = trajectory ? networks.trajectory->forward(b[0].slice(1, c.observed - c.ltd_past))
                                        : networks.seq2seq->forward(b[0], frames);
     const Tensor rec = pose_reconstruction_loss(forecast, b[1], b[2], networks.scale),
@@ -259,20 +261,26 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
   networks.skeleton = training_skeleton(motions, options.data);
   const auto train_sequences = anticipate_sequences(motions, "train", networks.skeleton),
              validation = anticipate_sequences(motions, "val", networks.skeleton);
-  if (validation.empty()) throw Error(options.data, "has no validation recording");
+  if (test_windows(validation, config, 1).empty())
+    throw Error(options.data, "has no validation recording that is long enough");
   std::vector<Tensor> features;
   for (const AnticipateSequence& s : train_sequences)
     for (const Tensor& f : {s.features, mirrored_features(s.features)}) features.push_back(f);
   networks.scale = feature_scale(torch::cat(features));
   networks.clusters = cluster_recordings(train_sequences, config, options.seed);
   const AnticipateData data(train_sequences, networks);
-  torch::manual_seed(options.seed);
 
   for (size_t s = first_stage; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     AnticipateNetworks before;
     if (std::filesystem::exists(options.out) && (options.resume || s > 0 || options.stage != Choice::all))
       before = load_anticipate_networks(options.out);
+    const bool kept = (stages[s] != "intention" && !before.pose.is_empty()) ||
+                      (stages[s] != "seq2seq" && !before.seq2seq.is_empty()) ||
+                      (stages[s] != "trajectory" && !before.trajectory.is_empty());
+    if (kept && !(before.config == config && before.scale.mean.allclose(networks.scale.mean, 1e-2, 1e-3)))
+      throw Error(options.out, "holds other networks, trained with another configuration or on other data");
+    torch::manual_seed(options.seed);
     TrainTask task = stages[s] == "intention" ? intention_task(networks, data, validation)
                                               : compared_task(stages[s], networks, data, validation);
     task.on_best = [&, name = stages[s]] {
@@ -280,6 +288,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
       if (name != "intention") {
         best.intention = before.intention;
         best.pose = before.pose;
+        if (!before.pose.is_empty()) best.clusters = before.clusters;  // that it was trained on
       }
       if (name != "seq2seq") best.seq2seq = before.seq2seq;
       if (name != "trajectory") best.trajectory = before.trajectory;
