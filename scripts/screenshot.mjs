@@ -1,9 +1,9 @@
 #!/usr/bin/env node
 // Renders a page of `inhabit view` to a PNG:
 //   scripts/screenshot.mjs PAGE.html OUT.png [--time S | --times S,S,...] [--size WxH] [--camera X,Y,Z] [--target X,Y,Z]
-//     [--joint NAME] [--shape body|skeleton] [--theme light|dark] [--poses] [--bare] [--columns N]
+//     [--joint NAME] [--shape body|skeleton] [--theme light|dark] [--poses] [--overlaid] [--choose N] [--bare] [--columns N]
 // --poses shows still poses along the way; --times gives one image per time, in rows of N (default: one row); --bare leaves the controls out; --joint NAME
-// paints that joint's contact map, --joint off none. Needs chromium and the packages of viewer/ (npm ci).
+// paints that joint's contact map, --joint off none; --overlaid and --choose N are for pages of many futures. Needs chromium and the packages of viewer/ (npm ci).
 import { writeFile } from 'node:fs/promises';
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -16,6 +16,7 @@ const { values, positionals } = parseArgs({
     time: { type: 'string' }, times: { type: 'string' }, size: { type: 'string', default: '1280x800' },
     camera: { type: 'string' }, target: { type: 'string' }, joint: { type: 'string' }, shape: { type: 'string' },
     theme: { type: 'string', default: 'light' }, bare: { type: 'boolean', default: false }, poses: { type: 'boolean', default: false }, columns: { type: 'string' },
+    overlaid: { type: 'boolean', default: false }, choose: { type: 'string' },
   },
 });
 const numbers = (text) => text.split(',').map(Number);
@@ -38,11 +39,13 @@ await withBrowser({ viewport: { width, height }, colorScheme: values.theme }, as
       const { inhabit } = window;
       if (view.shape) inhabit.setShape(view.shape);
       if (view.poses) inhabit.setGhosts(true);
+      if (view.overlaid) inhabit.setApart(false);
+      if (view.choose && at === view.first) inhabit.choose(Number(view.choose));
       if (view.joint) inhabit.setJoint(view.joint);
       inhabit.setTime(at);
       if (view.camera) inhabit.setCamera(...view.camera, view.target);
       inhabit.setTime(at);
-    }, [{ shape: values.shape, joint: values.joint, poses: values.poses, camera: values.camera && numbers(values.camera), target: values.target && numbers(values.target) }, time]);
+    }, [{ shape: values.shape, joint: values.joint, poses: values.poses, overlaid: values.overlaid, choose: values.choose, first: times[0], camera: values.camera && numbers(values.camera), target: values.target && numbers(values.target) }, time]);
     shots.push(await page.screenshot({ timeout: 120_000 }));
   }
   if (shots.length === 1) {

@@ -52,6 +52,21 @@ struct Blob {
     }
     return ref;
   }
+  /// (T, J, 3) to a millimetre, within 4 km, for what must be small: changes from frame to frame, joints after the
+  /// first as seen from it, as (J, 3, T) 24-bit numbers, first their low bytes, then the middle and the high ones.
+  json add_motion(const torch::Tensor& joints) {
+    constexpr double kUnit = 0.001;
+    const int64_t frames = joints.size(0);
+    const torch::Tensor root = joints.slice(1, 0, 1);
+    const torch::Tensor seen = torch::cat({root, joints.slice(1, 1) - root}, 1).flatten(1).t();
+    const torch::Tensor steps = (plain(seen, torch::kFloat64) / kUnit).round().clamp(-4e6, 4e6).to(torch::kInt32);
+    const torch::Tensor changes = torch::cat({steps.slice(1, 0, 1), steps.diff(1, 1)}, 1).contiguous();
+    const int* at = changes.data_ptr<int>();
+    std::vector<uint8_t> bytes;
+    for (const int shift : {0, 8, 16})
+      for (int64_t i = 0; i < changes.numel(); ++i) bytes.push_back(static_cast<uint8_t>(at[i] >> shift));
+    return {{"ref", add(bytes, "u8")}, {"unit", kUnit}, {"frames", frames}};
+  }
   /// Numbers in [-1, 1] as signed 16-bit.
   json add_units(const torch::Tensor& t) {
     const torch::Tensor q = (plain(t) * 32767.0).round().clamp(-32767, 32767).to(torch::kInt32).contiguous();
@@ -152,12 +167,20 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
   validate(clip, path);
   if (!std::isfinite(person.start_seconds)) throw Error(path, "a start time is not finite");
   static const char* const kRoles[] = {"motion", "past", "truth", "prediction", "future", "intention"};
-  json out = {{"name", person.name},           {"role", kRoles[static_cast<int>(person.role)]},
-              {"start", person.start_seconds}, {"rate", clip.rate},
-              {"frames", clip.frames()},       {"joints", blob.add_positions(clip.joints)},
-              {"names", clip.skeleton.names},  {"parents", clip.skeleton.parents}};
+  json out = {{"name", person.name},
+              {"role", kRoles[static_cast<int>(person.role)]},
+              {"start", person.start_seconds},
+              {"rate", clip.rate},
+              {"frames", clip.frames()},
+              {"names", clip.skeleton.names},
+              {"parents", clip.skeleton.parents}};
+  const bool figure = person.role == PagePerson::Role::future || person.role == PagePerson::Role::intention;
+  if (figure)
+    out["motion"] = blob.add_motion(clip.joints);
+  else
+    out["joints"] = blob.add_positions(clip.joints);
   const BodyModel& model = person.body != nullptr ? *person.body : builtin_body();
-  if (clip.rotations.defined() && clip.trans.defined() && has_standard_joints(clip.skeleton) &&
+  if (!figure && clip.rotations.defined() && clip.trans.defined() && has_standard_joints(clip.skeleton) &&
       model.template_vertices.defined()) {
     const int joints = std::min(model.joints(), clip.skeleton.size());
     out["body"] = bodies.add(blob, model, betas_of_model(clip, model), joints);

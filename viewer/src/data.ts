@@ -8,6 +8,12 @@ export interface ArrayRef {
   scale?: number[];
 }
 
+export interface MotionRef {
+  ref: ArrayRef;
+  unit: number; // metres
+  frames: number;
+}
+
 export interface BodyData {
   joints: number;
   influences: number;
@@ -26,7 +32,8 @@ export interface PersonData {
   start: number; // seconds
   rate: number;
   frames: number;
-  joints: ArrayRef; // (T, J, 3) metres
+  joints?: ArrayRef; // (T, J, 3) metres
+  motion?: MotionRef; // the same of a small figure
   names: string[];
   parents: number[];
   body?: number;
@@ -86,6 +93,23 @@ export class Data {
   raw(ref: ArrayRef) {
     const Kind = { f32: Float32Array, u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, i16: Int16Array }[ref.type];
     return new Kind(this.bytes, ref.at, ref.count);
+  }
+
+  /** Joints (T, J, 3) metres of a small figure: planes of low, middle and high bytes of changes from frame to frame, (J, 3, T),
+   *  of `unit` metres; joints after the first are as seen from it. */
+  motion({ ref, unit, frames }: MotionRef): Float32Array {
+    const bytes = this.raw(ref);
+    const size = ref.count / 3;
+    const columns = size / frames;
+    const out = new Float32Array(size);
+    for (let k = 0; k < columns; ++k) {
+      for (let t = 0, sum = 0; t < frames; ++t) {
+        const i = k * frames + t;
+        sum += ((bytes[i] << 8) | (bytes[size + i] << 16) | (bytes[2 * size + i] << 24)) >> 8;
+        out[t * columns + k] = sum * unit + (k < 3 ? 0 : out[t * columns + (k % 3)]);
+      }
+    }
+    return out;
   }
 
   floats(ref: ArrayRef): Float32Array {

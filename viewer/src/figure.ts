@@ -5,29 +5,34 @@ import * as THREE from 'three';
 interface Part { limb: [number, number]; ball: [number, number, number]; ahead?: number }
 
 const round = (limb: number, ball: number): Part => ({ limb: [limb, limb], ball: [ball, ball, ball] });
+const trunk = (...ball: [number, number, number]): Part => ({ limb: [0, 0], ball });
 const parts: [RegExp, Part][] = [
-  [/^pelvis|^hips$/, { limb: [0, 0], ball: [0.13, 0.1, 0.098] }],
-  [/^spine1/, { limb: [0.125, 0.095], ball: [0.12, 0.09, 0.09] }],
-  [/^spine2/, { limb: [0.12, 0.09], ball: [0.128, 0.09, 0.095] }],
-  [/^spine3/, { limb: [0.135, 0.1], ball: [0.125, 0.09, 0.095] }],
-  [/^neck/, { limb: [0.11, 0.085], ball: [0.054, 0.054, 0.054] }],
+  [/^pelvis|^hips$/, trunk(0.128, 0.115, 0.1)],
+  [/^spine1/, trunk(0.117, 0.135, 0.093)],
+  [/^spine2/, trunk(0.127, 0.15, 0.1)],
+  [/^spine3/, trunk(0.142, 0.15, 0.104)],
+  [/^neck/, { limb: [0.08, 0.07], ball: [0.054, 0.054, 0.054] }],
   [/^head/, { limb: [0.052, 0.052], ball: [0.082, 0.115, 0.095], ahead: 0.075 }],
-  [/hip$/, round(0.1, 0.09)],
-  [/knee$/, round(0.084, 0.062)],
-  [/ankle$/, round(0.058, 0.045)],
+  [/hip$/, round(0.1, 0.088)],
+  [/knee$/, round(0.088, 0.066)],
+  [/ankle$/, round(0.064, 0.048)],
   [/foot$/, round(0.047, 0.042)],
   [/collar$/, round(0.06, 0.07)],
-  [/shoulder$/, round(0.066, 0.062)],
-  [/elbow$/, round(0.053, 0.044)],
-  [/wrist$/, { limb: [0.042, 0.042], ball: [0.036, 0.075, 0.036], ahead: 0.055 }],
+  [/shoulder$/, round(0.066, 0.058)],
+  [/elbow$/, round(0.057, 0.0435)],
+  [/wrist$/, { limb: [0.043, 0.043], ball: [0.036, 0.075, 0.036], ahead: 0.055 }],
 ];
 const other = round(0.03, 0.035);
 const thin = round(0.016, 0.026);
 const thinHead = round(0.016, 0.05);
 
 const BALL = new THREE.SphereGeometry(1, 14, 10);
+const SMALL_BALL = new THREE.SphereGeometry(1, 10, 8);
 const STICK = new THREE.CylinderGeometry(1, 1, 1, 10, 1, true).translate(0, 0.5, 0);
-const LIMB = new THREE.CylinderGeometry(0.78, 1, 1, 12, 1, true).translate(0, 0.5, 0);
+const LIMB = new THREE.CylinderGeometry(0.78, 1, 1, 10, 1, true).translate(0, 0.5, 0);
+
+// Before a see-through figure is painted its nearest surface is laid down, so that no limb shows through another.
+const SURFACE = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
 
 // Scratch, so that a frame allocates nothing.
 const at = new THREE.Vector3();
@@ -41,10 +46,11 @@ const y = new THREE.Vector3();
 const z = new THREE.Vector3();
 const m = new THREE.Matrix4();
 
-/** A person from joints alone: a thin skeleton, or a full figure of rounded limbs. Two draw calls. */
+/** A person from joints alone: a thin skeleton, or a full figure of rounded limbs. */
 export class Figure {
   private readonly balls: THREE.InstancedMesh;
   private readonly limbs: THREE.InstancedMesh;
+  private readonly surface: THREE.InstancedMesh[];
   private readonly parts: Part[];
   private readonly left: number; // joints the lateral axis is taken from
   private readonly right: number;
@@ -57,21 +63,36 @@ export class Figure {
       if (!full) return name === 'head' ? thinHead : thin;
       return parts.find(([pattern]) => pattern.test(name))?.[1] ?? other;
     });
-    this.balls = new THREE.InstancedMesh(BALL, material, parents.length);
+    this.balls = new THREE.InstancedMesh(full ? SMALL_BALL : BALL, material, parents.length);
     this.limbs = new THREE.InstancedMesh(full ? LIMB : STICK, material, parents.length);
+    this.surface = !full ? [] : [this.balls, this.limbs].map((painted) => {
+      const mesh = new THREE.InstancedMesh(painted.geometry, SURFACE, parents.length);
+      mesh.instanceMatrix = painted.instanceMatrix;
+      mesh.renderOrder = -0.5;
+      return mesh;
+    });
     for (const mesh of this.meshes) {
-      mesh.castShadow = true;
       mesh.frustumCulled = false;
       mesh.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
     }
+    this.castShadow = true;
   }
 
   get meshes() {
-    return [this.balls, this.limbs];
+    return [this.balls, this.limbs, ...this.surface];
+  }
+
+  set castShadow(on: boolean) {
+    this.balls.castShadow = this.limbs.castShadow = on;
+  }
+
+  set renderOrder(order: number) {
+    this.balls.renderOrder = this.limbs.renderOrder = order;
+    for (const mesh of this.surface) mesh.renderOrder = order - 0.5;
   }
 
   set visible(on: boolean) {
-    this.balls.visible = this.limbs.visible = on;
+    for (const mesh of this.meshes) mesh.visible = on;
   }
 
   /** Poses it by joints (J, 3). */

@@ -27,6 +27,7 @@ export class Gallery {
   private readonly free = { left: 0, top: 0, right: 1, bottom: 1 };
   private readonly target = new THREE.Vector3();
   private readonly v = new THREE.Vector3();
+  private readonly root = new THREE.Vector3();
 
   constructor(header: Header, private readonly people: Person[], private readonly stage: Stage, private readonly heading: number,
     ground: number, begin: number, end: number, private readonly names: HTMLElement, private readonly changed: () => void) {
@@ -111,7 +112,8 @@ export class Gallery {
     this.free.bottom = bar.height === 0 ? height : below ? tools.top : bar.top;
     const { left, top, right, bottom } = this.free;
     this.wall.arrange((right - left) / Math.max(50, bottom - top));
-    this.stage.resize(width, height, width - right, height - bottom - top);
+    if (this.apart) this.stage.resize(width, height, width - right, height - bottom - top);
+    else this.stage.resize(width, height, 0, height - bottom);
   }
 
   /** Places the camera, `seconds` after it was placed before, where it has not been moved by hand. */
@@ -123,20 +125,28 @@ export class Gallery {
       const size = Math.max(wall.height / Math.max(50, bottom - top), wall.width / (right - left)) * innerHeight;
       stage.look(wall.middle, (1.04 * size) / visible, this.heading + 0.6, 0.16);
     } else if (this.automatic) {
+      const visible = Math.max(0.4, this.free.bottom / innerHeight);
       const active = this.hovered ?? this.chosen;
       const shown = active && this.isVisible(active, time) ? [active] : this.people.filter((person) => this.isVisible(person, time));
       if (shown.length > 0) {
         this.v.set(0, 0, 0);
-        for (const { now } of shown) this.v.add(new THREE.Vector3(now[0], now[1], now[2]));
+        for (const { now } of shown) this.v.add(this.root.fromArray(now));
         this.v.divideScalar(shown.length);
+        this.v.y -= 0.12; // from the root to the middle of the body
         const far = Math.max(...shown.map(({ now }) => Math.hypot(now[0] - this.v.x, now[2] - this.v.z)));
         const first = this.reach === 0;
         this.reach += (Math.min(1.5 + 0.8 * far, 14) - this.reach) * (first ? 1 : Math.min(1, 3 * seconds));
         this.target.lerp(this.v, first ? 1 : Math.min(1, 5 * seconds));
-        stage.frame(this.target, this.reach, this.heading);
+        stage.frame(this.target, this.reach / visible, this.heading);
       }
     }
-    if (this.apart) wall.placeLabels(stage.camera, innerWidth, innerHeight);
+    if (this.apart) return wall.placeLabels(stage.camera, innerWidth, innerHeight);
+    // Seen through each other, from the farthest to the nearest; through all others, the one that stands out.
+    const active = this.hovered ?? this.chosen;
+    for (const person of this.figures) {
+      const depth = -this.v.fromArray(person.now).applyMatrix4(stage.camera.matrixWorldInverse).z;
+      person.renderOrder = person === active ? 2 : 10_000 - Math.round(10 * depth);
+    }
   }
 
   private hover(person?: Person) {
@@ -150,7 +160,7 @@ export class Gallery {
     const usual = this.apart || this.figures.length === 1 ? 1 : this.figures.length > 12 ? 0.5 : 0.65;
     this.figures.forEach((person, i) => {
       person.setOpacity(active === undefined ? usual : person === active ? 1 : this.apart ? 0.3 : 0.12);
-      person.castShadow = !this.apart;
+      person.castShadow = !this.apart && (active === undefined || person === active);
       this.wall.labels[i].classList.toggle('now', person === active);
     });
     if (this.strips && this.strips.active !== (this.strips.active = active ? this.stripOf.get(active) ?? -1 : -1)) this.strips.draw();

@@ -53,7 +53,7 @@ export class Person {
   readonly now: Float32Array; // (J, 3) at the time last set
   readonly start: number;
   readonly end: number; // time of the last frame
-  readonly material: THREE.MeshStandardMaterial;
+  readonly material: THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
   enabled = true; // switched on in the legend
   lead?: Person; // the past, shown in this one's place until this one starts
   labelColors: string[] = [];
@@ -72,13 +72,12 @@ export class Person {
     this.parents = data_.parents;
     this.count = this.parents.length;
     this.frames = data_.frames;
-    this.joints = data.floats(data_.joints);
+    this.joints = data_.motion ? data.motion(data_.motion) : data.floats(data_.joints!);
     this.now = new Float32Array(this.count * 3);
     this.start = data_.start;
     this.end = data_.start + (data_.frames - 1) / data_.rate;
-    this.material = new THREE.MeshStandardMaterial({
-      color, roughness: 0.62, metalness: 0, transparent: opacity < 1, opacity,
-    });
+    const look = { color, transparent: figure || opacity < 1, opacity };
+    this.material = figure ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ ...look, roughness: 0.62, metalness: 0 });
 
     this.figure = new Figure(this.parents, data_.names, this.material, figure);
     this.group.add(...this.figure.meshes);
@@ -156,13 +155,16 @@ export class Person {
 
   /** How much of it is seen, 0 to 1. */
   setOpacity(opacity: number) {
-    this.material.transparent = opacity < 1;
     this.material.opacity = opacity;
     if (this.disc) this.disc.material.opacity = 0.75 * opacity;
   }
 
   set castShadow(on: boolean) {
-    for (const mesh of this.figure.meshes) mesh.castShadow = on;
+    this.figure.castShadow = on;
+  }
+
+  set renderOrder(order: number) {
+    this.figure.renderOrder = order;
   }
 
   setFloor(y: number) {
@@ -172,22 +174,14 @@ export class Person {
   setTime(t: number) {
     if (this.data_.role === 'intention') t = this.start + ((t - this.start) % (this.end - this.start || 1));
     if (this.lead && t < this.start - 1e-6) {
-      this.lead.setTime(t);
+      this.lead.sample(t);
       this.now.set(this.lead.now);
       this.material.color.set(this.lead.color);
       this.poseFigure(-1);
       return;
     }
-    const at = Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1);
     this.material.color.set(this.color);
-    const i = Math.min(Math.floor(at), this.frames - 1);
-    const next = Math.min(i + 1, this.frames - 1);
-    const u = at - i;
-    const n = this.count * 3;
-    for (let k = 0; k < n; ++k) {
-      const from = this.joints[i * n + k];
-      this.now[k] = from + u * (this.joints[next * n + k] - from);
-    }
+    const { i, next, u } = this.sample(t);
     if (this.body?.visible) this.poseBody(i, next, u);
     else this.poseFigure(this.disc ? this.label(t) : -1);
     if (this.hands) {
@@ -197,6 +191,20 @@ export class Person {
         this.targets[h].position.fromArray(this.hands.places, (f * 2 + h) * 3);
       }
     }
+  }
+
+  /** Joints now, between frames i and next at u. */
+  private sample(t: number) {
+    const at = Math.min(Math.max((t - this.start) * this.data_.rate, 0), this.frames - 1);
+    const i = Math.min(Math.floor(at), this.frames - 1);
+    const next = Math.min(i + 1, this.frames - 1);
+    const u = at - i;
+    const n = this.count * 3;
+    for (let k = 0; k < n; ++k) {
+      const from = this.joints[i * n + k];
+      this.now[k] = from + u * (this.joints[next * n + k] - from);
+    }
+    return { i, next, u };
   }
 
   /** World position of a joint at the time last set: of the drawn body where that is shown. */
