@@ -433,21 +433,25 @@ void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
 }
 
 std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions& options, Notes* notes) {
-  const Npz npz = read_npz(path);
-  if (samples_of(npz) < 0) return {clip_from_npz(npz, path, options, notes)};
+  return clips_from_npz(read_npz(path), path, options, notes);
+}
+
+std::vector<Clip> clips_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options,
+                                 Notes* notes) {
+  if (samples_of(npz) < 0) return {clip_from_npz(npz, subject, options, notes)};
   std::vector<Clip> out;
   for (int64_t s = 0; s < samples_of(npz); ++s) {
     Npz one = npz;
     for (const char* name : kFrameArrays)
       if (npz.has(name)) {
         const Tensor& all = npz.tensors.at(name);
-        if (all.dim() < 3 || all.size(0) != samples_of(npz))
-          throw Error(path, std::string(name) + " has not the sample dimension that joints has");
+        if (all.dim() < 2 || all.size(0) != samples_of(npz))
+          throw Error(subject, std::string(name) + " has not the sample dimension that joints has");
         one.tensors[name] = all[s];
       }
-    out.push_back(clip_from_npz(one, path, options, s == 0 ? notes : nullptr));
+    out.push_back(clip_from_npz(one, subject, options, s == 0 ? notes : nullptr));
   }
-  if (out.empty()) throw Error(path, "holds no motion");
+  if (out.empty()) throw Error(subject, "holds no motion");
   return out;
 }
 

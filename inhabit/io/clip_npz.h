@@ -47,6 +47,8 @@ void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
 
 /// The motions of such a file, or the one motion of any other that read_clip_npz reads.
 std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
+std::vector<Clip> clips_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options = {},
+                                 Notes* notes = nullptr);
 
 /// True where the arrays hold motion (and not, say, a point cloud).
 bool holds_clip(const Npz& npz);

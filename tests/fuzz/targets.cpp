@@ -75,7 +75,7 @@ bool fuzz_npz(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_npz(bytes, "fuzz"); });
 }
 bool fuzz_clip_npz(const uint8_t* data, size_t size) {
-  return survive(data, size, [](std::string_view bytes) { clip_from_npz(arrays_of(bytes), "fuzz"); });
+  return survive(data, size, [](std::string_view bytes) { clips_from_npz(arrays_of(bytes), "fuzz"); });
 }
 bool fuzz_smpl_model(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { smpl_model_from_npz(arrays_of(bytes), "fuzz"); });
