@@ -7,7 +7,14 @@ namespace F = torch::nn::functional;
 
 namespace {
 constexpr int64_t kPose = kAnticipateFeatures - 4;
+
+/// Mean over frames of the distance of poses, all joints together: (N) metres.
+Tensor pose_distance(const Tensor& a, const Tensor& b, const FeatureScale& scale) {
+  const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPose);
+  return (difference.square().sum(2) + 1e-9).sqrt().mean(1);
 }
+
+}  // namespace
 
 Tensor reconstruction_weights(int64_t frames, int64_t rec_frames) {
   if (rec_frames == 0) return torch::ones({frames});
@@ -36,10 +43,12 @@ Tensor adversary_loss(const Tensor& real, const Tensor& forecast) {
 
 Tensor deception_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
 
-Tensor sameness_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, double enough) {
-  const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPose);
-  const Tensor distance = (difference.square().sum(2) + 1e-9).sqrt().mean(1);  // (N)
-  return (1 - distance / enough).clamp_min(0).mean();
+Tensor sameness_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, const Tensor& enough) {
+  return (1 - pose_distance(a, b, scale) / enough).clamp_min(0).mean();
+}
+
+Tensor pose_spread(const Tensor& frames, const FeatureScale& scale) {
+  return pose_distance(frames, frames.roll(frames.size(1) / 3, 1), scale);
 }
 
 }  // namespace inhabit

@@ -26,7 +26,11 @@ torch::Tensor adversary_loss(const torch::Tensor& real, const torch::Tensor& for
 torch::Tensor deception_loss(const torch::Tensor& forecast);
 
 /// What keeps the noise z from being ignored, which no equation of the paper does: for futures a and b (N, T, F) of the
-/// same observations, the share that the mean distance of their poses (metres, as APD takes it) lacks of `enough`.
-torch::Tensor sameness_loss(const torch::Tensor& a, const torch::Tensor& b, const FeatureScale& scale, double enough);
+/// same observations, the share that the mean distance of their poses (metres, as APD takes it) lacks of `enough` (N).
+torch::Tensor sameness_loss(const torch::Tensor& a, const torch::Tensor& b, const FeatureScale& scale,
+                            const torch::Tensor& enough);
+
+/// How much poses of recordings (N, T, F) differ from each other: (N) metres, mean distance of frames T/3 apart.
+torch::Tensor pose_spread(const torch::Tensor& frames, const FeatureScale& scale);
 
 }  // namespace inhabit

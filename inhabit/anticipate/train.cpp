@@ -22,8 +22,8 @@ constexpr double kPoseWeight = 40, kRootWeight = 1;
 // they are judged: the decoder must stand on its own predictions for as long as users ask for, the adversary must know
 // what they look like then, and the two must have parted.
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
-constexpr double kApart = 1.3;             // metres, APD of two futures that have parted
-constexpr int64_t kViews = 8;              // stretches of each sequence that the pose adversary sees
+constexpr double kApart = 1.5;  // two futures have parted that differ so much more than two poses of the recording do
+constexpr int64_t kViews = 8;   // stretches of each sequence that the pose adversary sees
 constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting real from forecast too sharply (R1)
 
@@ -158,7 +158,8 @@ Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateCo
     const Tensor later = labels.slice(1, run);
     const Tensor last = model->pose->roll(state, later, kRunFrames);
     const Tensor run_views = adversary_views(last, later, some(b[kRunStarts]), c.adversary_frames);
-    const Tensor sameness = sameness_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale, kApart);
+    const Tensor sameness = sameness_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
+                                          kApart * pose_spread(b[kFrames].slice(0, 0, runs / 2), scale));
     total = total + c.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
     add_adversary(model->pose_adversary, "pose",
@@ -190,7 +191,8 @@ TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& dat
   return task;
 }
 
-/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T), and the seed of what the network drops out.
+/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T), and the seed of what the network drops
+/// out.
 Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
                      uint64_t seed, int64_t frames) {
   std::mt19937_64 random(seed);
