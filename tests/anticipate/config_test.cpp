@@ -1,0 +1,103 @@
+// Protects the configuration: it comes back from JSON as it was, and what no network can be built or trained with is
+// refused in one line.
+#include "inhabit/anticipate/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(AnticipateConfig, EverySettingComesBackFromJson) {
+  // Each setting in turn takes another value that can be.
+  const auto defaults = nlohmann::json::parse(to_json(AnticipateConfig()));
+  for (const auto& [key, value] : defaults.items()) {
+    AnticipateConfig config;
+    nlohmann::json other = !value.is_boolean() || !value.get<bool>();
+    if (value.is_number_integer()) other = value.get<int>() - 1;
+    if (value.is_number_float()) other = value.get<double>() / 2;
+    set_field(config, key + "=" + other.dump());
+    EXPECT_FALSE(config == AnticipateConfig()) << key;
+    const AnticipateConfig back = anticipate_config_from_json(to_json(config), "test");
+    EXPECT_TRUE(back == config) << key;
+    EXPECT_TRUE(back == anticipate_config_from_json(to_json(back), "test")) << key;
+  }
+}
+
+TEST(AnticipateConfig, DefaultsAreThePapers) {
+  const AnticipateConfig c = anticipate_config_from_json("{}", "test");
+  EXPECT_TRUE(c == AnticipateConfig());
+  EXPECT_EQ(c.gamma, 10);
+  EXPECT_EQ(c.rec_frames, 15);
+  EXPECT_EQ(c.kappa, 8);
+  EXPECT_EQ(c.labels, 8);
+  EXPECT_EQ(c.rate, 25);
+  EXPECT_EQ(c.observed, 50);
+}
+
+TEST(AnticipateConfig, RefusesWhatCannotBe) {
+  const auto refusal = [](const std::string& text) {
+    return refusal_of([&] { anticipate_config_from_json(text, "m.safetensors"); });
+  };
+  EXPECT_THAT(refusal("{"), HasSubstr("m.safetensors: the configuration is no JSON"));
+  EXPECT_THAT(refusal("[1]"), HasSubstr("no JSON object"));
+  EXPECT_THAT(refusal(R"({"gama": 5})"), HasSubstr("no setting is called 'gama'"));
+  EXPECT_THAT(refusal(R"({"gamma": "five"})"), HasSubstr("'gamma' has the wrong type"));
+  EXPECT_THAT(refusal(R"({"intention": 3})"), HasSubstr("'intention' has the wrong type"));
+  for (const auto& [key, value] :
+       std::initializer_list<std::pair<std::string, std::string>>{{"rate", "0"},
+                                                                  {"rate", "1e300"},
+                                                                  {"observed", "7"},
+                                                                  {"observed", "100000"},
+                                                                  {"future", "-1"},
+                                                                  {"gamma", "0"},
+                                                                  {"gamma", "100000"},
+                                                                  {"rec_frames", "-1"},
+                                                                  {"kappa", "1"},
+                                                                  {"labels", "0"},
+                                                                  {"clusters", "0"},
+                                                                  {"hidden", "1000000000"},
+                                                                  {"noise", "-1"},
+                                                                  {"noise", "160"},
+                                                                  {"intention_features", "0"},
+                                                                  {"adversary_frames", "1"},
+                                                                  {"adversary_frames", "51"},
+                                                                  {"adversary_frames", "31"},
+                                                                  {"adversary_weight", "-1"},
+                                                                  {"diversity_weight", "1e9"},
+                                                                  {"ltd_past", "51"},
+                                                                  {"ltd_future", "51"},
+                                                                  {"ltd_blocks", "0"},
+                                                                  {"seq2seq_hidden", "0"}})
+    EXPECT_THAT(refusal("{\"" + key + "\": " + value + "}"), HasSubstr("'" + key + "' is out of range")) << value;
+  EXPECT_THAT(refusal(R"({"observed": 9, "ltd_past": 5})"), HasSubstr("adversary_frames"))
+      << "its views begin in the observation";
+}
+
+TEST(AnticipateConfig, SettingsFromTheCommandLine) {
+  AnticipateConfig c;
+  set_field(c, "gamma=5");
+  set_field(c, "intention=false");
+  set_field(c, "adversary_weight=0.25");
+  EXPECT_EQ(c.gamma, 5);
+  EXPECT_FALSE(c.intention);
+  EXPECT_EQ(c.adversary_weight, 0.25);
+  const AnticipateConfig before = c;
+  const auto refusal = [&](const std::string& setting) { return refusal_of([&] { set_field(c, setting); }); };
+  for (const char* text : {"gamma", "gamma=", "gamma=five", "=5", "gamma=5=6", ""})
+    EXPECT_THAT(refusal(text), ::testing::Not("")) << text;
+  EXPECT_THAT(refusal("gama=5"), HasSubstr("gama=5: configuration: no setting is called 'gama'"));
+  EXPECT_THAT(refusal("gamma=-5"), HasSubstr("out of range"));
+  EXPECT_THAT(refusal("gamma=true"), HasSubstr("wrong type"));
+  EXPECT_THAT(refusal("gamma=2.5"), HasSubstr("wrong type"));
+  EXPECT_TRUE(c == before) << "a refused setting changes nothing";
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,157 @@
+// Protects the evaluation: a planted network that goes on as the recordings do has NDMS 1 and no error, the last pose
+// held has the closed forms, and the tables have every row, with nothing where the recordings end.
+#include "inhabit/anticipate/evaluate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "anticipate/small_networks.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+const AnticipateScores* row_of(const AnticipateTable& table, const std::string& action, const std::string& method) {
+  for (const auto& entry : table.actions)
+    for (const AnticipateScores& row : entry.rows)
+      if (entry.name == action && row.method == method) return &row;
+  return nullptr;
+}
+
+/// Every joint but the hips goes straight on at its own 1 to 2 cm a frame; the root goes 5 cm a frame ahead.
+struct Straight {
+  Tensor change = torch::zeros({kAnticipateFeatures});
+  double mean_speed = 0;  // metres a frame, over 21 joints
+
+  Straight() {
+    for (int64_t j = 2; j < 21; ++j) {
+      change[3 * j + j % 3] = 0.01 + 0.0005 * static_cast<double>(j);
+      mean_speed += (0.01 + 0.0005 * static_cast<double>(j)) / 21;
+    }
+  }
+  AnticipateSequence recording(const std::string& name, const std::string& action, int64_t frames) const {
+    Tensor first = person("wave", 2).joints.slice(0, 0, 1);
+    Tensor features = anticipate_features(first) + torch::arange(frames).unsqueeze(1) * change;
+    features.select(1, 64).fill_(0.05);
+    return {name, action, features.contiguous()};
+  }
+  /// Networks whose pose decoder adds `change` every frame.
+  AnticipateNetworks planted() const {
+    const torch::NoGradGuard no_gradients;
+    AnticipateNetworks n = untrained();
+    n.seq2seq = nullptr;
+    n.trajectory = nullptr;
+    n.pose->out->weight.zero_();
+    n.pose->out->bias.zero_();
+    n.pose->out->bias.slice(0, 0, kAnticipateFeatures).copy_(change / n.scale.deviation);
+    n.pose->pull.fill_(-100);
+    return n;
+  }
+};
+
+TEST(EvaluateAnticipate, GoingOnAsRecordedIsPerfectAndHoldingStillIsTheClosedForm) {
+  const Straight straight;
+  const AnticipateTable table =
+      evaluate_anticipate(straight.planted(), {straight.recording("a", "drift", 250)}, {3, 2, 10, 1});
+  EXPECT_EQ(table.horizons, (std::vector<double>{0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0}));
+  EXPECT_EQ(table.samples, 3);
+  ASSERT_EQ(table.actions.size(), 2U) << "the action and the mean";
+  EXPECT_EQ(table.actions[0].windows, 2);
+  EXPECT_EQ(table.actions[0].words, 250 - 8 + 1);
+  const AnticipateScores *ours = row_of(table, "drift", "ours"), *held = row_of(table, "drift", "last pose held");
+  ASSERT_TRUE(ours != nullptr && held != nullptr);
+  for (size_t i = 0; i < 10; ++i) {
+    const double frames = 25 * table.horizons[i];
+    // Hips stand still in both: 1/2, as NDMS has it; 10 of 12 joints move.
+    EXPECT_NEAR(ours->ndms[i], (10 + 2 * 0.5) / 12, 2e-3) << i;
+    EXPECT_NEAR(ours->error[i], 0, 0.5) << i;
+    EXPECT_NEAR(ours->best_error[i], 0, 0.5) << i;
+    EXPECT_NEAR(ours->root_error[i], 0, 0.5) << i;
+    EXPECT_NEAR(ours->apd[i], 0, 1e-4) << i;
+    EXPECT_NEAR(held->error[i], 1000 * frames * straight.mean_speed, 0.5) << i;
+    EXPECT_NEAR(held->root_error[i], 1000 * frames * 0.05, 0.5) << i;
+    EXPECT_EQ(held->apd[i], 0) << i;
+    // Words of the first 0.4 s (10 frames) hold 6, 5, ... 0 observed steps of 7; steps on the spot score nothing.
+    EXPECT_NEAR(held->ndms[i], ((i == 0 ? 21.0 / 70 : 0) * 10 + 2 * 0.5) / 12, 2e-3) << i;
+  }
+  EXPECT_NEAR(ours->npss, 0, 1e-3);
+  EXPECT_NEAR(ours->speed_ratio, 1, 1e-2);
+  EXPECT_GT(held->npss, ours->npss);
+  EXPECT_NEAR(held->speed_ratio, 0, 1e-6);
+}
+
+TEST(EvaluateAnticipate, NothingIsSaidOfWhatWasNotRecorded) {
+  const Straight straight;
+  const AnticipateTable table = evaluate_anticipate(
+      straight.planted(),
+      {straight.recording("a", "long", 90), straight.recording("b", "short", 40), straight.recording("c", "gone", 15)},
+      {2, 1, 2, 1});
+  EXPECT_EQ(table.left_out, (std::vector<std::string>{"gone"}));
+  const AnticipateScores *both = row_of(table, "mean", "ours"), *brief = row_of(table, "short", "ours"),
+                         *lasting = row_of(table, "long", "ours");
+  ASSERT_TRUE(both != nullptr && brief != nullptr && lasting != nullptr);
+  // 40 frames: the window lies at 14, 26 frames are known.
+  EXPECT_FALSE(std::isnan(brief->error[1]));
+  EXPECT_TRUE(std::isnan(brief->error[3]) && std::isnan(brief->best_error[3]) && std::isnan(brief->root_error[3]));
+  EXPECT_FALSE(std::isnan(brief->ndms[3])) << "NDMS needs no truth";
+  EXPECT_TRUE(std::isnan(brief->npss));
+  EXPECT_EQ(both->error[3], lasting->error[3]) << "the mean is over those that have one";
+  EXPECT_NEAR(both->ndms[0], (brief->ndms[0] + lasting->ndms[0]) / 2, 1e-12);
+  EXPECT_EQ(table.actions.back().windows, 2);
+
+  const nlohmann::json json = table_json(table);
+  EXPECT_EQ(json["horizons_seconds"].size(), 5U);
+  EXPECT_EQ(json["left_out"], nlohmann::json({"gone"}));
+  ASSERT_EQ(json["actions"].size(), 3U);
+  EXPECT_EQ(json["actions"][0]["action"], "long");
+  EXPECT_EQ(json["actions"][1]["rows"][1]["method"], "ours");
+  EXPECT_TRUE(json["actions"][1]["rows"][1]["error_mm"][3].is_null());
+  EXPECT_EQ(json["actions"][1]["rows"][1]["ndms"][3], brief->ndms[3]);
+  EXPECT_NO_THROW(nlohmann::json::parse(json.dump()));
+  EXPECT_THAT(table_text(table), ::testing::HasSubstr("gone: no recording long enough"));
+}
+
+TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers) {
+  const auto recordings = people(70);
+  AnticipateNetworks networks = untrained();
+  const AnticipateEvaluation options{3, 2, 0.8, 5};
+  const AnticipateTable table = evaluate_anticipate(networks, recordings, options);
+  std::vector<std::string> methods;
+  for (const AnticipateScores& row : table.actions[0].rows) methods.push_back(row.method);
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "seq2seq", "LTD", "ours"}));
+  const AnticipateScores* ours = row_of(table, "walk", "ours");
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(ours->apd[i], 0);
+    EXPECT_GT(ours->best_error[i], 0);
+    EXPECT_GT(ours->ndms[i], 0);
+    EXPECT_LE(ours->ndms[i], 1);
+  }
+  EXPECT_EQ(table_json(evaluate_anticipate(networks, recordings, options)).dump(), table_json(table).dump());
+  AnticipateEvaluation other = options;
+  other.seed = 6;
+  EXPECT_NE(row_of(evaluate_anticipate(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
+  networks.pose = nullptr;
+  networks.seq2seq = nullptr;
+  EXPECT_EQ(evaluate_anticipate(networks, recordings, options).actions[0].rows.size(), 2U);
+  EXPECT_TRUE(evaluate_anticipate(networks, people(12), options).actions.empty());
+}
+
+TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
+  const Straight straight;
+  AnticipateNetworks networks = straight.planted();
+  const std::vector<AnticipateSequence> recordings = {straight.recording("a", "drift", 60)};
+  EXPECT_NEAR(validation_ndms(networks, recordings), 11.0 / 12, 2e-3);
+  const torch::NoGradGuard no_gradients;
+  networks.seq2seq = Seq2SeqNetwork(networks.config);
+  networks.seq2seq->out->weight.zero_();
+  networks.seq2seq->out->bias.copy_(straight.change / networks.scale.deviation);
+  EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 0, 1e-3);
+  networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' way, over all 22 joints
+  EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 13 * straight.mean_speed * 21 / 22, 1e-3);
+}
+
+}  // namespace
+}  // namespace inhabit

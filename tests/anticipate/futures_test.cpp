@@ -1,0 +1,112 @@
+// Protects how futures are drawn: the fast decoder gives what the plain networks give, and a future depends on the seed
+// and its own number alone, not on how many are drawn or how far.
+#include "inhabit/anticipate/futures.h"
+
+#include <gtest/gtest.h>
+
+#include "anticipate/small_networks.h"
+#include "inhabit/anticipate/fast_futures.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+double largest(const Tensor& x) { return x.abs().max().item<double>(); }
+
+/// An observation of each of `count` people (S, t, F).
+Tensor pasts(const AnticipateConfig& c, int64_t count) {
+  std::vector<Tensor> out;
+  for (int64_t i = 0; i < count; ++i)
+    out.push_back(anticipate_features(person(i % 2 == 0 ? "walk" : "wave", c.observed, static_cast<int>(i)).joints));
+  return torch::stack(out);
+}
+
+/// Weights of some size, so that labels change and poses go somewhere.
+AnticipateNetworks lively(const AnticipateConfig& config) {
+  const torch::NoGradGuard no_gradients;
+  AnticipateNetworks n = untrained(config);
+  for (const auto& p : n.pose->named_parameters())
+    if (p.key() != "pull") p.value().mul_(1.5);
+  if (config.intention)
+    for (const Tensor& p : n.intention->parameters()) p.mul_(3);
+  return n;
+}
+
+void expect_fast_as_plain(const AnticipateNetworks& networks, int64_t samples, int64_t frames) {
+  const FastFutures fast(networks);
+  const FutureNoise noise = draw_noise(networks.config, samples, frames, 3);
+  for (const int64_t observations : {int64_t{1}, samples}) {
+    SCOPED_TRACE(std::to_string(samples) + " samples of " + std::to_string(observations) + " observations, " +
+                 std::to_string(frames) + " frames");
+    const Tensor past = pasts(networks.config, observations);
+    const Futures a = plain_futures(networks, past, noise, frames), b = fast.forward(past, noise, frames);
+    ASSERT_EQ(b.features.sizes(), (torch::IntArrayRef{samples, frames, kAnticipateFeatures}));
+    EXPECT_LT(largest(a.features - b.features), 1e-5);
+    ASSERT_EQ(b.labels.defined(), networks.config.intention);
+    if (networks.config.intention) {
+      EXPECT_TRUE(torch::equal(a.labels, b.labels));
+    }
+  }
+}
+
+TEST(FastFutures, AreThePlainNetworksFutures) {
+  AnticipateConfig c = small_config();
+  const AnticipateNetworks networks = lively(c);
+  for (const int64_t samples : {1, 2, 17})
+    for (const int64_t frames : {1, 60}) expect_fast_as_plain(networks, samples, frames);
+  c.gamma = 1;
+  c.noise = 0;
+  expect_fast_as_plain(lively(c), 3, 20);
+  expect_fast_as_plain(untrained(AnticipateConfig()), 5, 40);  // the sizes that ship
+}
+
+TEST(FastFutures, NeedNoIntention) {
+  AnticipateConfig c = small_config();
+  c.intention = false;
+  for (const int64_t samples : {1, 6}) expect_fast_as_plain(lively(c), samples, 30);
+}
+
+TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
+  const AnticipateConfig c = small_config();
+  const FutureNoise few = draw_noise(c, 3, 20, 5), many = draw_noise(c, 40, 20, 5), far = draw_noise(c, 3, 70, 5),
+                    other = draw_noise(c, 3, 20, 6);
+  EXPECT_EQ(few.z.sizes(), (torch::IntArrayRef{3, c.noise}));
+  EXPECT_EQ(few.gumbel.sizes(), (torch::IntArrayRef{3, 20 + c.gamma - 1, c.labels}));
+  EXPECT_TRUE(torch::equal(few.z, many.z.slice(0, 0, 3)));
+  EXPECT_TRUE(torch::equal(few.gumbel, many.gumbel.slice(0, 0, 3)));
+  EXPECT_TRUE(torch::equal(few.z, far.z));
+  EXPECT_TRUE(torch::equal(few.gumbel, far.gumbel.slice(1, 0, few.gumbel.size(1))));
+  EXPECT_GT(largest(few.z - other.z), 0.1);
+  EXPECT_GT(largest(many.z[0] - many.z[1]), 0.1);
+  EXPECT_NEAR(many.z.mean().item<double>(), 0, 0.3);
+  EXPECT_NEAR(many.z.std().item<double>(), 1, 0.2);
+  EXPECT_NEAR(many.gumbel.mean().item<double>(), 0.5772, 0.1);  // Euler's constant
+}
+
+TEST(Futures, BeginAlikeHoweverManyAndHoweverFar) {
+  const AnticipateNetworks networks = lively(small_config());
+  const AnticipateConfig& c = networks.config;
+  const FastFutures fast(networks);
+  const Tensor past = pasts(c, 1);
+  const Futures few = fast.forward(past, draw_noise(c, 2, 15, 9), 15),
+                many = fast.forward(past, draw_noise(c, 33, 80, 9), 80);
+  EXPECT_LT(largest(few.features - many.features.slice(0, 0, 2).slice(1, 0, 15)), 1e-6);
+  EXPECT_TRUE(torch::equal(few.labels, many.labels.slice(0, 0, 2).slice(1, 0, 15)));
+}
+
+TEST(ComparedFutures, GoOnForAnyHorizon) {
+  const AnticipateNetworks networks = untrained();
+  const AnticipateConfig& c = networks.config;
+  const Tensor past = pasts(c, 3);
+  for (const int64_t frames : {1, 6, 7, 30}) {
+    const Tensor ltd = trajectory_future(networks, past, frames);
+    EXPECT_EQ(ltd.sizes(), (torch::IntArrayRef{3, frames, kAnticipateFeatures}));
+    EXPECT_LT(largest(ltd - trajectory_future(networks, past, 40).slice(1, 0, frames)), 1e-5) << frames;
+    EXPECT_EQ(seq2seq_future(networks, past, frames).sizes(), ltd.sizes());
+    EXPECT_TRUE(torch::isfinite(ltd).all().item<bool>());
+  }
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,135 @@
+// Protects model files: what was saved comes back, networks that are not there stay away, and files of other systems or
+// with damage are refused in one line that names them.
+#include "inhabit/anticipate/model_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "anticipate/small_networks.h"
+#include "inhabit/anticipate/futures.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/safetensors.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+double largest(const torch::Tensor& x) { return x.abs().max().item<double>(); }
+
+template <class Network>
+void expect_same_parameters(const Network& a, const Network& b, double tolerance = 0) {
+  ASSERT_FALSE(b.is_empty());
+  EXPECT_FALSE(b->is_training());
+  const auto before = a->named_parameters();
+  for (const auto& parameter : b->named_parameters())
+    EXPECT_LE(largest(parameter.value() - before[parameter.key()]), tolerance) << parameter.key();
+}
+
+TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
+  const TempFolder folder;
+  const AnticipateNetworks saved = untrained();
+  {
+    const torch::NoGradGuard no_gradients;
+    for (torch::Tensor& buffer : saved.trajectory->buffers())
+      if (buffer.is_floating_point()) buffer.add_(0.5);  // running means and variances too
+  }
+  save_anticipate_networks(folder / "m.safetensors", saved);
+  const AnticipateNetworks loaded = load_anticipate_networks(folder / "m.safetensors");
+  EXPECT_TRUE(loaded.config == saved.config);
+  EXPECT_TRUE(torch::equal(loaded.skeleton.offsets, saved.skeleton.offsets));
+  EXPECT_EQ(loaded.skeleton.names, standard_joint_names());
+  EXPECT_TRUE(torch::equal(loaded.scale.mean, saved.scale.mean));
+  EXPECT_TRUE(torch::equal(loaded.scale.deviation, saved.scale.deviation));
+  EXPECT_TRUE(torch::equal(loaded.clusters.poses, saved.clusters.poses));
+  EXPECT_TRUE(torch::equal(loaded.clusters.labels, saved.clusters.labels));
+  expect_same_parameters(saved.intention, loaded.intention);
+  expect_same_parameters(saved.pose, loaded.pose);
+  expect_same_parameters(saved.seq2seq, loaded.seq2seq);
+  expect_same_parameters(saved.trajectory, loaded.trajectory);
+  const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
+  EXPECT_TRUE(torch::equal(trajectory_future(loaded, past, 9), trajectory_future(saved, past, 9)));
+  const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
+  EXPECT_TRUE(
+      torch::equal(plain_futures(loaded, past, noise, 9).features, plain_futures(saved, past, noise, 9).features));
+}
+
+TEST(AnticipateModelFile, HalfPrecisionIsNearlyTheSame) {
+  const TempFolder folder;
+  const AnticipateNetworks saved = untrained();
+  save_anticipate_networks(folder / "whole.safetensors", saved);
+  save_anticipate_networks(folder / "half.safetensors", saved, /*half=*/true);
+  expect_same_parameters(saved.pose, load_anticipate_networks(folder / "half.safetensors").pose, 5e-4);
+  EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"),
+            std::filesystem::file_size(folder / "whole.safetensors") * 6 / 10);
+}
+
+TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
+  const TempFolder folder;
+  AnticipateNetworks some = untrained();
+  some.intention = nullptr;
+  some.seq2seq = nullptr;
+  some.trajectory = nullptr;
+  some.config.naive_clusters = true;
+  some.clusters.labels = torch::Tensor();
+  save_anticipate_networks(folder / "m.safetensors", some);
+  const AnticipateNetworks loaded = load_anticipate_networks(folder / "m.safetensors");
+  EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.trajectory.is_empty());
+  EXPECT_FALSE(loaded.pose.is_empty());
+  EXPECT_FALSE(loaded.clusters.labels.defined());
+}
+
+TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
+  const TempFolder folder;
+  const std::string path = folder / "m.safetensors";
+  save_anticipate_networks(path, untrained());
+  const SafeTensors good = read_safetensors(path);
+  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_anticipate_networks(file); }); };
+  const auto changed = [&](const std::function<void(SafeTensors&)>& change) {
+    SafeTensors bad = good;
+    for (auto& [name, tensor] : bad.tensors) tensor = tensor.clone();
+    change(bad);
+    write_safetensors(path, bad);
+    const std::string why = refusal(path);
+    EXPECT_THAT(why, HasSubstr("m.safetensors: "));
+    return why;
+  };
+  EXPECT_EQ(refusal(path), "");
+  EXPECT_THAT(refusal(folder / "none.safetensors"), HasSubstr("no such file"));
+  EXPECT_THAT(refusal(INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors"),
+              HasSubstr("is not a model of intention-anticipation"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata.clear(); }), HasSubstr("is not a model of"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata.erase("config"); }), HasSubstr("lacks the configuration"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{"; }), HasSubstr("no JSON"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"hiden": 4})"; }), HasSubstr("'hiden'"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"hidden": -4})"; }), HasSubstr("out of range"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{}"; }), HasSubstr("clusters.labels"))
+      << "networks of other sizes";
+  for (const char* name :
+       {"skeleton.offsets", "scale.mean", "scale.deviation", "clusters.poses", "clusters.labels", "pose_net.out.weight",
+        "intention_net.decoder.bias_hh", "seq2seq_net.gru.weight_ih_l0", "trajectory_net.norm0.running_var"}) {
+    SCOPED_TRACE(name);
+    EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
+    EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr(name));
+    EXPECT_THAT(changed([&](auto& f) { f.tensors[name].view({-1})[0] = std::nan(""); }),
+                AllOf(HasSubstr(name), HasSubstr("not finite")));
+  }
+  EXPECT_THAT(changed([](auto& f) { f.tensors["scale.deviation"][3] = 0; }), HasSubstr("not positive"));
+  EXPECT_THAT(changed([](auto& f) {
+                for (auto it = f.tensors.begin(); it != f.tensors.end();)
+                  it = it->first.find("_net.") != std::string::npos ? f.tensors.erase(it) : std::next(it);
+              }),
+              HasSubstr("holds no network"));
+  write_safetensors(path, good);
+  const std::string bytes = read_whole_file(path);
+  for (const size_t kept : {size_t{0}, size_t{5}, size_t{300}, bytes.size() / 2, bytes.size() - 1}) {
+    write_atomically(path, bytes.substr(0, kept));
+    EXPECT_THAT(refusal(path), HasSubstr("m.safetensors: ")) << kept << " bytes";
+  }
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,220 @@
+// Protects the networks: any horizon, gradients to every parameter, what Eq. 6 lets a pose depend on, and draws of
+// labels that are one-hot with the gradient of the softmax.
+#include "inhabit/anticipate/network.h"
+
+#include <gtest/gtest.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include "anticipate/small_networks.h"
+#include "inhabit/anticipate/losses.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+namespace F = torch::nn::functional;
+
+double largest(const Tensor& x) { return x.abs().max().item<double>(); }
+
+/// Random labels, one-hot (B, T, C).
+Tensor random_labels(int64_t batch, int64_t frames, const AnticipateConfig& c) {
+  return F::one_hot(torch::randint(c.labels, {batch, frames}, torch::kInt64), c.labels).to(torch::kFloat32);
+}
+
+Tensor gumbel_noise(at::IntArrayRef shape) { return -(-torch::rand(shape).clamp(1e-6, 1 - 1e-6).log()).log(); }
+
+void expect_gradients_everywhere(const torch::nn::Module& module) {
+  for (const auto& parameter : module.named_parameters()) {
+    ASSERT_TRUE(parameter.value().grad().defined()) << parameter.key();
+    EXPECT_GT(largest(parameter.value().grad()), 0) << parameter.key();
+  }
+}
+
+TEST(AnticipationNetworks, ForecastAnyHorizon) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(1);
+  IntentionNetwork intention(c);
+  PoseNetwork pose(c);
+  Seq2SeqNetwork seq2seq(c);
+  for (const int64_t frames : {1, 2, 16, 90}) {
+    for (const int64_t observed : {2, 12, 30}) {
+      const Tensor past = torch::randn({3, observed, kAnticipateFeatures}), code = intention->encode(past);
+      EXPECT_EQ(code.sizes(), (torch::IntArrayRef{3, c.intention_hidden}));
+      const int64_t ahead = frames + c.gamma - 1;
+      const Tensor drawn = intention->draw(code, gumbel_noise({3, ahead, c.labels}));
+      EXPECT_EQ(drawn.sizes(), (torch::IntArrayRef{3, ahead, c.labels}));
+      EXPECT_EQ(intention->teacher_logits(code, drawn).sizes(), drawn.sizes());
+      PoseNetworkImpl::State state = pose->start(past, torch::randn({3, c.noise}));
+      const Tensor future = pose->roll(state, drawn, frames);
+      EXPECT_EQ(future.sizes(), (torch::IntArrayRef{3, frames, kAnticipateFeatures}));
+      EXPECT_TRUE(torch::equal(state.pose, future.select(1, frames - 1)));
+      EXPECT_EQ(seq2seq->forward(past, frames).sizes(), future.sizes());
+    }
+  }
+}
+
+TEST(AnticipationNetworks, GradientsReachEveryParameter) {
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(2);
+  const Tensor past = torch::randn({4, 12, kAnticipateFeatures}), mix = torch::randn({4, 9, kAnticipateFeatures});
+  PoseNetwork pose(c);
+  PoseNetworkImpl::State state = pose->start(past, torch::randn({4, c.noise}));
+  (pose->roll(state, random_labels(4, 9 + c.gamma - 1, c), 9) * mix).sum().backward();
+  expect_gradients_everywhere(*pose);
+
+  const Tensor labels = random_labels(4, 6, c);
+  IntentionNetwork intention(c);
+  intention_loss(intention->teacher_logits(intention->encode(past), labels), labels.argmax(2), torch::ones({4, 6}))
+      .backward();
+  expect_gradients_everywhere(*intention);
+  intention->zero_grad();  // the label adversary's way
+  (intention->draw(intention->encode(past), gumbel_noise({4, 6, c.labels})) * torch::randn({4, 6, c.labels}))
+      .sum()
+      .backward();
+  expect_gradients_everywhere(*intention);
+
+  Adversary adversary(30, c.adversary_hidden, 2);
+  adversary_loss(adversary->forward(torch::randn({8, 30})), adversary->forward(torch::randn({8, 30}))).backward();
+  expect_gradients_everywhere(*adversary);
+
+  Seq2SeqNetwork seq2seq(c);
+  (seq2seq->forward(past, 9) * mix).sum().backward();
+  expect_gradients_everywhere(*seq2seq);
+}
+
+TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
+  const torch::NoGradGuard no_gradients;
+  for (const int gamma : {1, 4}) {
+    AnticipateConfig c = small_config();
+    c.gamma = gamma;
+    torch::manual_seed(3);
+    PoseNetwork pose(c);
+    const int64_t frames = 10;
+    const Tensor past = torch::randn({1, 12, kAnticipateFeatures}), z = torch::randn({1, c.noise}),
+                 labels = random_labels(1, frames + gamma - 1, c);
+    const auto future = [&](const Tensor& intention) {
+      PoseNetworkImpl::State state = pose->start(past, z);
+      return pose->roll(state, intention, frames)[0];
+    };
+    const Tensor before = future(labels);
+    for (int64_t at = 0; at < frames + gamma - 1; ++at) {
+      Tensor other = labels.clone();
+      other[0][at] = labels[0][at].roll({1}, {0});
+      const Tensor change = std::get<0>((future(other) - before).abs().max(1));
+      // Pose i reads labels i to i + gamma - 1.
+      const int64_t first = std::max<int64_t>(0, at - gamma + 1);
+      if (first > 0) {
+        EXPECT_LT(largest(change.slice(0, 0, first)), 1e-7) << "gamma " << gamma << ", label " << at;
+      }
+      EXPECT_GT(change[first].item<double>(), 1e-5) << "gamma " << gamma << ", label " << at;
+    }
+  }
+}
+
+TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(4);
+  PoseNetwork pose(c);
+  const Tensor past = torch::randn({1, 12, kAnticipateFeatures}).expand({2, -1, -1}),
+               labels = random_labels(1, 8 + c.gamma - 1, c).expand({2, -1, -1});
+  Tensor z = torch::randn({2, c.noise});
+  PoseNetworkImpl::State state = pose->start(past, z);
+  const Tensor parted = pose->roll(state, labels, 8);
+  EXPECT_GT((parted[0] - parted[1]).abs().amax(1).min().item<double>(), 1e-5);
+  state = pose->start(past, z.slice(0, 0, 1).expand({2, -1}));
+  const Tensor alike = pose->roll(state, labels, 8);
+  EXPECT_LT(largest(alike[0] - alike[1]), 1e-7) << "the noise alone parts them";
+}
+
+TEST(PoseNetwork, GoesOnWhereItStopped) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(5);
+  PoseNetwork pose(c);
+  const Tensor past = torch::randn({2, 12, kAnticipateFeatures}), z = torch::randn({2, c.noise}),
+               labels = random_labels(2, 20 + c.gamma - 1, c);
+  PoseNetworkImpl::State state = pose->start(past, z);
+  const Tensor whole = pose->roll(state, labels, 20);
+  state = pose->start(past, z);
+  const Tensor head = pose->roll(state, labels, 13), tail = pose->roll(state, labels.slice(1, 13), 7);
+  EXPECT_LT(largest(torch::cat({head, tail}, 1) - whole), 1e-5);
+}
+
+TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(6);
+  PoseNetwork pose(c);
+  Seq2SeqNetwork seq2seq(c);
+  for (const torch::nn::Linear& out : {pose->out, seq2seq->out}) {
+    out->weight.zero_();
+    out->bias.zero_();
+  }
+  pose->pull.fill_(-100);
+  const Tensor past = torch::randn({2, 12, kAnticipateFeatures}), held = past.slice(1, 11).expand({-1, 5, -1});
+  PoseNetworkImpl::State state = pose->start(past, torch::randn({2, c.noise}));
+  EXPECT_TRUE(torch::equal(pose->roll(state, random_labels(2, 5 + c.gamma - 1, c), 5), held));
+  EXPECT_TRUE(torch::equal(seq2seq->forward(past, 5), held));
+}
+
+TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(11);
+  PoseNetwork pose(c);
+  const Tensor change = torch::randn({kAnticipateFeatures}), named = torch::randn({kAnticipateFeatures});
+  pose->out->weight.zero_();
+  pose->out->bias.copy_(torch::cat({change, named}));
+  pose->pull.copy_(torch::randn({kAnticipateFeatures}));
+  const Tensor past = torch::randn({1, 12, kAnticipateFeatures}), last = past[0][11], share = pose->pull.sigmoid();
+  PoseNetworkImpl::State state = pose->start(past, torch::randn({1, c.noise}));
+  const Tensor future = pose->roll(state, random_labels(1, 2 + c.gamma - 1, c), 2)[0];
+  const Tensor first = last + change + share * (named - last);
+  EXPECT_LT(largest(future[0] - first), 1e-5);
+  EXPECT_LT(largest(future[1] - (first + change + share * (named - first))), 1e-5);
+}
+
+TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(7);
+  IntentionNetwork intention(c);
+  const Tensor state = intention->encode(torch::randn({1, 12, kAnticipateFeatures})).expand({4000, -1});
+  const Tensor drawn = intention->draw(state, gumbel_noise({4000, 2, c.labels}));
+  EXPECT_LT(largest(drawn.sum(2) - 1), 1e-6);
+  EXPECT_LT(largest(drawn.amax(2) - 1), 1e-6);
+  // Gumbel noise draws each label as often as the softmax has it: 4000 draws are within 4 deviations, 0.032.
+  const Tensor expected = intention->out->forward(state.slice(0, 0, 1)).softmax(1)[0];
+  EXPECT_LT(largest(drawn.select(1, 0).mean(0) - expected), 0.032);
+}
+
+TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(8);
+  IntentionNetwork intention(c);
+  const Tensor state = torch::randn({5, c.intention_hidden}), mix = torch::randn({5, c.labels});
+  Tensor gumbel = gumbel_noise({5, 1, c.labels}).requires_grad_(true);
+  const Tensor got = torch::autograd::grad({(intention->draw(state, gumbel).select(1, 0) * mix).sum()}, {gumbel})[0];
+  const Tensor soft = (intention->out->forward(state) + gumbel.select(1, 0)).softmax(1);
+  const Tensor expected = torch::autograd::grad({(soft * mix).sum()}, {gumbel})[0];
+  EXPECT_GT(largest(expected), 1e-3);
+  EXPECT_LT(largest(got - expected), 1e-6);
+}
+
+TEST(IntentionNetwork, ALabelChangesThoseAfterItAlone) {
+  const torch::NoGradGuard no_gradients;
+  const AnticipateConfig c = small_config();
+  torch::manual_seed(9);
+  IntentionNetwork intention(c);
+  const Tensor code = intention->encode(torch::randn({1, 12, kAnticipateFeatures})), labels = random_labels(1, 8, c);
+  Tensor other = labels.clone();
+  other[0][3] = labels[0][3].roll({1}, {0});
+  const Tensor change = (intention->teacher_logits(code, other) - intention->teacher_logits(code, labels))[0].abs();
+  EXPECT_LT(largest(change.slice(0, 0, 4)), 1e-7) << "a label is not told to its own forecast";
+  EXPECT_GT(change[4].max().item<double>(), 1e-4);
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,201 @@
+// Protects training: every loss that is no adversary's falls, gradients reach all that is trained, adversaries among
+// it, a run that was interrupted goes on to the very file of one that was not, and data that cannot be trained on is
+// refused.
+#include "inhabit/anticipate/train.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "anticipate/small_networks.h"
+#include "inhabit/io/safetensors.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+/// Keeps the log from the terminal and asks the run to stop after the line that begins with `at`.
+class StopAt : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  std::string at;
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string text(message.payload.data(), message.payload.size());
+    if (!at.empty() && text.rfind(at, 0) == 0) std::raise(SIGTERM);
+  }
+  void flush_() override {}
+};
+
+struct Training : TempFolder {
+  std::shared_ptr<StopAt> sink = std::make_shared<StopAt>();
+  std::shared_ptr<spdlog::logger> before = spdlog::default_logger();
+  AnticipateTraining options;
+
+  explicit Training(int64_t frames = 40) {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
+    options.data = write_people(*this / "people", frames);
+    options.out = *this / "m.safetensors";
+    options.config = small_config();
+    options.batch = 8;
+    options.seed = 3;
+  }
+  ~Training() { spdlog::set_default_logger(before); }
+
+  std::vector<json> log(const std::string& out) const {
+    std::ifstream file(out + ".log.jsonl");
+    std::vector<json> lines;
+    for (std::string line; std::getline(file, line);) lines.push_back(json::parse(line));
+    return lines;
+  }
+};
+
+TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
+  Training t;
+  t.options.steps = 40;
+  ASSERT_TRUE(train_anticipate(t.options));
+  std::map<std::string, std::vector<double>> first, last;
+  for (const json& line : t.log(t.options.out)) {
+    if (!line.contains("losses")) continue;
+    for (const auto& [name, value] : line["losses"].items()) {
+      ASSERT_TRUE(value.is_number()) << line;
+      const std::string key = line["stage"].get<std::string>() + " " + name;
+      if (first.count(key) == 0) first[key] = {value};
+      last[key] = {value};
+    }
+  }
+  for (const char* key : {"intention rec", "intention root", "intention intention", "seq2seq rec", "seq2seq root",
+                          "trajectory rec", "trajectory root"}) {
+    ASSERT_EQ(first.count(key), 1U) << key;
+    EXPECT_LT(last[key][0], first[key][0]) << key;
+  }
+  for (const char* key : {"intention label_adversary", "intention label_deception", "intention pose_adversary",
+                          "intention pose_deception"})
+    EXPECT_EQ(first.count(key), 1U) << key;
+  const AnticipateNetworks trained = load_anticipate_networks(t.options.out);
+  EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
+               trained.trajectory.is_empty());
+  EXPECT_FALSE(std::filesystem::exists(t.options.out + ".checkpoint.safetensors"));
+}
+
+TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter) {
+  Training t;
+  t.options.steps = 5;
+  ASSERT_TRUE(train_anticipate(t.options));
+  const SafeTensors whole = read_safetensors(t.options.out);
+  const auto numbers = [&](const std::string& out) {
+    std::map<std::string, std::string> validations;
+    for (const json& line : t.log(out))
+      if (line.contains("validation"))
+        validations[line["stage"].get<std::string>() + line["step"].dump()] = line["validation"].dump();
+    return validations;
+  };
+
+  AnticipateTraining cut = t.options;
+  cut.out = t / "cut.safetensors";
+  t.sink->at = "intention 3/5  validation";
+  EXPECT_FALSE(train_anticipate(cut));
+  // Adam has seen a gradient of every parameter, those of both adversaries too.
+  const SafeTensors checkpoint = read_safetensors(cut.out + ".checkpoint.safetensors");
+  size_t parameters = 0;
+  for (const char* part : {"intention.", "pose.", "label_adversary.", "pose_adversary."}) {
+    size_t found = 0;
+    for (const auto& [name, tensor] : checkpoint.tensors)
+      if (name.rfind(std::string("adam.variance.") + part, 0) == 0) {
+        EXPECT_GT(tensor.max().item<float>(), 0) << name;
+        ++found;
+      }
+    EXPECT_GE(found, 4U) << part;
+    parameters += found;
+  }
+  size_t trained = 0;
+  for (const auto& [name, tensor] : checkpoint.tensors) trained += name.rfind("module.", 0) == 0 ? 1 : 0;
+  EXPECT_EQ(parameters, trained);
+
+  cut.resume = true;
+  t.sink->at = "trajectory 2/5  validation";
+  EXPECT_FALSE(train_anticipate(cut));
+  t.sink->at = "";
+  ASSERT_TRUE(train_anticipate(cut));
+  EXPECT_EQ(numbers(cut.out), numbers(t.options.out));
+  const SafeTensors resumed = read_safetensors(cut.out);
+  ASSERT_EQ(resumed.tensors.size(), whole.tensors.size());
+  for (const auto& [name, tensor] : whole.tensors) EXPECT_TRUE(torch::equal(tensor, resumed.tensors.at(name))) << name;
+}
+
+TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) {
+  Training t;
+  t.options.steps = 1;
+  t.options.config.pose_adversary = false;
+  t.options.stage = AnticipateTraining::Stage::seq2seq;
+  ASSERT_TRUE(train_anticipate(t.options));
+  EXPECT_TRUE(load_anticipate_networks(t.options.out).trajectory.is_empty());
+  t.options.stage = AnticipateTraining::Stage::trajectory;
+  ASSERT_TRUE(train_anticipate(t.options));
+  EXPECT_FALSE(load_anticipate_networks(t.options.out).seq2seq.is_empty());
+  t.options.config.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
+  EXPECT_THAT(refusal_of([&] { train_anticipate(t.options); }), HasSubstr("m.safetensors: holds other networks"));
+  EXPECT_NO_THROW(load_anticipate_networks(t.options.out));
+}
+
+TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
+  Training t;
+  t.options.steps = 1;
+  t.options.config.intention = false;
+  t.options.stage = AnticipateTraining::Stage::intention;
+  ASSERT_TRUE(train_anticipate(t.options));
+  const AnticipateNetworks trained = load_anticipate_networks(t.options.out);
+  EXPECT_TRUE(trained.intention.is_empty());
+  EXPECT_FALSE(trained.pose.is_empty());
+}
+
+TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
+  const Training t;
+  const auto refusal = [&](const std::vector<std::string>& splits, int64_t frames) {
+    const std::string folder = t / ("data" + std::to_string(splits.size()) + "_" + std::to_string(frames));
+    Dataset data = create_dataset(folder, {});
+    data.rate = 25;
+    for (const std::string& split : splits) {
+      DatasetClip entry{"clips/" + std::to_string(data.clips.size()) + ".npz", "", split, 0, ""};
+      write_clip(data, entry, person("walk", frames));
+      data.clips.push_back(entry);
+    }
+    write_index(data);
+    AnticipateTraining options = t.options;
+    options.data = folder;
+    options.steps = 1;
+    const std::string why = refusal_of([&] { train_anticipate(options); });
+    EXPECT_FALSE(std::filesystem::exists(options.out)) << why;
+    return why;
+  };
+  EXPECT_THAT(refusal({"val", "test"}, 40), HasSubstr("data2_40: has no training recording"));
+  EXPECT_THAT(refusal({"train"}, 40), HasSubstr("data1_40: has no validation recording"));
+  EXPECT_THAT(refusal({"train", "train", "val"}, 17), HasSubstr("data3_17: has no validation recording that is long"));
+  EXPECT_THAT(refusal({"train", "val"}, 1), HasSubstr("data2_1: has no training recording"));
+  AnticipateTraining options = t.options;
+  options.data = t / "nowhere";
+  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("nowhere"));
+  options = t.options;
+  options.config.clusters = 1000;  // more than there are poses
+  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("for 1000 clusters"));
+  options = t.options;
+  options.config.gamma = 0;
+  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("'gamma' is out of range"));
+  options = t.options;
+  options.resume = true;
+  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("checkpoint.safetensors"));
+}
+
+}  // namespace
+}  // namespace inhabit
