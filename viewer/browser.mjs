@@ -22,6 +22,7 @@ export async function withBrowser(options, use) {
       '--disable-component-update', '--disable-sync', '--no-first-run', '--hide-scrollbars', '--force-color-profile=srgb'],
     ...options,
   });
+  context.setDefaultTimeout(120_000);  // software WebGL on a busy machine
   try {
     return await use(context);
   } finally {
