@@ -210,6 +210,80 @@ TEST(ClipNpz, BadFilesAreNamedWithTheirFault) {
   expect(own([](Npz& n) { n.strings["joint_names"].values.pop_back(); }), "differ in number");
 }
 
+TEST(ClipsNpz, MotionsWrittenTogetherComeBackBitByBit) {
+  torch::manual_seed(5);
+  const TempFolder folder;
+  const Clip first = full_clip();
+  std::vector<Clip> clips;
+  for (int s = 0; s < 3; ++s) {
+    Clip clip = first;  // the same person's
+    clip.rotations = 0.3 * torch::randn({T, 22, 3});
+    clip.trans = torch::randn({T, 3});
+    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+    clip.action = torch::randint(0, 2, {T}, torch::kInt64);
+    clip.contact = torch::randint(0, 2, {T, 22}).to(torch::kFloat32);
+    clip.object_pose = torch::randn({T, 1, 6});
+    clips.push_back(clip);
+  }
+  const torch::Tensor labels = torch::randint(0, 8, {3, T}, torch::kInt64);
+  write_clips_npz(folder / "futures.npz", clips, {{"intention", labels}, {"nothing", torch::Tensor()}});
+  const std::vector<Clip> back = read_clips_npz(folder / "futures.npz");
+  ASSERT_EQ(back.size(), 3U);
+  for (size_t s = 0; s < 3; ++s) expect_same(back[s], clips[s]);
+  const Npz arrays = read_npz(folder / "futures.npz");
+  EXPECT_EQ(arrays.tensors.at("joints").sizes(), (std::vector<int64_t>{3, T, 22, 3}));
+  EXPECT_EQ(arrays.tensors.at("root_path").sizes(), (std::vector<int64_t>{3, T, 3}));
+  EXPECT_TRUE(torch::equal(arrays.tensors.at("intention"), labels));
+  EXPECT_FALSE(arrays.has("nothing"));
+
+  write_clips_npz(folder / "one.npz", {clips[1]});  // one future is a file of futures too
+  expect_same(read_clip_npz(folder / "one.npz"), clips[1]);
+  write_clip_npz(folder / "plain.npz", clips[2]);
+  ASSERT_EQ(read_clips_npz(folder / "plain.npz").size(), 1U);
+  expect_same(read_clips_npz(folder / "plain.npz")[0], clips[2]);
+}
+
+TEST(ClipsNpz, SayInOneLineWhatIsWrong) {
+  torch::manual_seed(6);
+  const TempFolder folder;
+  const Clip clip = full_clip();
+  write_clips_npz(folder / "two.npz", {clip, clip});
+  EXPECT_EQ(refusal_of([&] { read_clip_npz(folder / "two.npz"); }),
+            folder / "two.npz" + ": holds 2 motions where one is wanted");
+  EXPECT_NE(refusal_of([&] { write_clips_npz(folder / "none.npz", {}); }).find("no motion to write"),
+            std::string::npos);
+  EXPECT_NE(refusal_of([&] {
+              write_clips_npz(folder / "none.npz", {clip, slice(clip, 0, 3)});
+            }).find("differ in"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "none.npz"));
+
+  const Npz good = read_npz(folder / "two.npz");
+  const auto refused = [&](const std::function<void(Npz&)>& change) {
+    Npz bad = good;
+    for (auto& [name, tensor] : bad.tensors) tensor = tensor.clone();
+    change(bad);
+    return refusal_of([&] { clips_from_npz(bad, "bad.npz"); });
+  };
+  const auto expect = [](const std::string& message, const std::string& part) {
+    EXPECT_EQ(message.rfind("bad.npz: ", 0), 0U) << message;
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  EXPECT_EQ(refused([](Npz&) {}), "");
+  expect(refused([](Npz& n) { n.tensors["trans"] = n.tensors["trans"][0]; }), "trans has not the sample dimension");
+  expect(refused([](Npz& n) { n.tensors["action"] = n.tensors["action"].slice(0, 0, 1); }), "action has not the");
+  expect(refused([](Npz& n) { n.tensors["contact"] = torch::tensor(1.0F); }), "contact has not the");
+  expect(refused([](Npz& n) { n.tensors["joints"] = torch::zeros({3, T, 22, 3}); }), "has not the sample dimension");
+  expect(refused([](Npz& n) { n.tensors["joints"] = torch::zeros({2, T, 21, 3}); }), "joints has the wrong shape");
+  expect(refused([](Npz& n) { n.tensors["joints"] = torch::zeros({2, T, 22, 3, 1}); }), "");
+  expect(refused([](Npz& n) {
+           for (auto& [name, tensor] : n.tensors)
+             if (tensor.dim() > 0 && tensor.size(0) == 2) tensor = tensor.slice(0, 0, 0);
+         }),
+         "");
+  expect(refused([](Npz& n) { n.tensors["joints"][1][2][3][0] = std::nan(""); }), "not finite");
+}
+
 TEST(ClipNpz, ReadsARecordedSequence) {
   if (shared_folder().empty()) GTEST_SKIP() << "no recordings beside the project";
   Notes notes;

@@ -5,7 +5,9 @@
 
 #include "inhabit/nn/fast_point_voxel.h"
 #include "inhabit/nn/grid_conv.h"
+#include "inhabit/nn/gru_kernel.h"
 #include "inhabit/nn/row_layers.h"
+#include "inhabit/nn/trajectory_graph.h"
 
 using namespace inhabit;
 using torch::Tensor;
@@ -150,4 +152,73 @@ TEST(RowGru, EqualsTheModule) {
                      x.data_ptr<float>(), 11, state.data());
   const Tensor expected = std::get<1>(gru->forward(encode(x).unsqueeze(1))).flatten();
   EXPECT_LT(largest_difference(torch::from_blob(state.data(), {6}), expected), 1e-6);
+}
+
+TEST(GruUpdate, IsTheTextbooksForEveryWidthAndSize) {
+  torch::manual_seed(6);
+  for (int64_t hidden = 1; hidden <= 70; ++hidden)
+    for (const double size : {1.0, 10.0, 100.0}) {
+      const Tensor in = size * torch::randn({3 * hidden}), rec = size * torch::randn({3 * hidden}),
+                   state = torch::rand({hidden}) * 2 - 1;
+      const auto gate = [&](const Tensor& half, int64_t i) {
+        return half.slice(0, i * hidden, (i + 1) * hidden).to(torch::kFloat64);
+      };
+      const Tensor reset = (gate(in, 0) + gate(rec, 0)).sigmoid(), keep = (gate(in, 1) + gate(rec, 1)).sigmoid(),
+                   candidate = (gate(in, 2) + reset * gate(rec, 2)).tanh();
+      const Tensor expected = (1 - keep) * candidate + keep * state;
+      Tensor next = torch::empty({hidden});
+      nn::gru_update(hidden, in.data_ptr<float>(), rec.data_ptr<float>(), state.data_ptr<float>(),
+                     next.data_ptr<float>());
+      // The gates' sums are rounded to float before they are used: by some 1e-7 of their size.
+      EXPECT_LT(largest_difference(next, expected), 1e-6 + 5e-7 * size) << hidden << " wide, gates of " << size;
+      const Tensor in_place = state.clone();
+      nn::gru_update(hidden, in.data_ptr<float>(), rec.data_ptr<float>(), in_place.data_ptr<float>(),
+                     in_place.data_ptr<float>());
+      EXPECT_TRUE(torch::equal(in_place, next)) << hidden;
+    }
+}
+
+TEST(GruUpdate, SaturatesWithoutNan) {
+  const int64_t hidden = 37;
+  for (const float reset : {-1e30F, 0.0F, 1e30F})
+    for (const float keep : {-1e30F, 1e30F})
+      for (const float candidate : {-1e30F, 1e30F}) {
+        const Tensor in = torch::cat(
+                         {torch::full({hidden}, reset), torch::full({hidden}, keep), torch::full({hidden}, candidate)}),
+                     rec = torch::zeros({3 * hidden}), state = torch::full({hidden}, 0.25F);
+        Tensor next = torch::empty({hidden});
+        nn::gru_update(hidden, in.data_ptr<float>(), rec.data_ptr<float>(), state.data_ptr<float>(),
+                       next.data_ptr<float>());
+        const float expected = keep > 0 ? 0.25F : candidate > 0 ? 1.0F : -1.0F;
+        EXPECT_LT((next - expected).abs().max().item<double>(), 1e-6) << reset << " " << keep << " " << candidate;
+      }
+}
+
+TEST(TrajectoryGraph, RepeatsTheLastFrameWhereTheNetworkAddsNothing) {
+  const torch::NoGradGuard no_gradients;
+  torch::manual_seed(7);
+  nn::TrajectoryGraph network(9, 8, 5, 12, 2);
+  network->eval();
+  const Tensor past = torch::randn({3, 8, 9});
+  EXPECT_EQ(network->forward(past).sizes(), (torch::IntArrayRef{3, 5, 9}));
+  EXPECT_GT(largest_difference(network->forward(past), past.slice(1, 7).expand({-1, 5, -1})), 0.01);
+  network->out->weight.zero_();
+  network->out->bias.zero_();
+  EXPECT_LT(largest_difference(network->forward(past), past.slice(1, 7).expand({-1, 5, -1})), 1e-5);
+}
+
+TEST(TrajectoryGraph, GradientsReachEveryParameterAndFarCoordinates) {
+  torch::manual_seed(8);
+  nn::TrajectoryGraph network(9, 8, 5, 12, 2);
+  const Tensor past = torch::randn({6, 8, 9}).requires_grad_(true);
+  const Tensor future = network->forward(past);
+  (future * torch::randn({6, 5, 9})).sum().backward();
+  for (const auto& parameter : network->named_parameters()) {
+    ASSERT_TRUE(parameter.value().grad().defined()) << parameter.key();
+    EXPECT_GT(parameter.value().grad().abs().max().item<double>(), 0) << parameter.key();
+  }
+  network->eval();  // the learned graph joins every coordinate with every other
+  const Tensor one = torch::randn({1, 8, 9}).requires_grad_(true);
+  const Tensor slope = torch::autograd::grad({network->forward(one).select(2, 0).sum()}, {one})[0];
+  EXPECT_GT(slope.abs().amax(1).min().item<double>(), 0);
 }
