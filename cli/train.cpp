@@ -24,10 +24,11 @@ void add_train_forecast(CLI::App& verb) {
       ->capture_default_str();
   forecast
       ->add_option("--stage", options->stage,
-                   "contact, motion, adapt (motion on predicted contacts) or all of them, both")
+                   "contact, motion, trajectory (LTD), adapt (motion on predicted contacts) or all of them, both")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, ForecastTraining::Stage>{{"contact", ForecastTraining::Stage::contact},
                                                          {"motion", ForecastTraining::Stage::motion},
+                                                         {"trajectory", ForecastTraining::Stage::trajectory},
                                                          {"adapt", ForecastTraining::Stage::adapt},
                                                          {"both", ForecastTraining::Stage::both}}));
   forecast->add_option("--device", *device, "cpu or cuda")

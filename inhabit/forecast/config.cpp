@@ -74,6 +74,8 @@ void visit_fields(Config& config, const Visit& visit) {
   visit("pose_weight", config.pose_weight);
   visit("contact_weight", config.contact_weight);
   visit("decode_from_past", config.decode_from_past);
+  visit("trajectory_hidden", config.trajectory_hidden);
+  visit("trajectory_blocks", config.trajectory_blocks);
 }
 
 void check(bool good, const std::string& subject, const std::string& reason) {
@@ -204,6 +206,8 @@ void validate(const ForecastConfig& config, const std::string& subject) {
   check(positive(config.radius) && config.radius <= 1000, subject, "radius");
   for (const double weight : {config.root_weight, config.pose_weight, config.contact_weight})
     check(std::isfinite(weight) && weight >= 0, subject, "loss weights");
+  check(within(config.trajectory_hidden, 1, 4096), subject, "trajectory width");
+  check(within(config.trajectory_blocks, 1, 64), subject, "trajectory blocks");
   check(!config.abstraction.empty() && config.abstraction.size() <= 16, subject, "abstraction levels");
   check(config.abstraction.size() == config.propagation.size(), subject, "as many levels up as down");
   for (const AbstractionSpec& spec : config.abstraction) {

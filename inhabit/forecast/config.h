@@ -57,6 +57,8 @@ struct ForecastConfig {
   double contact_weight = 0.1;      ///< lambda 3
   bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
                                     ///< the cell's own last state
+  int trajectory_hidden = 128;      ///< LTD, which the networks are compared with (the original: 256)
+  int trajectory_blocks = 6;        ///< its residual blocks (the original: 12)
   std::vector<AbstractionSpec> abstraction;
   std::vector<PropagationSpec> propagation;
 

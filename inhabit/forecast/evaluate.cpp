@@ -30,6 +30,7 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
   const ForecastConfig& config = model.config;
   const int64_t P = config.past, T = config.future;
   std::vector<std::pair<std::string, Sums>> methods = {{"last pose held", {}}, {"constant velocity", {}}};
+  if (!model.trajectory.is_empty()) methods.push_back({"LTD", {}});
   if (!model.no_contact.is_empty()) methods.push_back({"w/o contact", {}});
   if (!model.contact.is_empty() && !model.motion.is_empty()) methods.push_back({"predicted contact", {}});
   if (!model.motion.is_empty()) methods.push_back({"w/ true contact", {}});
@@ -59,6 +60,10 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
     for (auto& [name, sums] : methods) {
       if (name == "last pose held") sums.add(last, truth, config.root);
       if (name == "constant velocity") sums.add(moved, truth, config.root);
+      if (name == "LTD") {
+        nn::TrajectoryGraph trajectory = model.trajectory;
+        sums.add(trajectory->forward(past.flatten(2)).view_as(truth), truth, config.root);
+      }
       if (name == "w/o contact") sums.add(run(*no_contact, {}), truth, config.root);
       if (name == "predicted contact") {
         const torch::Tensor dct = contact->forward(scene, contact_features(scene, past, config), past);

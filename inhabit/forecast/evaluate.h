@@ -21,8 +21,8 @@ struct ForecastTable {
   int64_t windows = 0;
 };
 
-/// The model, its variants without contact points and with the true ones, and two baselines (the last pose held; the
-/// root going on at its last velocity with the last pose), on every window of `data`.
+/// The model, its variants without contact points and with the true ones, two baselines (the last pose held; the
+/// root going on at its last velocity with the last pose), and LTD, on every window of `data`.
 ForecastTable evaluate_forecast(const ForecastNetworks& networks, const ForecastData& data);
 
 /// Laid out as the paper's tables.

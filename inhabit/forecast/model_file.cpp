@@ -16,12 +16,17 @@ bool has_prefix(const SafeTensors& content, const std::string& prefix) {
 
 }  // namespace
 
+nn::TrajectoryGraph make_trajectory_network(const ForecastConfig& c) {
+  return nn::TrajectoryGraph(3 * c.joints, c.past, c.future, c.trajectory_hidden, c.trajectory_blocks);
+}
+
 void save_forecast_networks(const std::string& path, const ForecastNetworks& networks, bool half) {
   SafeTensors content;
   content.metadata = {{"system", kSystem}, {"config", to_json(networks.config)}};
   if (!networks.contact.is_empty()) nn::collect_parameters(*networks.contact, "contact_net.", content);
   if (!networks.motion.is_empty()) nn::collect_parameters(*networks.motion, "motion_net.", content);
   if (!networks.no_contact.is_empty()) nn::collect_parameters(*networks.no_contact, "no_contact_net.", content);
+  if (!networks.trajectory.is_empty()) nn::collect_parameters(*networks.trajectory, "trajectory_net.", content);
   write_safetensors(path, content, half);
 }
 
@@ -52,7 +57,12 @@ ForecastNetworks load_forecast_networks(const std::string& path) {
     networks.no_contact = MotionNetwork(networks.config, false);
     nn::load_parameters(*networks.no_contact, "no_contact_net.", content, path);
   }
-  if (networks.contact.is_empty() && networks.motion.is_empty() && networks.no_contact.is_empty())
+  if (has_prefix(content, "trajectory_net.")) {
+    networks.trajectory = make_trajectory_network(networks.config);
+    nn::load_parameters(*networks.trajectory, "trajectory_net.", content, path);
+  }
+  if (networks.contact.is_empty() && networks.motion.is_empty() && networks.no_contact.is_empty() &&
+      networks.trajectory.is_empty())
     throw Error(path, "holds no network");
   return networks;
 }

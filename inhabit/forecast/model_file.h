@@ -2,16 +2,21 @@
 #include <string>
 
 #include "inhabit/forecast/network.h"
+#include "inhabit/nn/trajectory_graph.h"
 
 namespace inhabit {
 
 /// Both stages of a forecasting model and its variants; a network that a file lacks is null.
 struct ForecastNetworks {
   ForecastConfig config;
-  ContactNetwork contact{nullptr};    ///< stage one, "contact_net." in the file
-  MotionNetwork motion{nullptr};      ///< stage two, "motion_net."
-  MotionNetwork no_contact{nullptr};  ///< stage two without contact points, "no_contact_net."
+  ContactNetwork contact{nullptr};          ///< stage one, "contact_net." in the file
+  MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
+  MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."
+  nn::TrajectoryGraph trajectory{nullptr};  ///< LTD, which knows nothing of the scene, "trajectory_net."
 };
+
+/// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).
+nn::TrajectoryGraph make_trajectory_network(const ForecastConfig& config);
 
 /// Writes whichever networks are there, with the config in the metadata. @param half store weights in half precision.
 void save_forecast_networks(const std::string& path, const ForecastNetworks& networks, bool half = false);

@@ -188,6 +188,36 @@ TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const F
   return task;
 }
 
+/// LTD: mean joint error in the world.
+TrainTask trajectory_task(ForecastNetworks& model, const ForecastData& data, const ForecastData& validation,
+                          torch::Device device) {
+  const ForecastConfig& config = model.config;
+  auto forecast = [network = model.trajectory, &config, device](const torch::Tensor& past) mutable {
+    return network->forward(past.to(device).flatten(2)).unflatten(2, {config.joints, 3});
+  };
+  TrainTask task;
+  task.name = "trajectory";
+  task.module = model.trajectory.ptr();
+  task.samples = data.size();
+  task.prepare = [&, source = no_contacts(config)](const std::vector<int64_t>& windows, uint64_t seed) {
+    return motion_batch(data, config, windows, source, seed, seed);
+  };
+  task.losses = [forecast, device](const Batch& b) mutable {
+    const torch::Tensor error = (forecast(b[0]) - b[1].to(device)).square().sum(3) + 1e-10;
+    return Losses{{"joints", error.sqrt().mean()}};
+  };
+  task.validate = [&, forecast, source = no_contacts(config)]() mutable {
+    double sum = 0;
+    const auto windows = validation_windows(validation);
+    for (const int64_t w : windows) {
+      const Batch b = motion_batch(validation, config, {w}, source, 0, {});
+      sum += (forecast(b[0]).cpu() - b[1]).norm(2, {3}).mean().item<double>();
+    }
+    return sum / static_cast<double>(windows.size());
+  };
+  return task;
+}
+
 }  // namespace
 
 bool train_forecast(const ForecastTraining& options) {
@@ -205,6 +235,7 @@ bool train_forecast(const ForecastTraining& options) {
   if (options.stage == Choice::contact || options.stage == Choice::both) stages.push_back("contact");
   if (options.stage == Choice::motion || options.stage == Choice::both)
     stages.insert(stages.end(), {"motion", "no_contact"});
+  if (options.stage == Choice::trajectory || options.stage == Choice::both) stages.push_back("trajectory");
   if (options.stage == Choice::adapt || options.stage == Choice::both) stages.push_back("adapt");
 
   const std::string checkpoint = options.out + ".checkpoint.safetensors";
@@ -221,9 +252,10 @@ bool train_forecast(const ForecastTraining& options) {
   // written.
   torch::manual_seed(options.seed);
   ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
-                         MotionNetwork(config, /*with_contact=*/false)};
-  const bool keep = std::filesystem::exists(options.out) &&
-                    (options.resume || options.stage == Choice::motion || options.stage == Choice::adapt);
+                         MotionNetwork(config, /*with_contact=*/false), make_trajectory_network(config)};
+  const bool keep =
+      std::filesystem::exists(options.out) && (options.resume || options.stage == Choice::motion ||
+                                               options.stage == Choice::trajectory || options.stage == Choice::adapt);
   for (size_t s = first_stage; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first_stage)
@@ -236,8 +268,9 @@ bool train_forecast(const ForecastTraining& options) {
       model.motion = load_forecast_networks(options.out).motion;  // `before` keeps its own until this one is better
     }
     const ForecastData& windows = stages[s] == "adapt" ? adapt_data : data;
-    TrainTask task = stages[s] == "contact" ? contact_task(model, windows, validation, options.device)
-                                            : motion_task(stages[s], model, windows, validation, options.device);
+    TrainTask task = stages[s] == "contact"      ? contact_task(model, windows, validation, options.device)
+                     : stages[s] == "trajectory" ? trajectory_task(model, windows, validation, options.device)
+                                                 : motion_task(stages[s], model, windows, validation, options.device);
     task.module->to(options.device);
     task.on_best = [&, name = stages[s]] {
       ForecastNetworks best = before;
@@ -245,6 +278,7 @@ bool train_forecast(const ForecastTraining& options) {
       if (name == "contact") best.contact = model.contact;
       if (name == "motion" || name == "adapt") best.motion = model.motion;
       if (name == "no_contact") best.no_contact = model.no_contact;
+      if (name == "trajectory") best.trajectory = model.trajectory;
       save_forecast_networks(options.out, best);
     };
     const Stage stage = stage_of(options, stages[s], windows.size());

@@ -51,7 +51,7 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const SafeTensors shipped = read_safetensors(kShipped);
   EXPECT_EQ(trained.metadata.at("system"), shipped.metadata.at("system"));
   EXPECT_THAT(trained.metadata.at("config"), ::testing::HasSubstr("\"preset\":\"compact\""));
-  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net."})
+  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "trajectory_net."})
     EXPECT_GT(of_network(trained, network).size(), 10U) << network;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 
@@ -63,8 +63,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
     else
       for (const auto& [name, value] : line.at("losses").items()) EXPECT_TRUE(value.is_number()) << name;
   }
-  EXPECT_EQ(last_step,
-            (std::map<std::string, int64_t>{{"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"adapt", 2}}));
+  EXPECT_EQ(last_step, (std::map<std::string, int64_t>{
+                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"trajectory", 4}, {"adapt", 2}}));
 
   const CommandResult f = run_command("forecast " INHABIT_SOURCE_DIR "/examples/data/walk.npz --model " + model +
                                       " -o " + folder / "f.npz");
