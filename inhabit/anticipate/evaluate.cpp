@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 
-#include "inhabit/anticipate/futures.h"
+#include "inhabit/anticipate/fast_futures.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/diversity.h"
 #include "inhabit/metrics/ndms.h"
@@ -155,6 +156,8 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
   for (const double horizon : {0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0, 20.0, 30.0})
     if (horizon <= options.seconds + 1e-9) table.horizons.push_back(horizon);
   const auto frames = static_cast<int64_t>(std::lround(table.horizons.back() * c.rate));
+  std::optional<FastFutures> ours;
+  if (!networks.pose.is_empty()) ours.emplace(networks);
 
   std::map<std::string, std::vector<AnticipateWindow>> windows;
   for (const AnticipateWindow& window : test_windows(test, c, options.windows))
@@ -182,10 +185,9 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
       add("last pose held", held.unsqueeze(0));
       if (!networks.seq2seq.is_empty()) add("seq2seq", seq2seq_future(networks, past.unsqueeze(0), frames));
       if (!networks.trajectory.is_empty()) add("LTD", trajectory_future(networks, past.unsqueeze(0), frames));
-      if (!networks.pose.is_empty()) {
+      if (ours) {
         const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
-        add("ours",
-            plain_futures(networks, past.unsqueeze(0), draw_noise(c, options.samples, frames, seed), frames).features);
+        add("ours", ours->forward(past.unsqueeze(0), draw_noise(c, options.samples, frames, seed), frames).features);
       }
       scores.push_back(rows);
     }
@@ -261,6 +263,7 @@ nlohmann::ordered_json table_json(const AnticipateTable& table) {
 double validation_ndms(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& sequences) {
   const AnticipateConfig& c = networks.config;
   constexpr int64_t kSamples = 4, kWindows = 4;
+  const FastFutures ours(networks);
   const auto frames = static_cast<int64_t>(10 * c.rate);
   std::map<std::string, Mean> actions;
   std::map<std::string, WordIndex> databases;
@@ -270,7 +273,7 @@ double validation_ndms(const AnticipateNetworks& networks, const std::vector<Ant
     if (database == databases.end())
       database = databases.emplace(s.action, WordIndex(action_words(sequences, s.action, c.kappa))).first;
     const Tensor past = observation(s.features, window.now, c.observed);
-    const Futures futures = plain_futures(networks, past.unsqueeze(0), draw_noise(c, kSamples, frames, 1), frames);
+    const Futures futures = ours.forward(past.unsqueeze(0), draw_noise(c, kSamples, frames, 1), frames);
     actions[s.action].add(future_scores(past, futures.features, database->second, c.kappa).mean().item<double>());
   }
   Mean mean;
