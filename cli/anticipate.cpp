@@ -61,7 +61,10 @@ void add_anticipate(CLI::App& app) {
   verb->add_option("--samples", o->anticipate.samples, "How many futures")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb->add_option("--seconds", o->anticipate.seconds, "How far")->check(CLI::Range(0.1, 600.0))->capture_default_str();
+  verb->add_option("--seconds", o->anticipate.seconds, "How far")
+      ->check(positive_number)
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
   verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->capture_default_str();
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_option("-o,--out", o->outputs,

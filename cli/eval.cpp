@@ -64,6 +64,7 @@ void add_eval_anticipate(CLI::App& verb) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   anticipate->add_option("--seconds", o->evaluation.seconds, "Longest horizon")
+      ->check(positive_number)
       ->check(CLI::Range(0.4, 30.0))
       ->capture_default_str();
   anticipate->add_option("--seed", o->evaluation.seed, "Seed of the futures")->capture_default_str();

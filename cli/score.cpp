@@ -129,6 +129,8 @@ void score_apd(const Score& given) {
 void score_error(const Score& given) {
   if (given.truth.size() != 1) throw Error("--truth", "one file is needed, the future that came true");
   const Tensor truth = local_futures(given.truth, given.rate);
+  if (truth.size(0) != 1)
+    throw Error(given.truth.front(), "holds " + std::to_string(truth.size(0)) + " motions where one is wanted");
   const Tensor futures = local_futures(given.motion, given.rate, truth.size(1));
   const Tensor error = (futures - truth.slice(1, 0, futures.size(1))).norm(2, {3}).mean(2);  // (S, T)
   const Tensor best = error[error.mean(1).argmin()];

@@ -65,12 +65,10 @@ AnticipateConfig from(const json& root, AnticipateConfig config, const std::stri
   visit_fields(config, [&](const char* key, auto& field) {
     known.insert(key);
     if (!root.contains(key)) return;
-    if (!take(root[key], field))
-      throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
+    if (!take(root[key], field)) throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
   });
   for (const auto& [key, value] : root.items())
     if (known.count(key) == 0) throw Error(subject, "configuration: no setting is called '" + key.substr(0, 60) + "'");
-  validate(config, subject);
   return config;
 }
 
@@ -85,7 +83,9 @@ std::string to_json(const AnticipateConfig& config) {
 AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject) {
   const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (root.is_discarded()) throw Error(subject, "the configuration is no JSON");
-  return from(root, {}, subject);
+  const AnticipateConfig config = from(root, {}, subject);
+  validate(config, subject);
+  return config;
 }
 
 void set_field(AnticipateConfig& config, const std::string& setting) {

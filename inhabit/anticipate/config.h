@@ -42,7 +42,8 @@ std::string to_json(const AnticipateConfig& config);
 /// values are refused.
 AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject);
 
-/// Sets one field from text, "gamma=5". Throws Error naming the setting.
+/// Sets one field from text, "gamma=5". Throws Error naming the setting for unknown keys and values of another type;
+/// whether they fit together is for validate() to say when all are set.
 void set_field(AnticipateConfig& config, const std::string& setting);
 
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.

@@ -19,7 +19,7 @@ constexpr float kMargin = 1e-3F;  // of the bounds' rounding, relative to the sq
 
 using Row = Eigen::Map<const Eigen::VectorXf>;
 
-Tensor flat(const Tensor& words) { return words.to(torch::kFloat32).reshape({words.size(0), -1}).contiguous(); }
+Tensor flat(const Tensor& words) { return words.to(torch::kFloat32).flatten(1).contiguous(); }
 
 }  // namespace
 

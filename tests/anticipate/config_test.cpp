@@ -93,10 +93,14 @@ TEST(AnticipateConfig, SettingsFromTheCommandLine) {
   for (const char* text : {"gamma", "gamma=", "gamma=five", "=5", "gamma=5=6", ""})
     EXPECT_THAT(refusal(text), ::testing::Not("")) << text;
   EXPECT_THAT(refusal("gama=5"), HasSubstr("gama=5: configuration: no setting is called 'gama'"));
-  EXPECT_THAT(refusal("gamma=-5"), HasSubstr("out of range"));
   EXPECT_THAT(refusal("gamma=true"), HasSubstr("wrong type"));
   EXPECT_THAT(refusal("gamma=2.5"), HasSubstr("wrong type"));
   EXPECT_TRUE(c == before) << "a refused setting changes nothing";
+
+  set_field(c, "observed=12");  // does not fit the others yet
+  EXPECT_THAT(refusal_of([&] { validate(c, "m"); }), HasSubstr("m: configuration: 'ltd_past' is out of range"));
+  set_field(c, "ltd_past=10");
+  EXPECT_EQ(refusal_of([&] { validate(c, "m"); }), "");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "inhabit/error.h"
 #include "inhabit/metrics/diversity.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
@@ -80,7 +81,30 @@ TEST(Ndms, TheExactWordScoresOneAndPlantedFaultsLowerIt) {
     EXPECT_LT(now, before) << "jumps every " << every;
     before = now;
   }
-  EXPECT_LT(mean_plausibility(seen.flip(0), database), 0.8);
+  before = exact;
+  for (const int64_t reversed : {50, 100, 200}) {  // frames at the end that run backwards
+    Tensor back = seen.clone();
+    back.slice(0, 200 - reversed) = seen.slice(0, 200 - reversed).flip(0);
+    const double now = mean_plausibility(back, database);
+    EXPECT_LT(now, before) << "reversed " << reversed;
+    before = now;
+  }
+  EXPECT_LT(before, 0.8);
+  EXPECT_GE(before, 0);
+}
+
+TEST(Ndms, AnUnknownWordScoresBelowOneAndTheOrderOfTheDatabaseIsNothing) {
+  const Tensor known = motion_words(swing(200, 1), 8), unknown = motion_words(swing(200, 9), 8);
+  const Tensor scores = plausibility(unknown, WordIndex(known));
+  EXPECT_LT(scores.max().item<double>(), 1);
+  EXPECT_GE(scores.min().item<double>(), 0);
+  torch::manual_seed(4);
+  const Tensor shuffled = plausibility(unknown, WordIndex(known.index({torch::randperm(known.size(0))})));
+  EXPECT_LT((shuffled - scores).abs().max().item<double>(), 1e-6);
+  EXPECT_THROW(WordIndex(known.slice(0, 0, 0)), Error);
+  const Tensor none = motion_words(swing(7, 1), 8);
+  EXPECT_EQ(none.size(0), 0) << "shorter than a word";
+  EXPECT_EQ(plausibility(none, WordIndex(known)).size(0), 0);
 }
 
 TEST(MotionWords, ArePlacedAlikeWhereverThePersonIs) {
