@@ -240,7 +240,7 @@ TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, c
 
 bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
   const AnticipateConfig& config = options.config;
-  validate(config, "configuration");
+  validate(config, options.out);
   const std::vector<ActionMotion> motions = read_motion_set(options.data, config.rate, notes);
 
   using Choice = AnticipateTraining::Stage;
