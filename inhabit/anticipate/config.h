@@ -26,7 +26,7 @@ struct AnticipateConfig {
   int adversary_frames = 10;            ///< frames that the pose adversary sees at once
   double adversary_weight = 0.03;       ///< of the pose adversary in the generator's loss
   double label_adversary_weight = 0.1;  ///< of the label adversary
-  double diversity_weight = 0.2;        ///< of the pull between futures of one observation
+  double diversity_weight = 0.05;       ///< of the pull between futures of one observation
   int seq2seq_hidden = 256;             ///< residual sequence-to-sequence GRU (the original: 1024)
   int ltd_past = 25;                    ///< trajectory dependencies: frames seen
   int ltd_future = 25;                  ///< frames predicted at a time

@@ -203,8 +203,7 @@ Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, cons
     known.push_back((torch::arange(c.observed, c.observed + frames) < window.last).to(torch::kFloat32));
   }
   const Tensor all = torch::stack(windows);
-  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known),
-          torch::tensor(static_cast<int64_t>(seed))};
+  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known)};
 }
 
 /// Seq2Seq or LTD: joint error over the first second.
@@ -225,7 +224,6 @@ TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, c
   };
   const bool trajectory = name == "trajectory";
   task.losses = [&, frames, trajectory](const Batch& b) {
-    torch::manual_seed(static_cast<uint64_t>(b[3].item<int64_t>()));
     const Tensor forecast = trajectory ? networks.trajectory->forward(b[0].slice(1, c.observed - c.ltd_past))
                                        : networks.seq2seq->forward(b[0], frames);
     const Tensor rec = pose_reconstruction_loss(forecast, b[1], b[2], networks.scale),
@@ -297,7 +295,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
       save_anticipate_networks(options.out, best);
     };
     TrainOptions loop;
-    loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 9000 : 4000;
+    loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 1600 : 2000;
     loop.batch = options.batch;
     loop.learning_rate = stages[s] == "intention" ? 5e-4 : 1e-3;
     loop.validate_every = std::max<int64_t>(1, loop.steps / 20);

@@ -15,8 +15,8 @@ struct AnticipateTraining {
   enum class Stage { intention, seq2seq, trajectory, all } stage = Stage::all;
   bool resume = false;
   uint64_t seed = 1;
-  int64_t steps = 0;  ///< of each stage; 0: 9000 for ours, 4000 for the compared ones
-  int64_t batch = 64;
+  int64_t steps = 0;  ///< of each stage; 0: 1600 for ours, 2000 for the compared ones
+  int64_t batch = 32;
 };
 
 /// Trains ours (3.1, 3.2), the residual sequence-to-sequence GRU and LTD, in that order. Labels are clustered first. An

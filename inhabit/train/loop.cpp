@@ -146,6 +146,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
       static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[i].options()).lr(rate * group->first);
 
     task.module->train();
+    torch::manual_seed(item_seed(options.seed + 2, static_cast<uint64_t>(step)));  // of dropout
     optimizer.zero_grad();
     const Losses losses = task.losses(batch);
     losses.front().second.backward();

@@ -51,9 +51,9 @@ struct TrainResult {
 };
 
 /// Adam with a cosine schedule (5 % warm-up, down to 2 % of the rate). Every epoch is a permutation drawn from (seed,
-/// epoch) and every batch is prepared from (seed, step), so that a resumed run gives the same numbers as one that was
-/// never interrupted. Throws Error when the loss stops being finite, or when `resume` finds no checkpoint or one of
-/// another run.
+/// epoch), every batch is prepared from (seed, step) and dropout draws from them, so that a resumed run gives the same
+/// numbers as one that was never interrupted. Throws Error when the loss stops being finite, or when `resume` finds no
+/// checkpoint or one of another run.
 TrainResult train(const TrainTask& task, const TrainOptions& options);
 
 }  // namespace inhabit
