@@ -62,10 +62,10 @@ struct Blob {
     const torch::Tensor steps = (plain(seen, torch::kFloat64) / kUnit).round().clamp(-4e6, 4e6).to(torch::kInt32);
     const torch::Tensor changes = torch::cat({steps.slice(1, 0, 1), steps.diff(1, 1)}, 1).contiguous();
     const int* at = changes.data_ptr<int>();
-    std::vector<uint8_t> bytes;
+    std::vector<uint8_t> planes;
     for (const int shift : {0, 8, 16})
-      for (int64_t i = 0; i < changes.numel(); ++i) bytes.push_back(static_cast<uint8_t>(at[i] >> shift));
-    return {{"ref", add(bytes, "u8")}, {"unit", kUnit}, {"frames", frames}};
+      for (int64_t i = 0; i < changes.numel(); ++i) planes.push_back(static_cast<uint8_t>(at[i] >> shift));
+    return {{"ref", add(planes, "u8")}, {"unit", kUnit}, {"frames", frames}};
   }
   /// Numbers in [-1, 1] as signed 16-bit.
   json add_units(const torch::Tensor& t) {
