@@ -1,0 +1,73 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace inhabit {
+
+/// Numbers a frame that in-betweening works on: [0, 3) root translation, [3, 9) root orientation 6D, [9, 135) 21 body
+/// rotations 6D, [135, 201) 22 joint positions.
+inline constexpr int64_t kInbetweenFeatures = 201;
+/// Mask channels of a model that takes partial key poses: root translation, root orientation, body rotations, 22
+/// joints.
+inline constexpr int64_t kMaskChannels = 25;
+/// Occupancy cells seen: 48 x 48 on the ground, 24 high, 0.1 m each.
+inline constexpr int64_t kSceneSide = 48, kSceneHeight = 24;
+/// Body-shape features: five distances between joints, two thicknesses.
+inline constexpr int64_t kShapeFeatures = 7;
+/// Channels that the offsets of a key frame's anchors become.
+inline constexpr int64_t kLocalChannels = 32;
+
+/// Transformer over the occupancy seen from above: patches of `patch` x `patch` columns.
+struct SceneEncoderSpec {
+  int patch = 12, width = 1024, depth = 6, heads = 16, head_width = 64, mlp = 2048;
+
+  bool operator==(const SceneEncoderSpec&) const = default;
+};
+
+/// Everything that scene-aware in-betweening must know to be built, trained and run; it travels in a model file's
+/// metadata. Defaults are the paper's (Table 5).
+struct InbetweenConfig {
+  std::string preset = "paper";
+  double rate = 30;                          ///< frames a second
+  int frames = 121;                          ///< N, frames of a clip
+  int padded = 128;                          ///< frames that the U-Net sees, zeros behind the clip
+  int width = 256;                           ///< of the embedding, and of the U-Net where the multiplier is 1
+  std::vector<int> multipliers{2, 2, 2, 2};  ///< one level of the U-Net each, the next with half the frames
+  SceneEncoderSpec scene_encoder;
+  int anchors = 64;             ///< points on the body's surface with an offset to the scene
+  int diffusion_steps = 1000;   ///< T
+  int t_star = 0;               ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
+  double guidance = 2.5;        ///< w
+  double joints_weight = 2;     ///< lambda of Eq. 2
+  double velocity_weight = 10;  ///< lambda of Eq. 3
+  double scene_dropout = 0.1;   ///< share of training samples without the global scene, for guidance
+  bool global_scene = true;     ///< the occupancy is seen (Table 1)
+  bool local_scene = true;      ///< the offsets at key frames are seen (Table 1)
+  bool body_shape = true;       ///< the body-shape features are seen (Table 8)
+  bool partial_keys = false;    ///< parts of a key pose can be given: kMaskChannels channels of mask instead of one
+
+  /// M, channels of the key mask.
+  int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
+  bool operator==(const InbetweenConfig&) const = default;
+};
+
+/// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores, for partial keys too.
+/// Throws Error for other names.
+InbetweenConfig inbetween_preset(const std::string& name);
+
+std::string to_json(const InbetweenConfig& config);
+
+/// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible
+/// values are refused.
+InbetweenConfig inbetween_config_from_json(const std::string& text, const std::string& subject);
+
+/// The config that the metadata of a file with released weights describes: latent_dim, dim_mults, vit, frames, ...
+InbetweenConfig released_inbetween_config(const std::map<std::string, std::string>& metadata,
+                                          const std::string& subject);
+
+/// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
+void validate(const InbetweenConfig& config, const std::string& subject);
+
+}  // namespace inhabit

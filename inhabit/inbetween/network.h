@@ -1,0 +1,41 @@
+#pragma once
+#include <torch/torch.h>
+
+#include "inhabit/inbetween/config.h"
+#include "inhabit/inbetween/scene_encoder.h"
+#include "inhabit/inbetween/temporal_unet.h"
+
+namespace inhabit {
+
+/// The denoiser (3.2): from a noisy clip, what of it is given, and what is known of scene, body and diffusion step, the
+/// clean clip. Parts that the config leaves out have no parameters; their embeddings are zero or empty.
+struct InbetweenNetworkImpl : torch::nn::Module {
+  explicit InbetweenNetworkImpl(const InbetweenConfig& network_config);
+
+  /// c_g, the scene around the first root frame. @param occupancy (B, 24, 48, 48), -1 free or 1 occupied.
+  /// @return (B, width); zero in its place is "no scene", for guidance.
+  torch::Tensor embed_scene(const torch::Tensor& occupancy);
+  /// @param shape (B, 7) body-shape features. @return (B, width)
+  torch::Tensor embed_shape(const torch::Tensor& shape);
+  /// c_l. @param offsets (B, anchors, 3, T) metres, from each anchor to the scene. @param keys (B, T): the frames that
+  /// they are seen at; elsewhere they count as zero. @return (B, 32, T), or (B, 0, T) without local_scene
+  torch::Tensor embed_offsets(const torch::Tensor& offsets, const torch::Tensor& keys);
+
+  /// @param x (B, 201, T) standardised features, imputed, T at most `padded`. @param mask (B, M, T) what is given.
+  /// @param local from embed_offsets(). @param steps (B) int64, 0 the cleanest. @param embedding (B, width): those of
+  /// scene and shape, summed. @return (B, 201, T), the clean clip
+  torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local,
+                        const torch::Tensor& steps, const torch::Tensor& embedding);
+
+  /// Sines and cosines of the step, through two layers: (B, width).
+  torch::Tensor embed_steps(const torch::Tensor& steps);
+
+  InbetweenConfig config;
+  torch::nn::Linear step_in{nullptr}, step_out{nullptr}, shape_layer{nullptr},
+      offset_layers[4]{nullptr, nullptr, nullptr, nullptr};
+  SceneEncoder scene_encoder{nullptr};
+  TemporalUnet unet{nullptr};
+};
+TORCH_MODULE(InbetweenNetwork);
+
+}  // namespace inhabit
