@@ -29,15 +29,6 @@ std::vector<Run> runs_of(const std::vector<int64_t>& clusters) {
   return runs;
 }
 
-/// Share of a segment's frames in each of `count` clusters.
-std::vector<float> shares(const std::vector<int64_t>& clusters, const LabelSegment& segment, int64_t count) {
-  std::vector<float> out(static_cast<size_t>(count));
-  for (int64_t t = segment.first; t < segment.last; ++t)
-    out[static_cast<size_t>(clusters[static_cast<size_t>(t)])] += 1;
-  for (float& share : out) share /= static_cast<float>(segment.last - segment.first);
-  return out;
-}
-
 std::vector<int64_t> to_vector(const Tensor& ids) {
   const Tensor plain = ids.contiguous();
   return {plain.data_ptr<int64_t>(), plain.data_ptr<int64_t>() + plain.numel()};
@@ -102,36 +93,30 @@ std::vector<LabelSegment> find_cycles(const std::vector<int64_t>& clusters, cons
   return out;
 }
 
+Tensor describe_segment(const Tensor& poses) { return torch::cat({poses.mean(0), 2 * poses.std(0, false)}); }
+
 IntentionClusters cluster_intentions(const std::vector<Tensor>& sequences, int64_t labels, int64_t clusters, bool naive,
                                      uint64_t seed) {
   if (sequences.empty()) throw Error("clustering: no motion");
   IntentionClusters out;
   out.poses = kmeans(torch::cat(sequences), naive ? labels : clusters, seed);
   if (naive) return out;
-  std::vector<float> found;
-  for (const Tensor& poses : sequences) {
-    const auto ids = to_vector(nearest_centre(poses, out.poses));
-    for (const LabelSegment& segment : find_cycles(ids, out.cycles)) {
-      const std::vector<float> share = shares(ids, segment, clusters);
+  std::vector<Tensor> found;
+  for (const Tensor& poses : sequences)
+    for (const auto& [first, last, period] : find_cycles(to_vector(nearest_centre(poses, out.poses)), out.cycles))
       // A segment counts as often as it has frames.
-      for (int64_t t = segment.first; t < segment.last; ++t) found.insert(found.end(), share.begin(), share.end());
-    }
-  }
-  const Tensor segments =
-      torch::from_blob(found.data(), {static_cast<int64_t>(found.size()) / clusters, clusters}).clone();
-  out.labels = kmeans(segments, labels, seed + 1);
+      found.push_back(describe_segment(poses.slice(0, first, last)).expand({last - first, -1}));
+  out.labels = kmeans(torch::cat(found), labels, seed + 1);
   return out;
 }
 
 Tensor intention_labels(const Tensor& poses, const IntentionClusters& clusters) {
   const Tensor frames = nearest_centre(poses, clusters.poses);
   if (!clusters.labels.defined()) return frames;
-  const auto ids = to_vector(frames);
   Tensor out = torch::empty_like(frames);
-  for (const LabelSegment& segment : find_cycles(ids, clusters.cycles)) {
-    std::vector<float> share = shares(ids, segment, clusters.poses.size(0));
-    const Tensor row = torch::from_blob(share.data(), {1, static_cast<int64_t>(share.size())});
-    out.slice(0, segment.first, segment.last).fill_(nearest_centre(row, clusters.labels).item<int64_t>());
+  for (const auto& [first, last, period] : find_cycles(to_vector(frames), clusters.cycles)) {
+    const Tensor segment = describe_segment(poses.slice(0, first, last)).unsqueeze(0);
+    out.slice(0, first, last).fill_(nearest_centre(segment, clusters.labels).item<int64_t>());
   }
   return out;
 }

@@ -33,11 +33,14 @@ struct CycleOptions {
 /// period that repeats for the most frames wins, of equals the shortest; a cycle ends with the last run that fits it.
 std::vector<LabelSegment> find_cycles(const std::vector<int64_t>& clusters, const CycleOptions& options = {});
 
+/// What a segment of poses (T, D) is clustered by: their mean and twice their standard deviation, (2 D).
+torch::Tensor describe_segment(const torch::Tensor& poses);
+
 /// What is needed to label frames.
 struct IntentionClusters {
   torch::Tensor poses;   ///< (K, D) centres of poses
-  torch::Tensor labels;  ///< (C, K) centres of segments, as shares of their frames in each pose cluster; undefined for
-                         ///< the naive labels, which are the pose clusters
+  torch::Tensor labels;  ///< (C, 2 D) centres of segments (describe_segment); undefined for the naive labels, which
+                         ///< are the pose clusters
   CycleOptions cycles;
 };
 

@@ -22,8 +22,7 @@ struct Segment {
 /// How far a segment of poses (T, D) is from the centre of its label.
 double centre_distance(const Tensor& poses, const IntentionClusters& clusters, int64_t label) {
   if (!clusters.labels.defined()) return (poses - clusters.poses[label]).norm(2, 1).mean().item<double>();
-  const Tensor counts = torch::bincount(nearest_centre(poses, clusters.poses), {}, clusters.poses.size(0));
-  return (counts / static_cast<double>(poses.size(0)) - clusters.labels[label]).norm().item<double>();
+  return (describe_segment(poses) - clusters.labels[label]).norm().item<double>();
 }
 
 /// The longest of the quarter that is nearest to the centre; of equals the nearest.

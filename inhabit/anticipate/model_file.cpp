@@ -9,11 +9,6 @@ namespace {
 
 constexpr const char* kSystem = "intention-anticipation";
 
-bool has_prefix(const SafeTensors& content, const std::string& prefix) {
-  const auto found = content.tensors.lower_bound(prefix);
-  return found != content.tensors.end() && found->first.compare(0, prefix.size(), prefix) == 0;
-}
-
 /// A float32 tensor of `shape`; -1 stands for any size over 0.
 torch::Tensor required(const SafeTensors& content, const std::string& name, const std::vector<int64_t>& shape,
                        const std::string& path) {
@@ -71,13 +66,13 @@ AnticipateNetworks load_anticipate_networks(const std::string& path) {
   if ((n.scale.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
   n.clusters.poses = required(content, "clusters.poses", {-1, kAnticipateFeatures - 4}, path);
   if (!n.config.naive_clusters)
-    n.clusters.labels = required(content, "clusters.labels", {n.config.labels, n.clusters.poses.size(0)}, path);
-  if (has_prefix(content, "intention_net."))
+    n.clusters.labels = required(content, "clusters.labels", {n.config.labels, 2 * n.clusters.poses.size(1)}, path);
+  if (nn::has_parameters(content, "intention_net."))
     load_network(n.intention, IntentionNetwork(n.config), "intention_net.", content, path);
-  if (has_prefix(content, "pose_net.")) load_network(n.pose, PoseNetwork(n.config), "pose_net.", content, path);
-  if (has_prefix(content, "seq2seq_net."))
+  if (nn::has_parameters(content, "pose_net.")) load_network(n.pose, PoseNetwork(n.config), "pose_net.", content, path);
+  if (nn::has_parameters(content, "seq2seq_net."))
     load_network(n.seq2seq, Seq2SeqNetwork(n.config), "seq2seq_net.", content, path);
-  if (has_prefix(content, "trajectory_net."))
+  if (nn::has_parameters(content, "trajectory_net."))
     load_network(n.trajectory, make_trajectory_network(n.config), "trajectory_net.", content, path);
   if (n.intention.is_empty() && n.pose.is_empty() && n.seq2seq.is_empty() && n.trajectory.is_empty())
     throw Error(path, "holds no network");

@@ -7,8 +7,8 @@
 #include "inhabit/anticipate/losses.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/error.h"
-#include "inhabit/io/safetensors.h"
 #include "inhabit/math/random.h"
+#include "inhabit/train/stages.h"
 
 namespace inhabit {
 namespace {
@@ -246,15 +246,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
   if (options.stage == Choice::intention || options.stage == Choice::all) stages.push_back("intention");
   if (options.stage == Choice::seq2seq || options.stage == Choice::all) stages.push_back("seq2seq");
   if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
-  const std::string checkpoint = options.out + ".checkpoint.safetensors";
-  size_t first_stage = 0;
-  if (options.resume) {
-    const auto state = read_safetensors_metadata(checkpoint);
-    const auto run = state.find("run");
-    const std::string name = run == state.end() ? "" : run->second.substr(0, run->second.find(' '));
-    first_stage = static_cast<size_t>(std::find(stages.begin(), stages.end(), name) - stages.begin());
-    if (first_stage == stages.size()) throw Error(checkpoint, "is not a checkpoint of the stages asked for");
-  }
+  const size_t first = first_stage(options.out, stages, options.resume);
 
   AnticipateNetworks networks;
   networks.config = config;
@@ -270,7 +262,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
   networks.clusters = cluster_recordings(train_sequences, config, options.seed);
   const AnticipateData data(train_sequences, networks);
 
-  for (size_t s = first_stage; s < stages.size(); ++s) {
+  for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     AnticipateNetworks before;
     if (std::filesystem::exists(options.out) && (options.resume || s > 0 || options.stage != Choice::all))
@@ -294,16 +286,12 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
       if (name != "trajectory") best.trajectory = before.trajectory;
       save_anticipate_networks(options.out, best);
     };
-    TrainOptions loop;
+    TrainOptions loop = stage_options(options.out, s, first, options.resume);
     loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 1600 : 2000;
     loop.batch = options.batch;
     loop.learning_rate = stages[s] == "intention" ? 5e-4 : 1e-3;
     loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
     loop.seed = options.seed;
-    loop.resume = options.resume && s == first_stage;
-    loop.checkpoint = checkpoint;
-    loop.log = options.out + ".log.jsonl";
-    loop.append_log = s > 0 || loop.resume;
     if (train(task, loop).interrupted) return false;
   }
   return true;

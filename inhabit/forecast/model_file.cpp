@@ -9,11 +9,6 @@ namespace {
 
 constexpr const char* kSystem = "contact-forecast";
 
-bool has_prefix(const SafeTensors& content, const std::string& prefix) {
-  const auto found = content.tensors.lower_bound(prefix);
-  return found != content.tensors.end() && found->first.compare(0, prefix.size(), prefix) == 0;
-}
-
 }  // namespace
 
 nn::TrajectoryGraph make_trajectory_network(const ForecastConfig& c) {
@@ -40,24 +35,24 @@ ForecastNetworks load_forecast_networks(const std::string& path) {
     const auto config = content.metadata.find("config");
     if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
     networks.config = forecast_config_from_json(config->second, path);
-  } else if (has_prefix(content, "contact_net.") || has_prefix(content, "motion_net.")) {
+  } else if (nn::has_parameters(content, "contact_net.") || nn::has_parameters(content, "motion_net.")) {
     networks.config = released_forecast_config(content.metadata, path);
   } else {
     throw Error(path, std::string("is not a model of ") + kSystem);
   }
-  if (has_prefix(content, "contact_net.")) {
+  if (nn::has_parameters(content, "contact_net.")) {
     networks.contact = ContactNetwork(networks.config);
     nn::load_parameters(*networks.contact, "contact_net.", content, path);
   }
-  if (has_prefix(content, "motion_net.")) {
+  if (nn::has_parameters(content, "motion_net.")) {
     networks.motion = MotionNetwork(networks.config);
     nn::load_parameters(*networks.motion, "motion_net.", content, path);
   }
-  if (has_prefix(content, "no_contact_net.")) {
+  if (nn::has_parameters(content, "no_contact_net.")) {
     networks.no_contact = MotionNetwork(networks.config, false);
     nn::load_parameters(*networks.no_contact, "no_contact_net.", content, path);
   }
-  if (has_prefix(content, "trajectory_net.")) {
+  if (nn::has_parameters(content, "trajectory_net.")) {
     networks.trajectory = make_trajectory_network(networks.config);
     nn::load_parameters(*networks.trajectory, "trajectory_net.", content, path);
   }

@@ -10,9 +10,9 @@
 #include "inhabit/forecast/losses.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
-#include "inhabit/io/safetensors.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/forecast_error.h"
+#include "inhabit/train/stages.h"
 
 namespace inhabit {
 namespace {
@@ -238,15 +238,7 @@ bool train_forecast(const ForecastTraining& options) {
   if (options.stage == Choice::trajectory || options.stage == Choice::both) stages.push_back("trajectory");
   if (options.stage == Choice::adapt || options.stage == Choice::both) stages.push_back("adapt");
 
-  const std::string checkpoint = options.out + ".checkpoint.safetensors";
-  size_t first_stage = 0;
-  if (options.resume) {
-    const auto state = read_safetensors_metadata(checkpoint);
-    const auto run = state.find("run");
-    const std::string name = run == state.end() ? "" : run->second.substr(0, run->second.find(' '));
-    first_stage = static_cast<size_t>(std::find(stages.begin(), stages.end(), name) - stages.begin());
-    if (first_stage == stages.size()) throw Error(checkpoint, "is not a checkpoint of the stages asked for");
-  }
+  const size_t first = first_stage(options.out, stages, options.resume);
 
   // What earlier stages (of this run or another) left in the model file is kept; a network without weights is not
   // written.
@@ -256,9 +248,9 @@ bool train_forecast(const ForecastTraining& options) {
   const bool keep =
       std::filesystem::exists(options.out) && (options.resume || options.stage == Choice::motion ||
                                                options.stage == Choice::trajectory || options.stage == Choice::adapt);
-  for (size_t s = first_stage; s < stages.size(); ++s) {
+  for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
-    const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first_stage)
+    const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first)
                                         ? load_forecast_networks(options.out)
                                         : ForecastNetworks{};
     if (stages[s] == "adapt") {
@@ -282,16 +274,12 @@ bool train_forecast(const ForecastTraining& options) {
       save_forecast_networks(options.out, best);
     };
     const Stage stage = stage_of(options, stages[s], windows.size());
-    TrainOptions loop;
+    TrainOptions loop = stage_options(options.out, s, first, options.resume);
     loop.steps = stage.steps;
     loop.batch = stage.batch;
     loop.learning_rate = stage.rate;
     loop.validate_every = std::max<int64_t>(1, stage.steps / 12);
     loop.seed = options.seed;
-    loop.resume = options.resume && s == first_stage;
-    loop.checkpoint = checkpoint;
-    loop.log = options.out + ".log.jsonl";
-    loop.append_log = s > 0 || loop.resume;
     if (train(task, loop).interrupted) return false;
   }
   return true;

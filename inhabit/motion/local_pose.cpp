@@ -1,8 +1,7 @@
 #include "inhabit/motion/local_pose.h"
 
-#include <cmath>
-
 #include "inhabit/body/kinematics.h"
+#include "inhabit/math/rotation.h"
 
 namespace inhabit {
 
@@ -14,9 +13,7 @@ constexpr int64_t kLeftHip = 1, kRightHip = 2, kLeftShoulder = 16, kRightShoulde
 
 /// Points (..., J, 3) turned about the vertical by `yaw` (...), from +Z towards +X.
 Tensor turned(const Tensor& points, const Tensor& yaw) {
-  const Tensor c = yaw.cos().unsqueeze(-1), s = yaw.sin().unsqueeze(-1);
-  const Tensor x = points.select(-1, 0), z = points.select(-1, 2);
-  return torch::stack({c * x + s * z, points.select(-1, 1), c * z - s * x}, -1);
+  return torch::matmul(points, yaw_matrix(yaw).transpose(-1, -2));
 }
 
 }  // namespace
@@ -24,7 +21,7 @@ Tensor turned(const Tensor& points, const Tensor& yaw) {
 Tensor headings(const Tensor& joints) {
   const auto joint = [&](int64_t j) { return joints.select(-2, j); };
   const Tensor left = joint(kLeftHip) - joint(kRightHip) + joint(kLeftShoulder) - joint(kRightShoulder);
-  return torch::atan2(-left.select(-1, 2), left.select(-1, 0));
+  return yaw_of_left(left);
 }
 
 Tensor local_poses(const Tensor& joints) { return turned(joints - joints.narrow(-2, 0, 1), -headings(joints)); }

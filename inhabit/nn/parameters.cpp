@@ -27,6 +27,11 @@ void collect_parameters(const torch::nn::Module& module, const std::string& pref
   }
 }
 
+bool has_parameters(const SafeTensors& content, const std::string& prefix) {
+  const auto found = content.tensors.lower_bound(prefix);
+  return found != content.tensors.end() && found->first.compare(0, prefix.size(), prefix) == 0;
+}
+
 void load_parameters(torch::nn::Module& module, const std::string& prefix, const SafeTensors& content,
                      const std::string& file) {
   torch::NoGradGuard no_gradients;

@@ -59,10 +59,11 @@ TEST(IntentionSummary, TheLongestOfTheNearestQuarterStandsForALabel) {
   EXPECT_EQ(label.last, 5);
 }
 
-TEST(IntentionSummary, SegmentsAreComparedWithTheirLabelsCentreOfShares) {
-  // Label 1 is half of either cluster, one after the other again and again; label 0 is cluster 0 alone.
+TEST(IntentionSummary, SegmentsAreComparedByMeanAndDeviation) {
+  // Label 1 goes to and fro between the two poses (mean 5, twice the deviation 10); label 0 stays at the first.
   IntentionClusters clusters = two_poses();
-  clusters.labels = torch::tensor({{1.F, 0.F}, {0.5F, 0.5F}});
+  clusters.labels =
+      torch::cat({torch::tensor({{0.F}, {5.F}}).expand({2, 63}), torch::tensor({{0.F}, {10.F}}).expand({2, 63})}, 1);
   const std::vector<AnticipateSequence> recordings = {recording("uneven", "walk", {0, 10, 10, 0, 10, 10, 0, 10, 10}),
                                                       recording("even", "walk", {0, 10, 0, 10, 0, 10}),
                                                       recording("still", "stand", {0, 0, 0, 0})};
