@@ -1,0 +1,85 @@
+#include "inhabit/inbetween/sampler.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/math/random.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) {
+  const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
+  Tensor mask = given.mask * inside;
+  const int64_t last = mask.size(2) - 1;
+  for (const int64_t end : {int64_t{0}, last}) mask.select(2, end).copy_(given.mask.select(2, end));
+  return torch::where(mask > 0, given.values, x);
+}
+
+std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
+  if (count < 1 || count > total)
+    throw Error("sampling steps", std::to_string(count) + " is not within 1 and " + std::to_string(total));
+  std::vector<int64_t> steps;
+  for (int64_t i = count; i >= 1; --i) steps.push_back(i * total / count - 1);
+  if (count > 1 && t_star > 0 && steps.back() >= t_star) steps.back() = t_star - 1;
+  return steps;
+}
+
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed) {
+  return [=](int64_t number) {
+    Tensor out = torch::empty({batch, features, frames});
+    float* z = out.data_ptr<float>();
+    for (int64_t b = 0; b < batch; ++b) {
+      std::mt19937_64 random(item_seed(item_seed(seed, static_cast<uint64_t>(b)), static_cast<uint64_t>(number)));
+      for (int64_t i = 0; i < features * frames; ++i) *z++ = static_cast<float>(normal(random));
+    }
+    return out;
+  };
+}
+
+Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
+              const GivenFeatures& given, const NoiseSource& noise, const std::function<void(int64_t)>& progress) {
+  const std::vector<int64_t> steps = sampling_steps(schedule.steps(), count, given.t_star);
+  // The schedule of the chosen steps alone, 0 the cleanest: a step of it goes to the chosen one before.
+  std::vector<double> betas;
+  double before = 1;
+  for (auto t = steps.rbegin(); t != steps.rend(); ++t) {
+    const double now = schedule.alphas_cumprod[static_cast<size_t>(*t)];
+    betas.push_back(1 - now / before);
+    before = now;
+  }
+  const DiffusionSchedule chosen = schedule_of(betas);
+  const auto signal = [&](int64_t i) { return i < 0 ? 1.0 : std::sqrt(chosen.alphas_cumprod[static_cast<size_t>(i)]); };
+  const auto deviation = [&](int64_t i) { return std::sqrt(std::max(0.0, 1 - signal(i) * signal(i))); };
+  const auto half_log_ratio = [&](int64_t i) { return std::log(signal(i) / deviation(i)); };
+
+  const Tensor batch_of = torch::zeros({given.mask.size(0)}, given.mask.options().dtype(torch::kInt64));
+  Tensor x = noise(count - 1), clean, clean_before;
+  for (int64_t i = count - 1; i >= 0; --i) {
+    const int64_t t = steps[static_cast<size_t>(count - 1 - i)];
+    clean = denoise(impute(x, given, batch_of + t), t);
+    const size_t at = static_cast<size_t>(i);
+    if (sampler == Sampler::ddpm) {
+      x = chosen.posterior_mean_x0[at] * clean + chosen.posterior_mean_xt[at] * x;
+      if (i > 0) x = x + std::sqrt(chosen.posterior_variance[at]) * noise(i - 1);
+    } else {
+      Tensor towards = clean;
+      if (sampler == Sampler::dpm_solver && clean_before.defined() && i > 0) {
+        // r: the last step's length over this one's, in half the logarithm of the signal-to-noise ratio.
+        const double r = (half_log_ratio(i) - half_log_ratio(i + 1)) / (half_log_ratio(i - 1) - half_log_ratio(i));
+        towards = (1 + 0.5 / r) * clean - 0.5 / r * clean_before;
+      }
+      const double kept = deviation(i - 1) / deviation(i);
+      x = kept * x + (signal(i - 1) - kept * signal(i)) * towards;
+      clean_before = clean;
+    }
+    if (progress) progress(count - i);
+  }
+  return impute(x, given, batch_of);
+}
+
+}  // namespace inhabit

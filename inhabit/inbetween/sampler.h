@@ -1,0 +1,46 @@
+#pragma once
+#include <torch/types.h>
+
+#include <functional>
+#include <vector>
+
+#include "inhabit/inbetween/schedule.h"
+
+namespace inhabit {
+
+/// What of a clip is given, in standardised features.
+struct GivenFeatures {
+  torch::Tensor values;  ///< (B, F, T)
+  torch::Tensor mask;    ///< (B, F, T), 1 where `values` hold, else 0
+  int64_t t_star = 0;    ///< T*: inside the clip they hold at steps t >= T* only; at its two ends always
+};
+
+/// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64
+torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const torch::Tensor& steps);
+
+enum class Sampler {
+  ddpm,       ///< ancestral: draws from the posterior of every step
+  ddim,       ///< Song et al. 2021, eta 0
+  dpm_solver  ///< DPM-Solver++ (2M), Lu et al. 2022: second order, data prediction
+};
+
+/// The steps, falling, that `count` evaluations out of `total` are spent on: evenly spread, from the noisiest on. Where
+/// t_star > 0, one of them at least is below it, so that keys are denoised too.
+std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star);
+
+/// The clean clip (B, F, T) from an imputed x_t and its step.
+using Denoise = std::function<torch::Tensor(const torch::Tensor& x, int64_t t)>;
+/// Normal noise (B, F, T). Of n evaluations, x_T is number n - 1, and what is drawn behind evaluation i (n - 1 the
+/// first, 1 the last but one) is number i - 1; only ddpm asks for the latter.
+using NoiseSource = std::function<torch::Tensor(int64_t number)>;
+
+/// Numbers that depend on seed, place in the batch and number alone.
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
+
+/// Clips (B, F, T) by `count` evaluations. What is given holds in the result too: all of it where t_star is 0, else at
+/// the ends. @param progress called behind every evaluation with how many are done; may be empty
+torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
+                     const GivenFeatures& given, const NoiseSource& noise,
+                     const std::function<void(int64_t)>& progress = {});
+
+}  // namespace inhabit
