@@ -76,7 +76,7 @@ InbetweenConfig inbetween_preset(const std::string& name) {
   if (name == "compact") {
     config.width = 96;
     config.multipliers = {1, 2, 2};
-    config.scene_encoder = {12, 128, 3, 4, 32, 256};
+    config.scene_encoder = {6, 128, 3, 4, 32, 256};
     config.partial_keys = true;
   } else if (name != "paper") {
     throw Error("preset '" + name + "'", "unknown; there are paper and compact");
