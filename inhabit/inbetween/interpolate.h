@@ -1,0 +1,23 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+// What scene-aware in-betweening is compared with: motion that follows from the key frames by arithmetic alone. Both
+// read frames `keys` of `clip` only (in order, the first and the last frame among them, as key_frames gives them), meet
+// their rotations and translations exactly, and place the joints by forward kinematics. Labels, contacts and objects
+// between keys are not known and are left out. Throw Error where the clip has no rotations or the keys are not such.
+
+/// The root on straight lines, rotations by slerp, the short way round.
+Clip interpolate_linear(const Clip& clip, const std::vector<int64_t>& keys);
+
+/// Natural cubic splines through the keys: of the root, and of each joint's quaternion, whose sign is chosen nearest to
+/// that of the key before, with the result normalised. Unlike squad this has continuous acceleration whatever the
+/// distances between keys, and one construction serves places and rotations; unlike a spline of 6D rotations it cannot
+/// vanish halfway, since neighbouring keys are never more than a right angle apart as unit vectors.
+Clip interpolate_spline(const Clip& clip, const std::vector<int64_t>& keys);
+
+}  // namespace inhabit

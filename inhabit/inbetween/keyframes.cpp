@@ -1,0 +1,94 @@
+#include "inhabit/inbetween/keyframes.h"
+
+#include <algorithm>
+#include <charconv>
+#include <random>
+#include <set>
+#include <string_view>
+
+#include "inhabit/error.h"
+#include "inhabit/math/random.h"
+
+namespace inhabit {
+namespace {
+
+/// "a,b,,c" -> a, b, "", c.
+std::vector<std::string_view> parts(std::string_view text) {
+  std::vector<std::string_view> out;
+  while (true) {
+    const size_t comma = text.find(',');
+    out.push_back(text.substr(0, comma));
+    if (comma == std::string_view::npos) return out;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+/// The number that the whole of `text` is.
+template <class Number>
+bool read(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed) {
+  const std::string subject = "key frames " + text;
+  if (frames < 2) throw Error(subject, "a clip of " + std::to_string(frames) + " frames has no two key frames");
+  const int64_t last = frames - 1;
+  std::set<int64_t> keys = {0, last};
+  const std::string_view all = text;
+  if (all.substr(0, 6) == "every:") {
+    int64_t step = 0;
+    if (!read(all.substr(6), step)) throw Error(subject, "every:N needs a whole number of frames");
+    if (step < 1) throw Error(subject, "every:N needs N of at least 1");
+    for (int64_t t = 0; t < last; t += std::min(step, frames)) keys.insert(t);
+  } else if (all.substr(0, 7) == "random:") {
+    double p = 0;
+    if (!read(all.substr(7), p)) throw Error(subject, "random:P needs a probability");
+    if (!(p > 0 && p <= 1)) throw Error(subject, "random:P needs P above 0 and at most 1");
+    std::mt19937_64 random(seed);
+    for (int64_t t = 0; t < frames; ++t)
+      if (chance(random, p)) keys.insert(t);
+  } else if (text != "ends") {
+    for (const std::string_view part : parts(all)) {
+      int64_t t = 0;
+      if (!read(part, t))
+        throw Error(subject,
+                    "are none of every:N, random:P, ends or a list of "
+                    "frames such as 0,30,95");
+      if (t < 0 || t > last)
+        throw Error(subject,
+                    "frame " + std::to_string(t) + " is outside the clip, whose last frame is " + std::to_string(last));
+      keys.insert(t);
+    }
+  }
+  return {keys.begin(), keys.end()};
+}
+
+torch::Tensor given_groups(const std::string& joints) {
+  if (joints.empty()) return torch::ones({kKeyGroups});
+  torch::Tensor groups = torch::zeros({kKeyGroups});
+  const std::vector<std::string>& names = standard_joint_names();
+  for (const std::string_view part : parts(joints)) {
+    const auto found = part == "root" ? names.begin() : std::find(names.begin(), names.end(), part);
+    if (found == names.end())
+      throw Error("--joints " + joints, "\"" + std::string(part) + "\" is no joint of the standard skeleton");
+    groups[kJointGroups + (found - names.begin())] = 1;
+  }
+  groups[kRootTranslationGroup] = groups[kJointGroups];
+  return groups;
+}
+
+torch::Tensor feature_mask(const torch::Tensor& groups) {
+  if (!groups.defined() || groups.dim() < 1 || groups.size(-1) != kKeyGroups)
+    throw Error("mask", "is not (..., " + std::to_string(kKeyGroups) + ")");
+  std::vector<int64_t> group;
+  group.insert(group.end(), 3, kRootTranslationGroup);
+  group.insert(group.end(), 6, kRootOrientationGroup);
+  group.insert(group.end(), 6 * (kStandardJoints - 1), kBodyRotationsGroup);
+  for (int64_t j = 0; j < kStandardJoints; ++j) group.insert(group.end(), 3, kJointGroups + j);
+  return groups.index_select(-1, torch::tensor(group, torch::TensorOptions(torch::kLong).device(groups.device())));
+}
+
+}  // namespace inhabit

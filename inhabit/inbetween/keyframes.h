@@ -1,0 +1,36 @@
+#pragma once
+#include <torch/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "inhabit/body/skeleton.h"
+#include "inhabit/inbetween/config.h"
+
+namespace inhabit {
+
+/// Which frames of a clip are given, in order, each once, the first and the last always among them. `text` is one of
+///   every:N        frames 0, N, 2N, ...
+///   0,30,95        these frames
+///   random:P       each frame with probability P in (0, 1], drawn from `seed`
+///   ends           the first and the last alone
+/// Throws Error("key frames TEXT", ...) for anything else, a frame outside the clip, or a clip of fewer than two
+/// frames.
+std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0);
+
+/// Groups of a frame's features that a partial key gives or leaves open as a whole: root translation, root orientation,
+/// body rotations, then the place of each standard joint.
+inline constexpr int64_t kRootTranslationGroup = 0, kRootOrientationGroup = 1, kBodyRotationsGroup = 2,
+                         kJointGroups = 3, kKeyGroups = kMaskChannels;
+static_assert(kKeyGroups == kJointGroups + kStandardJoints);
+
+/// (25) float: 1 for the groups that `joints` give. "pelvis,left_wrist": the places of these joints, and with the
+/// pelvis the root's translation, which is the same place; "root": the root's path alone, another name of the pelvis.
+/// An empty text gives whole poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
+torch::Tensor given_groups(const std::string& joints);
+
+/// (..., kInbetweenFeatures) from groups (..., 25): each feature takes its group's value.
+torch::Tensor feature_mask(const torch::Tensor& groups);
+
+}  // namespace inhabit

@@ -1,0 +1,89 @@
+// Protects what --keyframes and --joints mean: which frames are keys, which of the 201 features a partial key gives,
+// and what is refused.
+#include "inhabit/inbetween/keyframes.h"
+
+#include <gmock/gmock.h>
+
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(KeyFrames, EveryNthAndAlwaysTheLast) {
+  EXPECT_THAT(key_frames("every:60", 121), ElementsAre(0, 60, 120));
+  EXPECT_THAT(key_frames("every:50", 121), ElementsAre(0, 50, 100, 120));
+  EXPECT_THAT(key_frames("every:1", 4), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(key_frames("every:9223372036854775807", 5), ElementsAre(0, 4));
+}
+
+TEST(KeyFrames, ListIsSortedAndEachOnce) {
+  EXPECT_THAT(key_frames("95,30,30,0", 121), ElementsAre(0, 30, 95, 120));
+  EXPECT_THAT(key_frames("7", 9), ElementsAre(0, 7, 8));
+  EXPECT_THAT(key_frames("ends", 121), ElementsAre(0, 120));
+}
+
+TEST(KeyFrames, RandomOnesDependOnTheSeedAlone) {
+  EXPECT_EQ(key_frames("random:0.3", 400, 5), key_frames("random:0.3", 400, 5));
+  EXPECT_NE(key_frames("random:0.3", 400, 5), key_frames("random:0.3", 400, 6));
+  EXPECT_EQ(key_frames("random:1", 20, 3).size(), 20U);
+  const std::vector<int64_t> keys = key_frames("random:0.2", 10000, 1);
+  EXPECT_NEAR(static_cast<double>(keys.size()), 2000, 160);  // four standard deviations
+  EXPECT_EQ(keys.front(), 0);
+  EXPECT_EQ(keys.back(), 9999);
+  EXPECT_TRUE(std::is_sorted(keys.begin(), keys.end()));
+}
+
+TEST(KeyFrames, RefusesWhatGivesNoKeys) {
+  const auto refused = [](const std::string& text, int64_t frames = 121) {
+    return refusal_of([&] { key_frames(text, frames); });
+  };
+  EXPECT_THAT(refused("ends", 0), HasSubstr("no two key frames"));
+  EXPECT_THAT(refused("every:3", 1), HasSubstr("no two key frames"));
+  EXPECT_THAT(refused("every:0"), HasSubstr("at least 1"));
+  EXPECT_THAT(refused("every:-5"), HasSubstr("at least 1"));
+  EXPECT_THAT(refused("every:2.5"), HasSubstr("whole number"));
+  EXPECT_THAT(refused("every:"), HasSubstr("whole number"));
+  EXPECT_THAT(refused("0,121"), HasSubstr("frame 121 is outside the clip, whose last frame is 120"));
+  EXPECT_THAT(refused("-1"), HasSubstr("outside"));
+  for (const char* p : {"random:0", "random:1.01", "random:-0.5", "random:nan", "random:inf"})
+    EXPECT_THAT(refused(p), HasSubstr("above 0 and at most 1")) << p;
+  EXPECT_THAT(refused("random:half"), HasSubstr("probability"));
+  for (const char* text : {"", "0,,5", "1,2,", "first", "99999999999999999999", "3 4", "every"})
+    EXPECT_THAT(refused(text), HasSubstr("are none of")) << text;
+}
+
+TEST(GivenGroups, NameJointsAndTheRootsPath) {
+  EXPECT_TRUE(given_groups("").equal(torch::ones({25})));
+  torch::Tensor expected = torch::zeros({25});
+  expected[0] = 1;  // where the pelvis is, the root is
+  expected[kJointGroups] = 1;
+  EXPECT_TRUE(given_groups("root").equal(expected));
+  EXPECT_TRUE(given_groups("pelvis").equal(expected));
+  expected[kJointGroups + 20] = 1;
+  EXPECT_TRUE(given_groups("pelvis,left_wrist").equal(expected));
+  expected.zero_();
+  expected[kJointGroups + 15] = 1;
+  EXPECT_TRUE(given_groups("head").equal(expected));
+  EXPECT_THAT(refusal_of([] { given_groups("pelvis,tail"); }), HasSubstr("\"tail\" is no joint"));
+  EXPECT_THAT(refusal_of([] { given_groups("pelvis,"); }), HasSubstr("\"\" is no joint"));
+}
+
+TEST(FeatureMask, SpreadsEachGroupOverItsFeatures) {
+  // A value of its own for each group shows up exactly where the group's features are.
+  const torch::Tensor mask = feature_mask(torch::arange(25).to(torch::kFloat32).expand({2, 3, 25}));
+  ASSERT_EQ(mask.sizes(), (torch::IntArrayRef{2, 3, kInbetweenFeatures}));
+  const torch::Tensor one = mask[1][2];
+  EXPECT_TRUE(one.slice(0, 0, 3).eq(0).all().item<bool>());
+  EXPECT_TRUE(one.slice(0, 3, 9).eq(1).all().item<bool>());
+  EXPECT_TRUE(one.slice(0, 9, 135).eq(2).all().item<bool>());
+  for (int64_t j = 0; j < 22; ++j)
+    EXPECT_TRUE(one.slice(0, 135 + 3 * j, 138 + 3 * j).eq(3 + j).all().item<bool>()) << j;
+  EXPECT_EQ(feature_mask(given_groups("root,left_wrist")).sum().item<float>(), 9);
+  EXPECT_THAT(refusal_of([] { feature_mask(torch::zeros({24})); }), HasSubstr("(..., 25)"));
+}
+
+}  // namespace
+}  // namespace inhabit
