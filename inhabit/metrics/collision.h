@@ -1,0 +1,62 @@
+#pragma once
+#include <torch/types.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/query.h"
+
+namespace inhabit {
+
+/// How deep a vertex of the skin must be inside the scene to collide, metres. Skin that is sat, leaned or rested on, or
+/// touches on purpose (that of pelvis, thighs, spine, forearms and hands: supporting_skin) gives way or is meant to be
+/// there: people who sit, lean and touch in generated and recorded motion are up to 4 cm inside what holds them.
+/// Elsewhere 1 cm is what meshes leave to chance; true motion has shanks, feet, upper arms and head nowhere inside.
+inline constexpr double kSupportedDepth = 0.04, kCollisionDepth = 0.01;
+
+/// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.
+torch::Tensor supporting_skin(const BodyModel& body);
+
+/// Frames of a motion against the scene.
+struct Collision {
+  torch::Tensor depth;     ///< (T) metres that the deepest vertex that collides is inside; 0 where none does
+  torch::Tensor vertices;  ///< (T) share of all vertices that collide
+
+  /// Over the frames in `mask` (T) bool, over all where it is undefined; 0 where it has none.
+  double frame_ratio(const torch::Tensor& mask = {}) const;   ///< share of frames with a vertex that collides
+  double vertex_ratio(const torch::Tensor& mask = {}) const;  ///< mean of `vertices`
+  double penetration(const torch::Tensor& mask = {}) const;   ///< metres, the largest of `depth`
+};
+
+/// Measures skinned bodies against one scene. Floor and rugs (meshes called so, see object_of_mesh) do not count: feet
+/// stand on them. All else does, seats too, so that no label of who sits where is needed and a body that slides through
+/// a chair on its way to it collides. What is inside is said at Solid; nothing is inside a point cloud.
+class CollisionMeter {
+ public:
+  /// `body` must outlive this.
+  CollisionMeter(const BodyModel& body, const Scene& scene);
+
+  /// Needs clip.rotations on the body's joints. The body has the clip's betas and stands with its root joint at the
+  /// clip's.
+  Collision measure(const Clip& clip) const;
+
+  /// (T) bool: the frames in which the skin is inside the scene or nearer to it than `distance` metres.
+  torch::Tensor near_frames(const Clip& clip, double distance) const;
+
+ private:
+  /// Skin vertices in the boxes grown by `margin`: their places (N, 3), frames (N) and numbers (N).
+  struct Candidates {
+    torch::Tensor points, frames, vertices;
+  };
+  Candidates candidates(const Clip& clip, float margin) const;
+
+  const BodyModel* body_;
+  torch::Tensor allowed_;                   ///< (V) metres, how deep a vertex may be
+  std::optional<SceneQuery> query_;         ///< none where nothing counts
+  std::vector<Eigen::AlignedBox3f> boxes_;  ///< around each body of the scene, then the cloud
+};
+
+}  // namespace inhabit

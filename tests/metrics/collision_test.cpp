@@ -1,0 +1,152 @@
+// Protects the collision measures of in-betweening: a body in a box collides, beside it does not, and how many frames,
+// how much skin and how deep are what was planted.
+#include "inhabit/metrics/collision.h"
+
+#include <gmock/gmock.h>
+
+#include "inhabit/body/kinematics.h"
+#include "inhabit/scene/shapes.h"
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+// The built-in body at rest, arms along x, feet on the floor.
+Clip standing(int64_t frames) {
+  const BodyModel& body = builtin_body();
+  Clip clip;
+  clip.skeleton = shaped_skeleton(body, {});
+  clip.rotations = torch::zeros({frames, kStandardJoints, 3});
+  clip.trans = torch::zeros({frames, 3});
+  clip.trans.select(1, 1).fill_(-body.template_vertices.select(1, 1).min().item<float>());
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+Clip moved(Clip clip, int64_t frame, const std::vector<float>& by) {
+  clip.trans = clip.trans.clone();
+  clip.trans[frame] += torch::tensor(by);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+Mesh block(const std::string& name, const Eigen::Vector3d& center, const Eigen::Vector3d& half) {
+  MeshBuilder builder;
+  builder.box(center, half);
+  return builder.mesh(name, {1, 1, 1});
+}
+
+Scene scene_with(std::vector<Mesh> meshes) {
+  Scene scene;
+  scene.meshes = std::move(meshes);
+  return scene;
+}
+
+// How far the skin of a standing body reaches to the front (+Z) below the knees: its toes.
+double toes() {
+  const torch::Tensor v = builtin_body().template_vertices;
+  const torch::Tensor low = v.index({v.select(1, 1) < v.select(1, 1).min() + 0.3});
+  return low.select(1, 2).max().item<double>();
+}
+
+TEST(Collision, OfABodyInABoxIsWholeAndBesideItNone) {
+  const Clip clip = standing(4);
+  const CollisionMeter around(builtin_body(), scene_with({block("wardrobe_0", {0, 1, 0}, {1.5, 1.5, 1})}));
+  const Collision in = around.measure(clip);
+  EXPECT_EQ(in.frame_ratio(), 1);
+  EXPECT_GT(in.vertex_ratio(), 0.99);
+  EXPECT_GT(in.penetration(), 0.85);  // feet 0.5 m above its floor are nearer to a side than the trunk is
+  const CollisionMeter beside(builtin_body(), scene_with({block("wardrobe_0", {0, 1, 2}, {1.5, 1.5, 1})}));
+  const Collision out = beside.measure(clip);
+  EXPECT_EQ(out.frame_ratio(), 0);
+  EXPECT_EQ(out.vertex_ratio(), 0);
+  EXPECT_EQ(out.penetration(), 0);
+}
+
+TEST(Collision, CountsTheFramesWhoseFeetAreDeeperThanTheTolerance) {
+  const double face = toes() + 0.001;
+  const CollisionMeter meter(builtin_body(), scene_with({block("table_0", {0, -0.35, face + 0.5}, {2, 0.65, 0.5})}));
+  Clip clip = standing(10);
+  EXPECT_EQ(meter.measure(clip).frame_ratio(), 0);
+  EXPECT_EQ(meter.measure(moved(clip, 3, {0, 0, 0.008F})).frame_ratio(), 0);  // 7 mm: within the tolerance
+  clip = moved(moved(clip, 3, {0, 0, 0.031F}), 7, {0, 0, 0.061F});
+  const Collision c = meter.measure(clip);
+  EXPECT_DOUBLE_EQ(c.frame_ratio(), 0.2);
+  EXPECT_NEAR(c.penetration(), 0.06, 1e-3);
+  EXPECT_NEAR(c.depth[3].item<double>(), 0.03, 1e-3);
+  EXPECT_EQ(c.depth[4].item<double>(), 0);
+  EXPECT_GT(c.vertices[7].item<double>(), c.vertices[3].item<double>());  // more of the foot is in
+  EXPECT_GT(c.vertices[3].item<double>(), 0);
+  torch::Tensor mask = torch::zeros({10}, torch::kBool);
+  mask[3] = true;
+  EXPECT_EQ(c.frame_ratio(mask), 1);
+  EXPECT_NEAR(c.penetration(mask), 0.03, 1e-3);
+  EXPECT_NEAR(c.vertex_ratio(mask), c.vertices[3].item<double>(), 1e-7);
+  EXPECT_EQ(c.frame_ratio(torch::zeros({10}, torch::kBool)), 0);
+}
+
+TEST(Collision, LetsSkinThatIsSatOnGiveWay) {
+  const Clip clip = standing(2);
+  const torch::Tensor vertices = clip.trans[0] + builtin_body().template_vertices;
+  const torch::Tensor soft = supporting_skin(builtin_body());
+  EXPECT_GT(soft.sum().item<int64_t>(), 300);
+  EXPECT_GT((~soft).sum().item<int64_t>(), 300);
+  // A shelf across the thighs from the front: 3 cm in them is nothing, 5 cm is.
+  const torch::Tensor thigh = vertices.index({(vertices.select(1, 1) > 0.68) & (vertices.select(1, 1) < 0.76)});
+  const double front = thigh.select(1, 2).max().item<double>();
+  const auto shelf = [&](double depth) {
+    return scene_with({block("shelf_0", {0, 0.72, front - depth + 0.5}, {1, 0.2, 0.5})});
+  };
+  const auto at_thighs = [&](double depth) {
+    const Collision c = CollisionMeter(builtin_body(), shelf(depth)).measure(clip);
+    return c.penetration();
+  };
+  EXPECT_EQ(at_thighs(0.03), 0);
+  EXPECT_NEAR(at_thighs(0.055), 0.055, 0.004);
+}
+
+TEST(Collision, LeavesOutFloorAndRugsAndNothingElse) {
+  const Clip clip = moved(standing(2), 1, {0, -0.1F, 0});
+  const auto ratio = [&](const std::string& name) {
+    return CollisionMeter(builtin_body(), scene_with({block(name, {0, -0.5, 0}, {3, 0.5, 3})}))
+        .measure(clip)
+        .frame_ratio();
+  };
+  EXPECT_EQ(ratio("floor"), 0);
+  EXPECT_EQ(ratio("rug.2"), 0);
+  EXPECT_EQ(ratio("step_0"), 0.5);
+  EXPECT_EQ(CollisionMeter(builtin_body(), Scene{}).measure(clip).frame_ratio(), 0);
+  Scene cloud;  // points have no inside
+  cloud.points = torch::rand({50, 3});
+  EXPECT_EQ(CollisionMeter(builtin_body(), cloud).measure(clip).frame_ratio(), 0);
+}
+
+TEST(Collision, PutsTheBodyWhereTheClipsRootIs) {
+  // A skeleton whose root joint is defined 30 cm higher: the same joints, so the same collision.
+  const Scene scene = scene_with({block("table_0", {0, -0.35, toes() + 0.5 - 0.05}, {2, 0.65, 0.5})});
+  const CollisionMeter meter(builtin_body(), scene);
+  Clip clip = standing(2);
+  const double depth = meter.measure(clip).penetration();
+  EXPECT_NEAR(depth, 0.05, 1e-3);
+  clip.skeleton.offsets = clip.skeleton.offsets.clone();
+  clip.skeleton.offsets[0][1] += 0.3F;
+  clip.trans.select(1, 1).sub_(0.3F);
+  EXPECT_NEAR(meter.measure(clip).penetration(), depth, 1e-5);
+  clip.rotations = torch::Tensor();
+  EXPECT_THAT(refusal_of([&] { meter.measure(clip); }), testing::HasSubstr("joint rotations"));
+}
+
+TEST(NearFrames, AreThoseCloserThanTheDistance) {
+  const Clip clip = moved(standing(5), 2, {0, 0, 0.2F});
+  const Scene scene = scene_with(
+      {block("floor", {0, -0.5, 0}, {3, 0.5, 3}), block("wall_0", {0, 0.15, toes() + 0.25 + 0.5}, {2, 0.15, 0.5})});
+  const CollisionMeter meter(builtin_body(), scene);  // 25 cm off the toes, in frame 2 five
+  EXPECT_EQ(meter.near_frames(clip, 0.08).sum().item<int64_t>(), 1);
+  EXPECT_TRUE(meter.near_frames(clip, 0.08)[2].item<bool>());
+  EXPECT_EQ(meter.near_frames(clip, 0.04).sum().item<int64_t>(), 0);
+  EXPECT_EQ(meter.near_frames(clip, 0.3).sum().item<int64_t>(), 5);
+  EXPECT_TRUE(meter.near_frames(moved(clip, 4, {0, 0, 0.6F}), 0.04)[4].item<bool>());  // inside is near
+}
+
+}  // namespace
+}  // namespace inhabit
