@@ -39,7 +39,7 @@ InbetweenNetworks load_inbetween_networks(const std::string& path) {
     networks.mean = scale_of(content, "scale.mean", path);
     networks.deviation = scale_of(content, "scale.deviation", path);
     if ((networks.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
-  } else if (nn::has_parameters(content, "net.unet.")) {
+  } else if (system == content.metadata.end() && nn::has_parameters(content, "net.unet.")) {
     networks.config = released_inbetween_config(content.metadata, path);
     networks.mean = torch::zeros({kInbetweenFeatures});
     networks.deviation = torch::ones({kInbetweenFeatures});

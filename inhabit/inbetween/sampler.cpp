@@ -14,10 +14,12 @@ using torch::Tensor;
 
 Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) {
   const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
-  Tensor mask = given.mask * inside;
-  const int64_t last = mask.size(2) - 1;
-  for (const int64_t end : {int64_t{0}, last}) mask.select(2, end).copy_(given.mask.select(2, end));
-  return torch::where(mask > 0, given.values, x);
+  Tensor always = given.always;
+  if (!always.defined()) {
+    always = torch::zeros_like(given.mask);
+    for (const int64_t end : {int64_t{0}, always.size(2) - 1}) always.select(2, end).copy_(given.mask.select(2, end));
+  }
+  return torch::where(torch::maximum(given.mask * inside, always) > 0, given.values, x);
 }
 
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {

@@ -10,9 +10,10 @@ namespace inhabit {
 
 /// What of a clip is given, in standardised features.
 struct GivenFeatures {
-  torch::Tensor values;  ///< (B, F, T)
-  torch::Tensor mask;    ///< (B, F, T), 1 where `values` hold, else 0
-  int64_t t_star = 0;    ///< T*: inside the clip they hold at steps t >= T* only; at its two ends always
+  torch::Tensor values;       ///< (B, F, T)
+  torch::Tensor mask;         ///< (B, F, T), 1 where `values` hold, else 0
+  int64_t t_star = 0;         ///< T*: they hold at steps t >= T* only,
+  torch::Tensor always = {};  ///< (B, F, T), but where this is 1 at every step; undefined: at the clip's two ends
 };
 
 /// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64

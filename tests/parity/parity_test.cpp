@@ -14,6 +14,8 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/network.h"
+#include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/sampler.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/metrics/ndms.h"
@@ -97,6 +99,60 @@ void check_motion_scores(const std::string& path, const SafeTensors& content) {
   expect_close(torch::tensor({score}, torch::kFloat64), tensor(content, "out.npss"), "NPSS");
 }
 
+/// What the in-betweening files give of a clip, and the guided denoiser over it.
+struct InbetweenCase {
+  InbetweenNetwork network;
+  GivenFeatures given;
+  Tensor mask, local, scene, shape;
+
+  InbetweenCase(const InbetweenNetworks& networks, const SafeTensors& content) : network(networks.network) {
+    const Tensor keys = tensor(content, "in.keyframe_mask");
+    mask = keys.unsqueeze(1);
+    given = {tensor(content, "in.keyframes"), mask.expand({1, kInbetweenFeatures, keys.size(1)}),
+             networks.config.t_star};
+    local = network->embed_offsets(tensor(content, "in.bps"), keys);
+    scene = network->embed_scene(tensor(content, "in.occupancy"));
+    shape = network->embed_shape(tensor(content, "in.body_shape"));
+  }
+  Tensor denoised(const Tensor& x, const Tensor& step, bool with_scene) {
+    return network->forward(impute(x, given, step), mask, local, step, with_scene ? scene + shape : shape);
+  }
+  Tensor guided(const Tensor& x, const Tensor& step) {
+    const Tensor without = denoised(x, step, false);
+    return without + network->config.guidance * (denoised(x, step, true) - without);
+  }
+};
+
+void check_inbetween_denoiser(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  InbetweenCase c(load_inbetween_networks(path), content);
+  const Tensor x = tensor(content, "in.x_t"), step = tensor(content, "in.timestep");
+  expect_close(c.denoised(x, step, true), tensor(content, "out.x0_cond"), "with the scene");
+  expect_close(c.denoised(x, step, false), tensor(content, "out.x0_uncond"), "without");
+  expect_close(c.guided(x, step), tensor(content, "out.x0_guided_w2.5"), "guided");
+}
+
+void check_inbetween_sampler(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  InbetweenCase c(load_inbetween_networks(path), content);
+  const DiffusionSchedule schedule = cosine_schedule(c.network->config.diffusion_steps);
+  for (const auto& [name, values] : {std::pair("betas", schedule.betas),
+                                     {"alphas_cumprod", schedule.alphas_cumprod},
+                                     {"posterior_variance", schedule.posterior_variance},
+                                     {"posterior_mean_coef_x0", schedule.posterior_mean_x0},
+                                     {"posterior_mean_coef_xt", schedule.posterior_mean_xt}})
+    expect_close(torch::tensor(values, torch::kFloat64), tensor(content, name), name);
+  const Tensor noise = tensor(content, "in.noise"), expected = tensor(content, "out.sample");
+  Tensor last;  // the release leaves the ends as the last evaluation has them; ours takes them from the keys
+  const Tensor got = sample(
+      schedule, Sampler::ddpm, schedule.steps(),
+      [&](const Tensor& x, int64_t t) { return last = c.guided(x, torch::full({1}, t, torch::kInt64)); }, c.given,
+      [&](int64_t number) { return noise[number].unsqueeze(0); });
+  expect_close(last, expected, "last evaluation of the loop");
+  expect_close(got.slice(2, 1, -1), expected.slice(2, 1, -1), "sample, inside");
+  EXPECT_TRUE(torch::equal(got.select(2, 0), c.given.values.select(2, 0))) << "the first key holds";
+}
+
 using Check = void (*)(const std::string& path, const SafeTensors& content);
 
 /// What checks a file, told by its name; none for files of other systems.
@@ -105,6 +161,8 @@ Check check_for(const std::string& name) {
   if (name.rfind("cmu_forward_kinematics", 0) == 0) return check_cmu_kinematics;
   if (name.rfind("h36m_forward_kinematics", 0) == 0) return check_h36m_kinematics;
   if (name.rfind("motion_scores", 0) == 0) return check_motion_scores;
+  if (name.rfind("inbetween_denoiser", 0) == 0) return check_inbetween_denoiser;
+  if (name.rfind("inbetween_sampler", 0) == 0) return check_inbetween_sampler;
   return nullptr;
 }
 

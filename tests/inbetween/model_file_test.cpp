@@ -1,0 +1,122 @@
+// Protects model files of in-betweening: what was saved comes back, and files of other systems or with damage are
+// refused in one line that names them.
+#include "inhabit/inbetween/model_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "inbetween/small_network.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/safetensors.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using torch::Tensor;
+
+InbetweenNetworks networks() {
+  InbetweenNetworks n;
+  n.config = small_config();
+  n.config.partial_keys = true;
+  n.config.t_star = 5;
+  n.network = untrained(n.config);
+  n.mean = torch::randn({kInbetweenFeatures});
+  n.deviation = torch::rand({kInbetweenFeatures}) + 0.01;
+  return n;
+}
+
+double largest(const Tensor& x) { return x.abs().max().item<double>(); }
+
+TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
+  const torch::NoGradGuard no_gradients;
+  const TempFolder folder;
+  InbetweenNetworks saved = networks();
+  saved.network->train();
+  save_inbetween_networks(folder / "m.safetensors", saved);
+  saved.network->eval();
+  const InbetweenNetworks loaded = load_inbetween_networks(folder / "m.safetensors");
+  EXPECT_TRUE(loaded.config == saved.config);
+  EXPECT_TRUE(torch::equal(loaded.mean, saved.mean));
+  EXPECT_TRUE(torch::equal(loaded.deviation, saved.deviation));
+  EXPECT_FALSE(loaded.network->is_training());
+  const NetworkInput in(saved.config, 2);
+  EXPECT_TRUE(torch::equal(in.through(loaded.network), in.through(saved.network)));
+}
+
+TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
+  const torch::NoGradGuard no_gradients;
+  const TempFolder folder;
+  const InbetweenNetworks saved = networks();
+  save_inbetween_networks(folder / "whole.safetensors", saved);
+  save_inbetween_networks(folder / "half.safetensors", saved, /*half=*/true);
+  const InbetweenNetworks half = load_inbetween_networks(folder / "half.safetensors");
+  const NetworkInput in(saved.config, 2);
+  const Tensor exact = in.through(saved.network);
+  EXPECT_LT(largest(in.through(half.network) - exact), 0.01 * largest(exact));
+  EXPECT_LT(largest((half.deviation - saved.deviation) / saved.deviation), 1e-3);
+  EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"),
+            std::filesystem::file_size(folder / "whole.safetensors") * 6 / 10);
+}
+
+TEST(InbetweenModelFile, CompactWeightsStayUnderSixteenMebibytes) {
+  const TempFolder folder;
+  InbetweenNetworks n = networks();
+  n.config = inbetween_preset("compact");
+  n.network = InbetweenNetwork(n.config);
+  save_inbetween_networks(folder / "half.safetensors", n, /*half=*/true);
+  EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"), 16U << 20);
+}
+
+TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
+  const TempFolder folder;
+  const std::string path = folder / "m.safetensors";
+  save_inbetween_networks(path, networks());
+  const SafeTensors good = read_safetensors(path);
+  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_inbetween_networks(file); }); };
+  const auto changed = [&](const std::function<void(SafeTensors&)>& change) {
+    SafeTensors bad = good;
+    for (auto& [name, tensor] : bad.tensors) tensor = tensor.clone();
+    change(bad);
+    write_safetensors(path, bad);
+    const std::string why = refusal(path);
+    EXPECT_THAT(why, HasSubstr("m.safetensors: "));
+    return why;
+  };
+  EXPECT_EQ(refusal(path), "");
+  EXPECT_THAT(refusal(folder / "none.safetensors"), HasSubstr("no such file"));
+  EXPECT_THAT(refusal(INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors"),
+              HasSubstr("is not a model of scene-inbetweening"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["system"] = "contact-forecast"; }), HasSubstr("is not a model of"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata.clear(); }), HasSubstr("metadata lacks 'latent_dim'"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata.erase("config"); }), HasSubstr("lacks the configuration"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{"; }), HasSubstr("no JSON"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"widht": 4})"; }), HasSubstr("'widht'"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"width": -4})"; }), HasSubstr("out of range"));
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = to_json(inbetween_preset("compact")); }), HasSubstr("not ["))
+      << "a network of other sizes";
+  for (const char* name :
+       {"scale.mean", "scale.deviation", "net.unet.downs.0.0.blocks.0.block1.0.weight", "net.unet.ups.0.3.conv.bias",
+        "net.scene_embedding.pos_embedding", "net.cond_process.lin2.weight", "net.beta_process.lin0.bias"}) {
+    SCOPED_TRACE(name);
+    EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
+    EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr(name));
+    EXPECT_THAT(changed([&](auto& f) { f.tensors[name].view({-1})[0] = std::nan(""); }),
+                AllOf(HasSubstr(name), HasSubstr("not finite")));
+  }
+  EXPECT_THAT(changed([](auto& f) { f.tensors["scale.deviation"][3] = 0; }), HasSubstr("not positive"));
+  write_safetensors(path, good);
+  const std::string bytes = read_whole_file(path);
+  for (const size_t kept : {size_t{0}, size_t{5}, size_t{300}, bytes.size() / 2, bytes.size() - 1}) {
+    write_atomically(path, bytes.substr(0, kept));
+    EXPECT_THAT(refusal(path), HasSubstr("m.safetensors: ")) << kept << " bytes";
+  }
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,48 @@
+#pragma once
+#include "inhabit/inbetween/model_file.h"
+
+/// Sizes small enough to build and run in a test.
+inline inhabit::InbetweenConfig small_config() {
+  inhabit::InbetweenConfig c;
+  c.preset = "small";
+  c.frames = 13;
+  c.padded = 16;
+  c.width = 16;
+  c.multipliers = {1, 2};
+  c.scene_encoder = {12, 24, 2, 2, 8, 32};
+  c.anchors = 6;
+  c.diffusion_steps = 50;
+  return c;
+}
+
+/// Weights of no training, none of them zero; in evaluation mode.
+inline inhabit::InbetweenNetwork untrained(const inhabit::InbetweenConfig& config) {
+  torch::manual_seed(3);
+  inhabit::InbetweenNetwork network(config);
+  const torch::NoGradGuard no_gradients;
+  for (torch::Tensor& p : network->parameters()) p.add_(torch::randn_like(p), 0.1);
+  network->eval();
+  return network;
+}
+
+/// What a network sees of `batch` random clips.
+struct NetworkInput {
+  torch::Tensor x, mask, occupancy, offsets, keys, shape, steps;
+
+  NetworkInput(const inhabit::InbetweenConfig& c, int64_t batch) {
+    using namespace inhabit;
+    torch::manual_seed(5);
+    x = torch::randn({batch, kInbetweenFeatures, c.frames});
+    keys = torch::zeros({batch, c.frames});
+    for (const int64_t key : {0, 5, c.frames - 1}) keys.select(1, key).fill_(1);
+    mask = keys.unsqueeze(1).expand({batch, c.mask_channels(), c.frames});
+    occupancy = torch::where(torch::rand({batch, kSceneHeight, kSceneSide, kSceneSide}) < 0.2, 1.F, -1.F);
+    offsets = torch::randn({batch, c.anchors, 3, c.frames});
+    shape = torch::rand({batch, kShapeFeatures});
+    steps = torch::randint(0, c.diffusion_steps, {batch}, torch::kInt64);
+  }
+  torch::Tensor through(inhabit::InbetweenNetwork network) const {
+    return network->forward(x, mask, network->embed_offsets(offsets, keys), steps,
+                            network->embed_scene(occupancy) + network->embed_shape(shape));
+  }
+};
