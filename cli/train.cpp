@@ -6,6 +6,7 @@
 #include "inhabit/anticipate/train.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/train.h"
+#include "inhabit/inbetween/train.h"
 #include "outputs.h"
 #include "verbs.h"
 
@@ -92,6 +93,42 @@ void add_train_anticipate(CLI::App& verb) {
   });
 }
 
+void add_train_inbetween(CLI::App& verb) {
+  using inhabit::InbetweenTraining;
+  CLI::App* inbetween = verb.add_subcommand("inbetween", "Scene-aware in-betweening: the denoiser");
+  auto options = std::make_shared<InbetweenTraining>();
+  auto preset = std::make_shared<std::string>("compact");
+  auto without = std::make_shared<std::vector<std::string>>();
+  auto noise_aware = std::make_shared<bool>(false);
+  inbetween->add_option("--data", options->data, "Native data set folders")->required();
+  inbetween->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
+  inbetween->add_option("--preset", *preset, "compact or paper")
+      ->check(CLI::IsMember({"compact", "paper"}))
+      ->capture_default_str();
+  inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and given down to T* = 20 alone");
+  inbetween->add_option("--without", *without, "Leave out inputs: global, local (scene features), shape (of the body)")
+      ->check(CLI::IsMember({"global", "local", "shape"}));
+  inbetween->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
+  inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")->capture_default_str();
+  inbetween->add_option("--steps", options->steps, "Optimiser steps")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  inbetween->add_option("--batch", options->batch, "Windows in a batch")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  inbetween->callback([=] {
+    options->config = inhabit::inbetween_preset(*preset);
+    if (*noise_aware) options->config.t_star = 20;
+    for (const std::string& input : *without)
+      (input == "global"  ? options->config.global_scene
+       : input == "local" ? options->config.local_scene
+                          : options->config.body_shape) = false;
+    require_writable(options->out);
+    if (!inhabit::train_inbetween(*options)) throw CLI::RuntimeError(130);
+    spdlog::info("wrote {}", options->out);
+  });
+}
+
 }  // namespace
 
 void add_train(CLI::App& app) {
@@ -99,4 +136,5 @@ void add_train(CLI::App& app) {
   verb->require_subcommand(1);
   add_train_forecast(*verb);
   add_train_anticipate(*verb);
+  add_train_inbetween(*verb);
 }

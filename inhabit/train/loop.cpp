@@ -151,6 +151,10 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     const Losses losses = task.losses(batch);
     losses.front().second.backward();
     torch::nn::utils::clip_grad_norm_(task.module->parameters(), 1.0);
+    if (task.weight_decay > 0) {
+      const torch::NoGradGuard no_grad;
+      for (torch::Tensor& p : task.module->parameters()) p.mul_(1 - rate * task.weight_decay);
+    }
     optimizer.step();
 
     const int64_t done = step + 1;

@@ -26,8 +26,9 @@ struct TrainTask {
   std::function<void()> on_best;     ///< called with the weights that validated best so far
   /// What the learning rate is multiplied with for a parameter of this name; unset: 1.
   std::function<double(const std::string& name)> rate_factor;
-  double average = 0;  ///< decay of a moving average of the weights (EMA), which then is what validates;
-                       ///< 0: none
+  double weight_decay = 0;  ///< decoupled from the gradients (AdamW): each step shrinks weights by rate times this
+  double average = 0;       ///< decay of a moving average of the weights (EMA), which then is what validates;
+                            ///< 0: none
 };
 
 struct TrainOptions {

@@ -1,0 +1,83 @@
+#include "inhabit/inbetween/features.h"
+
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kChest = 9, kPelvis = 0;  // spine3 moves the skin of the chest
+
+/// From the frontmost to the rearmost vertex of the skin that joint `part` moves most.
+double depth_of(const BodyModel& model, const Tensor& vertices, int64_t part) {
+  const Tensor z = vertices.select(1, 2).masked_select(model.skin_weights.argmax(1) == part);
+  if (z.numel() == 0) throw Error(model.name, "has no skin at joint " + std::to_string(part));
+  return (z.max() - z.min()).item<double>();
+}
+
+}  // namespace
+
+Tensor inbetween_features(const Clip& clip) {
+  if (clip.joints.size(1) != kStandardJoints || !clip.rotations.defined())
+    throw Error("in-betweening: needs rotations on the standard skeleton");
+  const int64_t frames = clip.frames();
+  const Tensor turns = matrix_to_rotation6d(axis_angle_to_matrix(clip.rotations)).reshape({frames, -1});
+  return torch::cat({clip.root_path(), turns, clip.joints.reshape({frames, -1})}, 1);
+}
+
+Tensor feature_rotations(const Tensor& features) {
+  std::vector<int64_t> shape = features.sizes().vec();
+  shape.back() = kStandardJoints;
+  shape.push_back(6);
+  return rotation6d_to_matrix(features.slice(-1, kOrientFeature, kJointFeature).reshape(shape));
+}
+
+Tensor feature_joints(const Tensor& features, const Tensor& offsets) {
+  // The root feature is the joint itself, so that the skeleton's own place of it does not count.
+  const Tensor bones = torch::cat({torch::zeros_like(offsets.slice(-2, 0, 1)), offsets.slice(-2, 1)}, -2).unsqueeze(-3);
+  return forward_kinematics(standard_parents(), bones, feature_rotations(features), features.slice(-1, 0, 3)).positions;
+}
+
+Clip clip_of_features(const Tensor& features, const Clip& like) {
+  Clip out;
+  out.skeleton = like.skeleton;
+  out.rate = like.rate;
+  out.betas = like.betas;
+  out.gender = like.gender;
+  out.source_body = like.source_body;
+  out.source_betas = like.source_betas;
+  out.rotations = matrix_to_axis_angle(feature_rotations(features)).contiguous();
+  out.trans = (features.slice(1, 0, 3) - like.skeleton.offsets[0]).contiguous();
+  out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
+  return out;
+}
+
+Tensor noisy_features(const Tensor& features, const Tensor& bones, double level, std::mt19937_64& random) {
+  const int64_t inner = features.size(0) - 2;
+  if (inner <= 0 || level == 0) return features;
+  auto generator = at::detail::createCPUGenerator(random());
+  Tensor middle = features.slice(0, 1, inner + 1).clone();
+  middle.slice(1, 0, 3).add_(torch::randn({inner, 3}, generator), level / 100);
+  const Tensor turns = torch::randn({inner, kStandardJoints, 3}, generator) * (level * M_PI / 180);
+  const Tensor rotations = torch::matmul(feature_rotations(middle), axis_angle_to_matrix(turns));
+  middle.slice(1, kOrientFeature, kJointFeature).copy_(matrix_to_rotation6d(rotations).reshape({inner, -1}));
+  middle.slice(1, kJointFeature).copy_(feature_joints(middle, bones).reshape({inner, -1}));
+  return torch::cat({features.slice(0, 0, 1), middle, features.slice(0, inner + 1)});
+}
+
+Tensor body_shape_features(const BodyModel& model, const Tensor& betas) {
+  const torch::NoGradGuard no_gradients;
+  const Tensor rest = shaped_skeleton(model, betas).rest_joints();
+  Tensor vertices = model.template_vertices;
+  if (betas.defined()) vertices = vertices + model.shape_dirs.slice(2, 0, betas.size(0)).matmul(betas);
+  const auto apart = [&](int64_t a, int64_t b) { return (rest[a] - rest[b]).norm().item<double>(); };
+  return torch::tensor({apart(0, 15), apart(16, 17), apart(16, 20), apart(1, 2), apart(0, 10),
+                        depth_of(model, vertices, kChest), depth_of(model, vertices, kPelvis)},
+                       torch::kFloat32);
+}
+
+}  // namespace inhabit

@@ -1,0 +1,62 @@
+#pragma once
+#include <torch/types.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/query.h"
+
+namespace inhabit {
+
+struct InbetweenConfig;
+
+/// One window of motion in its scene, in the canonical frame of its first pose.
+struct InbetweenSample {
+  torch::Tensor features;    ///< (T, 201)
+  torch::Tensor occupancy;   ///< (24, 48, 48): up, left, ahead; 1 occupied, -1 free
+  torch::Tensor offsets;     ///< (T, 64, 3) metres from the body's anchors to the nearest place of the scene
+  torch::Tensor body_shape;  ///< (7)
+  torch::Tensor bones;       ///< (22, 3) metres, the skeleton's offsets
+};
+
+/// The surface anchors (T, 64, 3) of the built-in body in a clip's poses, metres. The body has the clip's betas, or
+/// where it has none those that fit its bones, and stands with its root joint at the clip's.
+torch::Tensor anchor_positions(const Clip& clip);
+
+/// What the global encoder sees of a scene: (24, 48, 48).
+/// @param root (3) metres, the first frame's root joint; @param yaw radians that it faces.
+torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root, double yaw);
+
+/// Windows of clips in rooms, read from native data sets as they are asked for. What a window needs of its scene is
+/// worked out when it is first asked for and then kept: 138 KB for each clip, 7 KB for each window. Safe to use from
+/// several threads.
+class InbetweenData {
+ public:
+  /// Windows of config.frames frames, one every `stride`, of every clip of `split` ("train", "val", "test" or "all")
+  /// that has a scene and is long enough.
+  InbetweenData(const std::vector<std::string>& folders, const std::string& split, const InbetweenConfig& config,
+                int64_t stride);
+  ~InbetweenData();
+  InbetweenData(const InbetweenData&) = delete;
+  InbetweenData& operator=(const InbetweenData&) = delete;
+
+  int64_t size() const;
+  InbetweenSample sample(int64_t index) const;
+  torch::Tensor features(int64_t index) const;  ///< a sample's features alone
+
+  /// The window itself, as recorded, with its scene.
+  struct Window {
+    Clip clip;
+    std::shared_ptr<const Scene> scene;
+    std::string name;  ///< "clips/000012.npz 30"
+  };
+  Window window(int64_t index) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace inhabit

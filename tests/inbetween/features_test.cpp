@@ -1,0 +1,82 @@
+// Protects what in-betweening sees of a clip: nothing is lost on the way to features and back, bones are the person's
+// own, noise is of the level asked for and spares the ends.
+#include "inhabit/inbetween/features.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "forecast/walker.h"
+#include "inhabit/math/rotation.h"
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+double apart(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
+
+TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
+  const Clip clip = walker(20, 1.1, 0.7, 1, 0.4, -2);
+  const Tensor features = inbetween_features(clip);
+  ASSERT_EQ(features.sizes(), (torch::IntArrayRef{20, kInbetweenFeatures}));
+  EXPECT_EQ(apart(features.slice(1, 0, 3), clip.root_path()), 0);
+  EXPECT_EQ(apart(features.slice(1, kJointFeature).view({20, 22, 3}), clip.joints), 0);
+  EXPECT_LT(apart(feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
+  const Clip back = clip_of_features(features, clip);
+  EXPECT_LT(apart(back.joints, clip.joints), 1e-5);
+  EXPECT_LT(apart(back.trans, clip.trans), 1e-6);
+  EXPECT_LT(apart(axis_angle_to_matrix(back.rotations), axis_angle_to_matrix(clip.rotations)), 1e-5);
+}
+
+TEST(InbetweenFeatures, BonesMayDifferInABatch) {
+  const Clip clip = walker(4, 1, 0, 1);
+  const Tensor features = inbetween_features(clip), bones = clip.skeleton.offsets;
+  const Tensor both = feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
+  EXPECT_LT(apart(both[0], clip.joints), 1e-5);
+  // Twice as tall about the same root.
+  const Tensor root = clip.root_path().unsqueeze(1);
+  EXPECT_LT(apart(both[1] - root, 2 * (clip.joints - root)), 1e-5);
+}
+
+TEST(InbetweenFeatures, NeedRotationsOnTheStandardSkeleton) {
+  Clip clip = walker(4, 1);
+  clip.rotations = Tensor();
+  EXPECT_THAT(refusal_of([&] { inbetween_features(clip); }), ::testing::HasSubstr("rotations"));
+}
+
+TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
+  const Clip clip = walker(400, 1, 0.3, 1);
+  const Tensor clean = inbetween_features(clip);
+  std::mt19937_64 random(3);
+  const Tensor noisy = noisy_features(clean, clip.skeleton.offsets, 1, random);
+  EXPECT_TRUE(torch::equal(noisy[0], clean[0]));
+  EXPECT_TRUE(torch::equal(noisy[399], clean[399]));
+  const Tensor moved = (noisy - clean).slice(0, 1, 399).slice(1, 0, 3);
+  EXPECT_NEAR(moved.std().item<double>(), 0.01, 0.001) << "a centimetre";
+  const Tensor turned =
+      matrix_to_axis_angle(feature_rotations(clean).transpose(-1, -2).matmul(feature_rotations(noisy)));
+  EXPECT_NEAR(turned.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
+  EXPECT_LT(apart(feature_joints(noisy, clip.skeleton.offsets), noisy.slice(1, kJointFeature).view({400, 22, 3})),
+            1e-5);
+  EXPECT_TRUE(torch::equal(noisy_features(clean, clip.skeleton.offsets, 0, random), clean));
+}
+
+TEST(BodyShapeFeatures, FollowStatureAndGirth) {
+  const BodyModel& body = builtin_body();
+  const Tensor mean = body_shape_features(body, {});
+  ASSERT_EQ(mean.size(0), kShapeFeatures);
+  EXPECT_GT(mean.min().item<double>(), 0.1);
+  EXPECT_LT(mean.max().item<double>(), 1.1);
+  Tensor betas = torch::zeros({body.betas()});
+  betas[0] = 2;  // stature, 4 % a unit
+  EXPECT_LT(apart(body_shape_features(body, betas) / mean, torch::full({7}, 1.08)), 0.01);
+  betas.zero_();
+  betas[4] = 2;  // girth: thicker, but no longer
+  const Tensor stout = body_shape_features(body, betas);
+  EXPECT_LT(apart(stout.slice(0, 0, 5), mean.slice(0, 0, 5)), 1e-5);
+  EXPECT_GT((stout - mean).slice(0, 5).min().item<double>(), 0.01);
+}
+
+}  // namespace
+}  // namespace inhabit
