@@ -19,51 +19,45 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kAverage = 0.9995; // the paper's 0.9999 averages over as many
-                                    // steps as a short run has in all
-constexpr double kOpenEnds =
-    0.25; // share of the windows whose last frame is not given
-constexpr double kPartialKeys =
-    0.3; // share of the windows some of whose keys are partial
-constexpr double kAllPartial =
-    0.3; // share of these in which all keys but the ends are
+constexpr double kAverage = 0.9995;   // the paper's 0.9999 averages over as many
+                                      // steps as a short run has in all
+constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame is not given
+constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
+constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
 constexpr int64_t kValidationWindows = 96;
 
 // Places in a batch.
 enum : size_t {
-  kFeatures,  // (B, 201, T) standardised
-  kOccupancy, // (B, 24, 48, 48)
-  kSceneKept, // (B) 1, or 0 where the global scene is hidden
-  kOffsets,   // (B, 64, 3, T)
-  kShape,     // (B, 7)
-  kBones,     // (B, 22, 3)
-  kKeys, // (B, 201, T) standardised key poses, noisy where the network is to be
-         // aware of noise
-  kGroups, // (B, T, 25) 1 for what is given of a frame
-  kEnds,   // (B, T) 1 at the first and the last key frame
-  kSteps,  // (B) diffusion steps
-  kNoise   // (B, 201, T)
+  kFeatures,   // (B, 201, T) standardised
+  kOccupancy,  // (B, 24, 48, 48)
+  kSceneKept,  // (B) 1, or 0 where the global scene is hidden
+  kOffsets,    // (B, 64, 3, T)
+  kShape,      // (B, 7)
+  kBones,      // (B, 22, 3)
+  kKeys,       // (B, 201, T) standardised key poses, noisy where the network is to be
+               // aware of noise
+  kGroups,     // (B, T, 25) 1 for what is given of a frame
+  kEnds,       // (B, T) 1 at the first and the last key frame
+  kSteps,      // (B) diffusion steps
+  kNoise       // (B, 201, T)
 };
 
 /// What is given of a window.
 struct Keys {
-  Tensor groups; // (T, 25)
-  Tensor ends;   // (T) 1 at the first and the last key frame
+  Tensor groups;  // (T, 25)
+  Tensor ends;    // (T) 1 at the first and the last key frame
 };
 
 /// The number of key frames is drawn evenly from the paper's {2, ..., T} and,
 /// every second time, evenly in its logarithm: keys far apart, which users
 /// mostly have, are rare in the first. Some windows end in frames of no key, as
 /// a clip shorter than a window does.
-Keys draw_keys(int64_t frames, bool partial, std::mt19937_64 &random) {
+Keys draw_keys(int64_t frames, bool partial, std::mt19937_64& random) {
   const auto count = static_cast<double>(frames);
   const double n =
-      chance(random, 0.5)
-          ? uniform(random, 2, count + 1)
-          : std::exp(uniform(random, std::log(2.), std::log(count)));
+      chance(random, 0.5) ? uniform(random, 2, count + 1) : std::exp(uniform(random, std::log(2.), std::log(count)));
   const int last = chance(random, kOpenEnds)
-                       ? uniform_int(random, static_cast<int>(frames / 8),
-                                     static_cast<int>(frames) - 2)
+                       ? uniform_int(random, static_cast<int>(frames / 8), static_cast<int>(frames) - 2)
                        : static_cast<int>(frames) - 1;
   Keys out{torch::zeros({frames, kKeyGroups}), torch::zeros({frames})};
   for (const int end : {0, last}) {
@@ -77,41 +71,30 @@ Keys draw_keys(int64_t frames, bool partial, std::mt19937_64 &random) {
   Tensor given = torch::zeros({kKeyGroups});
   if (some_partial) {
     const int joints = uniform_int(random, 0, 4);
-    for (int j = 0; j < joints; ++j)
-      given[kJointGroups + uniform_int(random, 0, kStandardJoints - 1)] = 1;
-    if (joints == 0 || chance(random, 0.5))
-      given[kJointGroups] = 1; // the pelvis
+    for (int j = 0; j < joints; ++j) given[kJointGroups + uniform_int(random, 0, kStandardJoints - 1)] = 1;
+    if (joints == 0 || chance(random, 0.5)) given[kJointGroups] = 1;  // the pelvis
     given[kRootTranslationGroup] = given[kJointGroups];
   }
   std::vector<int> inner(static_cast<size_t>(std::max(0, last - 1)));
   std::iota(inner.begin(), inner.end(), 1);
-  const size_t wanted = std::min(
-      inner.size(), static_cast<size_t>(std::max(0.0, n * last / count - 2)));
+  const size_t wanted = std::min(inner.size(), static_cast<size_t>(std::max(0.0, n * last / count - 2)));
   for (size_t i = 0; i < wanted; ++i) {
-    std::swap(
-        inner[i],
-        inner[static_cast<size_t>(uniform_int(
-            random, static_cast<int>(i), static_cast<int>(inner.size()) - 1))]);
-    out.groups[inner[i]].copy_(some_partial && chance(random, share)
-                                   ? given
-                                   : torch::ones({kKeyGroups}));
+    std::swap(inner[i],
+              inner[static_cast<size_t>(uniform_int(random, static_cast<int>(i), static_cast<int>(inner.size()) - 1))]);
+    out.groups[inner[i]].copy_(some_partial && chance(random, share) ? given : torch::ones({kKeyGroups}));
   }
   return out;
 }
 
 struct Standard {
-  Tensor mean, deviation; // (201)
-  Tensor operator()(const Tensor &features) const {
-    return (features - mean) / deviation;
-  }
+  Tensor mean, deviation;  // (201)
+  Tensor operator()(const Tensor& features) const { return (features - mean) / deviation; }
 };
 
-Batch inbetween_batch(const InbetweenData &data, const InbetweenConfig &c,
-                      const Standard &standard,
-                      const std::vector<int64_t> &indices, uint64_t seed) {
+Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const Standard& standard,
+                      const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups,
-      ends;
+  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends;
   std::vector<int64_t> steps;
   std::vector<float> kept;
   for (const int64_t index : indices) {
@@ -124,18 +107,13 @@ Batch inbetween_batch(const InbetweenData &data, const InbetweenConfig &c,
     const Keys drawn = draw_keys(c.frames, c.partial_keys, random);
     groups.push_back(drawn.groups);
     ends.push_back(drawn.ends);
-    const Tensor given =
-        c.t_star > 0
-            ? noisy_features(s.features, s.bones, uniform(random, 0, 1), random)
-            : s.features;
+    const Tensor given = c.t_star > 0 ? noisy_features(s.features, s.bones, uniform(random, 0, 1), random) : s.features;
     keys.push_back(standard(given).t());
     steps.push_back(uniform_int(random, 0, c.diffusion_steps - 1));
     kept.push_back(chance(random, c.scene_dropout) ? 0.F : 1.F);
   }
   auto generator = at::detail::createCPUGenerator(random());
-  const Tensor noise = torch::randn(
-      {static_cast<int64_t>(indices.size()), kInbetweenFeatures, c.frames},
-      generator);
+  const Tensor noise = torch::randn({static_cast<int64_t>(indices.size()), kInbetweenFeatures, c.frames}, generator);
   return {torch::stack(features),
           torch::stack(occupancy),
           torch::tensor(kept),
@@ -149,9 +127,8 @@ Batch inbetween_batch(const InbetweenData &data, const InbetweenConfig &c,
           noise};
 }
 
-Losses inbetween_losses(InbetweenNetworks &networks,
-                        const DiffusionSchedule &schedule, const Batch &b) {
-  const InbetweenConfig &c = networks.config;
+Losses inbetween_losses(InbetweenNetworks& networks, const DiffusionSchedule& schedule, const Batch& b) {
+  const InbetweenConfig& c = networks.config;
   const Tensor noisy = diffuse(schedule, b[kFeatures], b[kSteps], b[kNoise]);
   GivenFeatures given;
   given.values = b[kKeys];
@@ -159,29 +136,22 @@ Losses inbetween_losses(InbetweenNetworks &networks,
   given.always = given.mask * b[kEnds].unsqueeze(1);
   given.t_star = c.t_star;
   const Tensor x = impute(noisy, given, b[kSteps]);
-  const Tensor key = b[kGroups].amax(2); // (B, T)
-  InbetweenNetwork &network = networks.network;
+  const Tensor key = b[kGroups].amax(2), whole = b[kGroups].amin(2);  // (B, T); offsets need the whole pose
+  InbetweenNetwork& network = networks.network;
   Tensor embedding = torch::zeros({x.size(0), c.width});
-  if (c.global_scene)
-    embedding = embedding + network->embed_scene(b[kOccupancy]) *
-                                b[kSceneKept].unsqueeze(1);
-  if (c.body_shape)
-    embedding = embedding + network->embed_shape(b[kShape]);
-  const Tensor local = network->embed_offsets(b[kOffsets], key);
-  const Tensor mask =
-      c.partial_keys ? b[kGroups].transpose(1, 2) : key.unsqueeze(1);
-  const Tensor predicted =
-      network->forward(x, mask, local, b[kSteps], embedding);
-  return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean,
-                              networks.deviation, c);
+  if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
+  if (c.body_shape) embedding = embedding + network->embed_shape(b[kShape]);
+  const Tensor local = network->embed_offsets(b[kOffsets], whole);
+  const Tensor mask = c.partial_keys ? b[kGroups].transpose(1, 2) : key.unsqueeze(1);
+  const Tensor predicted = network->forward(x, mask, local, b[kSteps], embedding);
+  return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
 }
 
 /// Mean and deviation of every feature over `data`. A deviation under a
 /// centimetre or its like in rotation counts as that: the first root stands at
 /// the origin in every window.
-Standard feature_standard(const InbetweenData &data) {
-  Tensor sum = torch::zeros({kInbetweenFeatures}, torch::kFloat64),
-         squares = torch::zeros_like(sum);
+Standard feature_standard(const InbetweenData& data) {
+  Tensor sum = torch::zeros({kInbetweenFeatures}, torch::kFloat64), squares = torch::zeros_like(sum);
   int64_t frames = 0;
   const int64_t stride = std::max<int64_t>(1, data.size() / 1000);
   for (int64_t i = 0; i < data.size(); i += stride) {
@@ -191,24 +161,21 @@ Standard feature_standard(const InbetweenData &data) {
     frames += f.size(0);
   }
   const Tensor mean = sum / frames;
-  const Tensor deviation =
-      (squares / frames - mean.square()).clamp_min(0).sqrt().clamp_min(0.01);
+  const Tensor deviation = (squares / frames - mean.square()).clamp_min(0).sqrt().clamp_min(0.01);
   return {mean.to(torch::kFloat32), deviation.to(torch::kFloat32)};
 }
 
-} // namespace
+}  // namespace
 
-bool train_inbetween(const InbetweenTraining &options) {
-  const InbetweenConfig &config = options.config;
+bool train_inbetween(const InbetweenTraining& options) {
+  const InbetweenConfig& config = options.config;
   validate(config, options.out);
   const size_t first = first_stage(options.out, {"denoiser"}, options.resume);
   const InbetweenData data(options.data, "train", config, options.stride),
       validation(options.data, "val", config, config.frames);
   if (data.size() == 0 || validation.size() == 0)
-    throw Error(options.data.front(), "has no window of " +
-                                          std::to_string(config.frames) +
-                                          " frames in a scene in its split " +
-                                          (data.size() == 0 ? "train" : "val"));
+    throw Error(options.data.front(), "has no window of " + std::to_string(config.frames) +
+                                          " frames in a scene in its split " + (data.size() == 0 ? "train" : "val"));
   torch::manual_seed(options.seed);
   InbetweenNetworks networks;
   networks.config = config;
@@ -224,29 +191,20 @@ bool train_inbetween(const InbetweenTraining &options) {
   task.weight_decay = 1e-2;
   task.module = networks.network.ptr();
   task.samples = data.size();
-  task.prepare = [&](const std::vector<int64_t> &indices, uint64_t seed) {
+  task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
     return inbetween_batch(data, config, standard, indices, seed);
   };
-  task.losses = [&](const Batch &batch) {
-    return inbetween_losses(networks, schedule, batch);
-  };
+  task.losses = [&](const Batch& batch) { return inbetween_losses(networks, schedule, batch); };
   task.validate = [&] {
     double sum = 0;
     int64_t batches = 0;
-    for (int64_t at = 0; at < std::min(kValidationWindows, validation.size());
-         at += options.batch, ++batches) {
-      std::vector<int64_t> indices; // spread over the whole split
-      for (int64_t i = at; i < std::min({at + options.batch, kValidationWindows,
-                                         validation.size()});
-           ++i)
-        indices.push_back(i * validation.size() /
-                          std::min(kValidationWindows, validation.size()));
+    for (int64_t at = 0; at < std::min(kValidationWindows, validation.size()); at += options.batch, ++batches) {
+      std::vector<int64_t> indices;  // spread over the whole split
+      for (int64_t i = at; i < std::min({at + options.batch, kValidationWindows, validation.size()}); ++i)
+        indices.push_back(i * validation.size() / std::min(kValidationWindows, validation.size()));
       const Batch batch =
-          inbetween_batch(validation, config, standard, indices,
-                          item_seed(options.seed, static_cast<uint64_t>(at)));
-      sum += inbetween_losses(networks, schedule, batch)
-                 .front()
-                 .second.item<double>();
+          inbetween_batch(validation, config, standard, indices, item_seed(options.seed, static_cast<uint64_t>(at)));
+      sum += inbetween_losses(networks, schedule, batch).front().second.item<double>();
     }
     return sum / static_cast<double>(batches);
   };
@@ -260,4 +218,4 @@ bool train_inbetween(const InbetweenTraining &options) {
   return !train(task, loop).interrupted;
 }
 
-} // namespace inhabit
+}  // namespace inhabit

@@ -40,7 +40,8 @@ TEST(InbetweenLosses, AShiftOfTheRootIsOneOfAllJointsButNoVelocity) {
   const Setting s;
   Tensor shifted = s.truth.clone();
   shifted.select(1, 0).add_(0.6 / s.deviation[0]);  // 60 cm along x
-  EXPECT_NEAR(s.term(shifted, "joints").item<double>(), 4.0 / 3, 1e-3) << "two units, squared, in one of three directions";
+  EXPECT_NEAR(s.term(shifted, "joints").item<double>(), 4.0 / 3, 1e-3)
+      << "two units, squared, in one of three directions";
   EXPECT_LT(s.term(shifted, "velocity").item<double>(), 1e-6);
   const double simple = std::pow(0.6 / s.deviation[0].item<double>(), 2) / kInbetweenFeatures;
   EXPECT_NEAR(s.term(shifted, "simple").item<double>(), simple, 1e-4 * simple);
