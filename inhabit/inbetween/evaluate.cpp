@@ -1,0 +1,307 @@
+#include "inhabit/inbetween/evaluate.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <limits>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/fit.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/interpolate.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/math/random.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/metrics/dynamics.h"
+#include "inhabit/metrics/foot_skating.h"
+#include "inhabit/metrics/frechet.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kCloseProximity = 0.08;  // metres (4.1)
+
+/// Sums over windows of one run of a row.
+struct Run {
+  int64_t windows = 0, close_frames = 0, close_windows = 0;
+  double skating = 0, jerk = 0, key_error = 0, error = 0, frames = 0, vertices = 0, penetration = 0;
+  double close_colliding = 0, close_vertices = 0, close_penetration = 0;  // the first two over close frames
+  std::vector<Tensor> features;                                           // (64) each
+
+  void add(const Clip& clip, const Clip& truth, const Tensor& keys, const CollisionMeter& meter, const Tensor& close) {
+    ++windows;
+    skating += foot_skating(clip).share();
+    jerk += dynamics(clip).jerk;
+    const Tensor distance = (clip.joints - truth.joints).to(torch::kDouble).norm(2, {2}).mean(1) * 1000;  // (T)
+    key_error += distance.index_select(0, keys).mean().item<double>();
+    error += distance.mean().item<double>();
+    const Collision collision = meter.measure(clip);
+    frames += collision.frame_ratio();
+    vertices += collision.vertex_ratio();
+    penetration += collision.penetration() * 1000;
+    const auto count = close.sum().item<int64_t>();
+    if (count == 0) return;
+    ++close_windows;
+    close_frames += count;
+    close_colliding += collision.frame_ratio(close) * static_cast<double>(count);
+    close_vertices += collision.vertex_ratio(close) * static_cast<double>(count);
+    close_penetration += collision.penetration(close) * 1000;
+  }
+};
+
+double ratio(double sum, int64_t count) { return count > 0 ? sum / static_cast<double>(count) : kNone; }
+
+InbetweenScores scores_of(const std::string& method, const std::string& keyframes, const std::vector<Run>& runs,
+                          const FeatureGaussian* real, double real_jerk) {
+  InbetweenScores out;
+  out.method = method;
+  out.keyframes = keyframes;
+  out.runs = static_cast<int64_t>(runs.size());
+  const auto over = [&](const auto& value) {
+    std::vector<double> values;
+    for (const Run& run : runs) values.push_back(value(run));
+    return estimate(values);
+  };
+  const auto mean = [&](double Run::*sum) { return over([&](const Run& r) { return ratio(r.*sum, r.windows); }); };
+  out.fid = over([&](const Run& r) {
+    return real != nullptr ? frechet_distance(*real, feature_gaussian(torch::stack(r.features))) : kNone;
+  });
+  out.skating = mean(&Run::skating);
+  out.jerk = mean(&Run::jerk);
+  out.jerk_ratio = over([&](const Run& r) { return real_jerk > 0 ? ratio(r.jerk, r.windows) / real_jerk : kNone; });
+  out.key_error = mean(&Run::key_error);
+  out.error = mean(&Run::error);
+  out.frame_ratio = mean(&Run::frames);
+  out.vertex_ratio = mean(&Run::vertices);
+  out.penetration = mean(&Run::penetration);
+  out.close_frame_ratio = over([&](const Run& r) { return ratio(r.close_colliding, r.close_frames); });
+  out.close_vertex_ratio = over([&](const Run& r) { return ratio(r.close_vertices, r.close_frames); });
+  out.close_penetration = over([&](const Run& r) { return ratio(r.close_penetration, r.close_windows); });
+  return out;
+}
+
+/// The window's motion with joints where its poses put them, and a shape for its skin.
+Clip posed_truth(const InbetweenWindow& window) {
+  const Clip& truth = window.truth;
+  validate(truth, window.name);
+  if (!truth.rotations.defined() || !truth.trans.defined() || truth.skeleton.size() != kStandardJoints)
+    throw Error(window.name, "has no rotations on the standard skeleton");
+  Clip out = truth;
+  out.joints = joint_positions(truth.skeleton, truth.rotations, truth.trans);
+  if (!out.betas.defined()) out.betas = fit_shape(builtin_body(), truth.joints);
+  return out;
+}
+
+/// What a method made of a window, checked; with the truth's shape, so that every method moves the same body.
+Clip filled(const InbetweenMethod& method, const InbetweenWindow& window, const std::vector<int64_t>& keys,
+            uint64_t seed) {
+  Clip out = method.fill(window, keys, seed);
+  const std::string subject = method.name + " on " + window.name;
+  validate(out, subject);
+  if (out.frames() != window.truth.frames() || out.skeleton.size() != kStandardJoints || !out.rotations.defined())
+    throw Error(subject, "gives another number of frames or joints, or no rotations");
+  out.betas = window.truth.betas;
+  return out;
+}
+
+std::string number(double value, int decimals) {
+  return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
+}
+
+struct Column {
+  const char* title;
+  const char* key;
+  Estimate InbetweenScores::*value;
+  int decimals;
+};
+
+constexpr std::array<Column, 12> kColumns = {
+    {{"FID", "fid", &InbetweenScores::fid, 3},
+     {"Foot Skating", "foot_skating", &InbetweenScores::skating, 3},
+     {"Jerk (m/s3)", "jerk", &InbetweenScores::jerk, 1},
+     {"Jerk / real", "jerk_ratio", &InbetweenScores::jerk_ratio, 2},
+     {"MPJE Key (mm)", "mpje_key_mm", &InbetweenScores::key_error, 1},
+     {"MPJE All (mm)", "mpje_all_mm", &InbetweenScores::error, 1},
+     {"Coll. Frames", "collision_frame_ratio", &InbetweenScores::frame_ratio, 4},
+     {"Coll. Vertices", "collision_vertex_ratio", &InbetweenScores::vertex_ratio, 5},
+     {"Pene. Max (mm)", "penetration_max_mm", &InbetweenScores::penetration, 1},
+     {"Coll. Frames", "close_collision_frame_ratio", &InbetweenScores::close_frame_ratio, 4},
+     {"Coll. Vertices", "close_collision_vertex_ratio", &InbetweenScores::close_vertex_ratio, 5},
+     {"Pene. Max (mm)", "close_penetration_max_mm", &InbetweenScores::close_penetration, 1}}};
+
+/// Indices of kColumns.
+std::vector<size_t> columns_of(InbetweenLayout layout) {
+  switch (layout) {
+    case InbetweenLayout::methods:
+      return {0, 1, 2, 3, 4, 5, 6, 8};
+    case InbetweenLayout::close:
+      return {9, 10, 11};
+    case InbetweenLayout::keys:
+      return {0, 2, 5};
+    case InbetweenLayout::settings:
+      return {0, 2, 5, 6, 8};
+    case InbetweenLayout::seeds:
+      return {0, 2, 5, 6};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<InbetweenMethod> interpolation_methods() {
+  const auto method = [](const char* name, Clip (*interpolate)(const Clip&, const std::vector<int64_t>&)) {
+    return InbetweenMethod{name,
+                           [interpolate](const InbetweenWindow& window, const std::vector<int64_t>& keys, uint64_t) {
+                             return interpolate(window.given, keys);
+                           },
+                           false};
+  };
+  return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline)};
+}
+
+Estimate estimate(const std::vector<double>& runs) {
+  if (runs.empty()) return {kNone, kNone};
+  const auto n = static_cast<double>(runs.size());
+  double sum = 0, squares = 0;
+  for (const double value : runs) sum += value;
+  const double mean = sum / n;
+  if (runs.size() == 1) return {mean, 0};
+  for (const double value : runs) squares += (value - mean) * (value - mean);
+  // Student's t at 0.975 by degrees of freedom.
+  constexpr std::array<double, 30> t = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+                                        2.201,  2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086,
+                                        2.080,  2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042};
+  const size_t freedom = runs.size() - 1;
+  const double factor = freedom <= t.size() ? t[freedom - 1] : 1.96 + 2.46 / static_cast<double>(freedom);
+  return {mean, factor * std::sqrt(squares / (n - 1) / n)};
+}
+
+Clip noisy_keys(const Clip& clip, double level, uint64_t seed) {
+  if (!(level >= 0 && level <= 90)) throw Error("noise level", "is not from 0 to 90 degrees and centimetres");
+  if (level == 0) return clip;
+  std::mt19937_64 random(seed);
+  return clip_of_features(noisy_features(inbetween_features(clip), clip.skeleton.offsets, level, random), clip);
+}
+
+InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
+                                  const std::vector<InbetweenMethod>& methods, MotionAutoencoder features,
+                                  const InbetweenEvaluation& options) {
+  const torch::NoGradGuard no_gradients;
+  if (windows.empty()) throw Error("evaluation", "has no window");
+  if (options.seeds < 1) throw Error("seeds", "must be at least 1");
+  const bool comparable =
+      !features.is_empty() && windows.size() > 1 &&
+      std::all_of(windows.begin(), windows.end(), [](const auto& w) { return w.truth.frames() == kFeatureFrames; });
+
+  struct Row {
+    const InbetweenMethod* method;
+    std::string keyframes;
+    std::vector<Run> runs;
+  };
+  std::vector<Row> rows;
+  int64_t fills = 0;
+  for (const std::string& keyframes : options.keyframes)
+    for (const InbetweenMethod& method : methods) {
+      const bool varies = method.random || options.noise > 0 || keyframes.rfind("random:", 0) == 0;
+      rows.push_back({&method, keyframes, std::vector<Run>(static_cast<size_t>(varies ? options.seeds : 1))});
+      fills += static_cast<int64_t>(rows.back().runs.size() * windows.size());
+    }
+
+  Run real;
+  const Scene nothing;
+  const Scene* met = nullptr;
+  std::optional<CollisionMeter> meter;
+  const auto measure = [&](Run& run, const Clip& clip, const InbetweenWindow& window, const std::vector<int64_t>& keys,
+                           const Tensor& close) {
+    run.add(clip, window.truth, torch::tensor(keys), *meter, close);
+    if (comparable) run.features.push_back(motion_features(features, clip.joints.unsqueeze(0))[0]);
+  };
+  int64_t done = 0;
+  for (size_t w = 0; w < windows.size(); ++w) {
+    InbetweenWindow window = windows[w];
+    window.truth = posed_truth(windows[w]);
+    const Scene* scene = window.scene ? window.scene.get() : &nothing;
+    if (!meter || scene != met) meter.emplace(builtin_body(), *(met = scene));
+    const Tensor close = meter->near_frames(window.truth, kCloseProximity);
+    measure(real, window.truth, window, {0}, close);
+    for (Row& row : rows)
+      for (size_t r = 0; r < row.runs.size(); ++r) {
+        // Streams of their own for noise, key frames and the method.
+        const uint64_t seed = item_seed(item_seed(options.seed, r), w);
+        window.given = noisy_keys(window.truth, options.noise, item_seed(seed, 0));
+        const std::vector<int64_t> keys = key_frames(row.keyframes, window.truth.frames(), item_seed(seed, 1));
+        measure(row.runs[r], filled(*row.method, window, keys, item_seed(seed, 2)), window, keys, close);
+        if (options.progress) options.progress(++done, fills);
+      }
+  }
+
+  InbetweenTable table;
+  table.windows = static_cast<int64_t>(windows.size());
+  table.close_frames = real.close_frames;
+  table.noise = options.noise;
+  FeatureGaussian gaussian;
+  if (comparable) gaussian = feature_gaussian(torch::stack(real.features));
+  const FeatureGaussian* known = comparable ? &gaussian : nullptr;
+  const double jerk = ratio(real.jerk, real.windows);
+  table.rows.push_back(scores_of("real motion", "", {real}, known, jerk));
+  for (const Row& row : rows) table.rows.push_back(scores_of(row.method->name, row.keyframes, row.runs, known, jerk));
+  return table;
+}
+
+std::string table_text(const InbetweenTable& table, InbetweenLayout layout) {
+  bool one_choice = true, one_method = true;
+  for (size_t i = 2; i < table.rows.size(); ++i) {
+    one_choice = one_choice && table.rows[i].keyframes == table.rows[1].keyframes;
+    one_method = one_method && table.rows[i].method == table.rows[1].method;
+  }
+  const auto label = [&](const InbetweenScores& row) {
+    if (row.keyframes.empty()) return row.method;
+    if (layout == InbetweenLayout::keys && one_method) return row.keyframes;
+    return one_choice && layout != InbetweenLayout::keys ? row.method : row.method + ", " + row.keyframes;
+  };
+  size_t first = 24;
+  for (const InbetweenScores& row : table.rows) first = std::max(first, label(row).size() + 1);
+  std::string text =
+      fmt::format("{:<{}}", layout == InbetweenLayout::keys && one_method ? "Key frames" : "Method", first);
+  const std::vector<size_t> columns = columns_of(layout);
+  for (const size_t c : columns) text += fmt::format("{:>17}", kColumns[c].title);
+  text += "\n";
+  for (const InbetweenScores& row : table.rows) {
+    text += fmt::format("{:<{}}", label(row), first);
+    for (const size_t c : columns) {
+      const Estimate& e = row.*kColumns[c].value;
+      std::string cell = number(e.mean, kColumns[c].decimals);
+      if (layout == InbetweenLayout::seeds && row.runs > 1) cell += " +- " + number(e.interval, kColumns[c].decimals);
+      text += fmt::format("{:>17}", cell);
+    }
+    text += "\n";
+  }
+  text += fmt::format("{} windows", table.windows);
+  if (layout == InbetweenLayout::close)
+    text += fmt::format(", {} frames closer to the scene than {:.0f} cm", table.close_frames, kCloseProximity * 100);
+  if (table.noise > 0) text += fmt::format(", key frames with noise of level {:g}", table.noise);
+  int64_t runs = 1;
+  for (const InbetweenScores& row : table.rows) runs = std::max(runs, row.runs);
+  return text + fmt::format(", {} seed{}\n", runs, runs == 1 ? "" : "s");
+}
+
+nlohmann::ordered_json table_json(const InbetweenTable& table) {
+  const auto value = [](double x) { return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x); };
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const InbetweenScores& row : table.rows) {
+    nlohmann::ordered_json r = {{"method", row.method}, {"keyframes", row.keyframes}, {"runs", row.runs}};
+    for (const Column& column : kColumns) {
+      const Estimate& e = row.*column.value;
+      r[column.key] = {{"mean", value(e.mean)}, {"interval95", value(e.interval)}};
+    }
+    rows.push_back(r);
+  }
+  return {{"windows", table.windows}, {"close_frames", table.close_frames}, {"noise", table.noise}, {"rows", rows}};
+}
+
+}  // namespace inhabit

@@ -1,0 +1,97 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "inhabit/inbetween/motion_autoencoder.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// A stretch of recorded motion to be filled in between its key frames.
+struct InbetweenWindow {
+  std::string name;  ///< in errors
+  Clip truth;        ///< on the standard skeleton, with rotations
+  Clip given;        ///< what methods take key frames from: the truth, or noisy poses. The evaluation sets it
+  std::shared_ptr<const Scene> scene;  ///< none: nothing to collide with
+};
+
+/// One way of filling in. `fill` may look at the frames `keys` of window.given and at the scene.
+struct InbetweenMethod {
+  std::string name;
+  std::function<Clip(const InbetweenWindow& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;
+  bool random = true;  ///< false where the seed changes nothing
+};
+
+/// "linear + slerp" and "cubic spline".
+std::vector<InbetweenMethod> interpolation_methods();
+
+/// The mean over runs with different seeds, and half of its 95 % confidence interval by Student's t; 0 for one run. NaN
+/// where there is no value.
+struct Estimate {
+  double mean = 0, interval = 0;
+};
+Estimate estimate(const std::vector<double>& runs);
+
+/// What one method scores over all windows, each number a mean over them.
+struct InbetweenScores {
+  std::string method;
+  std::string keyframes;  ///< as key_frames takes it; empty for the real motion
+  int64_t runs = 1;       ///< seeds
+  Estimate fid;           ///< Frechet distance of motion features; NaN without an autoencoder or for other lengths
+  Estimate skating;       ///< share of frames with a sliding foot
+  Estimate jerk;          ///< of the joints, m/s^3
+  Estimate jerk_ratio;    ///< over that of the real motion
+  Estimate key_error;     ///< mm, mean distance of joints from the true ones at key frames
+  Estimate error;         ///< mm, in all frames
+  Estimate frame_ratio, vertex_ratio;  ///< of collisions (metrics/collision.h)
+  Estimate penetration;                ///< mm, deepest of each window
+  /// The same in close-proximity frames (Table 2), those of the true motion less than 8 cm from the scene.
+  Estimate close_frame_ratio, close_vertex_ratio, close_penetration;
+};
+
+struct InbetweenTable {
+  int64_t windows = 0, close_frames = 0;
+  double noise = 0;
+  std::vector<InbetweenScores> rows;  ///< first the real motion, then each way of choosing keys with each method
+};
+
+struct InbetweenEvaluation {
+  std::vector<std::string> keyframes = {"every:60"};  ///< as key_frames takes them
+  int64_t seeds = 1;                                  ///< runs of what depends on a seed
+  uint64_t seed = 1;
+  double noise = 0;                                        ///< level of noise on the key frames, see noisy_keys
+  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window
+};
+
+/// The clip with noise of `level` on its poses: `level` degrees on every component of the joints' rotations and `level`
+/// centimetres on the root (standard deviations); the first and the last frame stay clean (section 4).
+Clip noisy_keys(const Clip& clip, double level, uint64_t seed);
+
+/// Fills in every window by every method and measures what comes out. Joints are those of the true poses on the
+/// recording's bones: a recording's own joints that its skeleton only comes near to would be an error of every method.
+/// The body that collides has the window's betas, or those that fit its joints. Noise, random key frames and what
+/// methods draw follow from (seed, run, window) alone, so that methods see the same key frames.
+/// @param features may be empty. Throws Error naming method and window where what comes out has another length or is
+/// not finite.
+InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
+                                  const std::vector<InbetweenMethod>& methods, MotionAutoencoder features,
+                                  const InbetweenEvaluation& options);
+
+/// Columns of the paper's tables.
+enum class InbetweenLayout {
+  methods,   ///< Tables 1 and 3
+  close,     ///< Table 2
+  keys,      ///< Table 6
+  settings,  ///< Table 8
+  seeds      ///< Table 9, with intervals
+};
+
+std::string table_text(const InbetweenTable& table, InbetweenLayout layout = InbetweenLayout::methods);
+nlohmann::ordered_json table_json(const InbetweenTable& table);
+
+}  // namespace inhabit

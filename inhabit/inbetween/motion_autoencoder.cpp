@@ -1,0 +1,144 @@
+#include "inhabit/inbetween/motion_autoencoder.h"
+
+#include "inhabit/body/skeleton.h"
+#include "inhabit/error.h"
+#include "inhabit/io/safetensors.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/local_pose.h"
+#include "inhabit/nn/parameters.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+namespace F = torch::nn::functional;
+
+constexpr const char* kSystem = "motion-autoencoder";
+constexpr int64_t kChannels = 2 * 3 * kStandardJoints, kWidth = 96;
+constexpr std::array<int64_t, 5> kLengths = {121, 61, 31, 16, 8};  // frames at each level
+
+void require_windows(const Tensor& joints, const char* what) {
+  if (!joints.defined() || joints.dim() != 4 || joints.size(0) < 1 || joints.size(1) != kFeatureFrames ||
+      joints.size(2) != kStandardJoints || joints.size(3) != 3)
+    throw Error(what, "are not windows of " + std::to_string(kFeatureFrames) + " frames of the standard joints");
+  if (!joints.isfinite().all().item<bool>()) throw Error(what, "are not finite");
+}
+
+Tensor reconstruction_error(MotionAutoencoder& network, const Tensor& channels) {
+  return F::mse_loss(network->decode(network->encode(channels)), channels);
+}
+
+/// Mean and deviation of the channels of windows, some at a time.
+void set_scale(MotionAutoencoderImpl& network, const Tensor& joints) {
+  const torch::NoGradGuard no_gradients;
+  Tensor sum = torch::zeros({kChannels}, torch::kDouble), squares = torch::zeros_like(sum);
+  for (const Tensor& part : joints.split(256)) {
+    const Tensor channels = motion_channels(part).to(torch::kDouble).transpose(0, 1).flatten(1);  // (132, n 121)
+    sum += channels.sum(1);
+    squares += channels.square().sum(1);
+  }
+  const auto count = static_cast<double>(joints.size(0) * joints.size(1));
+  const Tensor mean = sum / count;
+  network.mean.copy_(mean);
+  // A channel that hardly changes would be noise at its own scale.
+  network.deviation.copy_((squares / count - mean.square()).clamp_min(1e-6).sqrt());
+}
+
+}  // namespace
+
+Tensor motion_channels(const Tensor& joints) {
+  const Tensor start = joints.narrow(1, 0, 1);                                   // (N, 1, 22, 3)
+  const Tensor ground = start.narrow(2, 0, 1) * torch::tensor({1.F, 0.F, 1.F});  // heights stay
+  const Tensor turn = yaw_matrix(-headings(start)).transpose(-1, -2);            // (N, 1, 3, 3)
+  const Tensor placed = torch::matmul(joints - ground, turn);
+  const Tensor root = placed.narrow(2, 0, 1), step = placed.slice(1, 1) - placed.slice(1, 0, -1);
+  const Tensor steps = torch::cat({torch::zeros_like(start), step}, 1);
+  return torch::cat({root, placed.slice(2, 1) - root, steps}, 2).flatten(2).transpose(1, 2).contiguous();
+}
+
+MotionAutoencoderImpl::MotionAutoencoderImpl() {
+  const auto convolution = [](int64_t in, int64_t out, int64_t stride) {
+    return torch::nn::Conv1d(torch::nn::Conv1dOptions(in, out, 5).stride(stride).padding(2));
+  };
+  for (size_t level = 1; level < kLengths.size(); ++level) {
+    encoder->push_back(convolution(level == 1 ? kChannels : kWidth, kWidth, 2));
+    encoder->push_back(torch::nn::SiLU());
+    const size_t up = kLengths.size() - 1 - level;
+    decoder_layers->push_back(torch::nn::Upsample(
+        torch::nn::UpsampleOptions().size(std::vector<int64_t>{kLengths[up]}).mode(torch::kNearest)));
+    decoder_layers->push_back(convolution(kWidth, kWidth, 1));
+    decoder_layers->push_back(torch::nn::SiLU());
+  }
+  decoder_layers->push_back(convolution(kWidth, kChannels, 1));
+  register_module("encoder", encoder);
+  register_module("decoder", decoder_layers);
+  narrow = register_module("narrow", torch::nn::Linear(kWidth * kLengths.back(), kMotionFeatures));
+  widen = register_module("widen", torch::nn::Linear(kMotionFeatures, kWidth * kLengths.back()));
+  scale =
+      register_module("scale", torch::nn::BatchNorm1d(torch::nn::BatchNorm1dOptions(kMotionFeatures).affine(false)));
+  mean = register_buffer("mean", torch::zeros({kChannels}));
+  deviation = register_buffer("deviation", torch::ones({kChannels}));
+}
+
+Tensor MotionAutoencoderImpl::standardised(const Tensor& joints) {
+  return (motion_channels(joints) - mean.unsqueeze(1)) / deviation.unsqueeze(1);
+}
+
+Tensor MotionAutoencoderImpl::encode(const Tensor& channels) {
+  return scale->forward(narrow->forward(encoder->forward(channels).flatten(1)));
+}
+
+Tensor MotionAutoencoderImpl::decode(const Tensor& features) {
+  return decoder_layers->forward(F::silu(widen->forward(features)).unflatten(1, {kWidth, kLengths.back()}));
+}
+
+Tensor motion_features(MotionAutoencoder network, const Tensor& joints) {
+  const torch::NoGradGuard no_gradients;
+  require_windows(joints, "motion features");
+  if (network->is_training()) network->eval();
+  return network->encode(network->standardised(joints));
+}
+
+TrainTask motion_autoencoder_task(MotionAutoencoder network, const Tensor& train, const Tensor& validation) {
+  require_windows(train, "training windows");
+  require_windows(validation, "validation windows");
+  set_scale(*network, train);
+  TrainTask task;
+  task.name = "autoencoder";
+  task.module = network.ptr();
+  task.samples = train.size(0);
+  task.prepare = [network, train](const std::vector<int64_t>& indices, uint64_t) mutable {
+    return Batch{network->standardised(train.index_select(0, torch::tensor(indices)))};
+  };
+  task.losses = [network](const Batch& batch) mutable {
+    return Losses{{"total", reconstruction_error(network, batch[0])}};
+  };
+  task.validate = [network, validation]() mutable {
+    double sum = 0;
+    for (const Tensor& part : validation.split(256))
+      sum +=
+          reconstruction_error(network, network->standardised(part)).item<double>() * static_cast<double>(part.size(0));
+    return sum / static_cast<double>(validation.size(0));
+  };
+  return task;
+}
+
+void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half) {
+  SafeTensors content;
+  content.metadata = {{"system", kSystem}};
+  nn::collect_parameters(*network, "", content);
+  write_safetensors(path, content, half);
+}
+
+MotionAutoencoder load_motion_autoencoder(const std::string& path) {
+  const SafeTensors content = read_safetensors(path);
+  const auto system = content.metadata.find("system");
+  if (system == content.metadata.end() || system->second != kSystem)
+    throw Error(path, std::string("is not a ") + kSystem);
+  MotionAutoencoder network;
+  nn::load_parameters(*network, "", content, path);
+  if ((network->deviation <= 0).any().item<bool>()) throw Error(path, "deviation is not positive");
+  return network;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,52 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <string>
+
+#include "inhabit/train/loop.h"
+
+namespace inhabit {
+
+/// Frames of the windows whose features the Frechet distance of in-betweening compares, and how many features there
+/// are.
+inline constexpr int64_t kFeatureFrames = 121, kMotionFeatures = 64;
+
+/// Channels (N, 132, T) of joint windows (N, T, 22, 3): of the window moved and turned as a whole, so that in its first
+/// frame the root is above the origin and faces +Z, the root's place (3), the other joints relative to it (63), and
+/// every joint's step since the frame before (66; none in the first). Metres.
+torch::Tensor motion_channels(const torch::Tensor& joints);
+
+/// Squeezes a window of motion into 64 features, and back: what the Frechet distance ("FID") of in-betweening is taken
+/// over. 1D convolutions over time, each halving it. Features of the motion it was trained on have mean 0 and deviation
+/// 1 each, so that distances can be compared between trainings.
+struct MotionAutoencoderImpl : torch::nn::Module {
+  MotionAutoencoderImpl();
+
+  torch::Tensor standardised(const torch::Tensor& joints);  ///< (N, 121, 22, 3) -> channels (N, 132, 121)
+  torch::Tensor encode(const torch::Tensor& channels);      ///< (N, 132, 121) standardised -> (N, 64)
+  torch::Tensor decode(const torch::Tensor& features);      ///< (N, 64) -> (N, 132, 121) standardised
+
+  torch::nn::Sequential encoder, decoder_layers;
+  torch::nn::Linear narrow{nullptr}, widen{nullptr};
+  torch::nn::BatchNorm1d scale{nullptr};  ///< of the features
+  torch::Tensor mean, deviation;          ///< (132) of the training windows' channels
+};
+TORCH_MODULE(MotionAutoencoder);
+
+/// Features (N, 64) of joint windows (N, 121, 22, 3), metres, in evaluation mode without gradients.
+torch::Tensor motion_features(MotionAutoencoder network, const torch::Tensor& joints);
+
+/// What the training loop is told: reconstruct the channels of `train` (N, 121, 22, 3), mean squared error over
+/// standardised channels; validated by the same over `validation`. Sets the network's mean and deviation.
+/// on_best is left to the caller.
+TrainTask motion_autoencoder_task(MotionAutoencoder network, const torch::Tensor& train,
+                                  const torch::Tensor& validation);
+
+/// @param half store weights in half precision.
+void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half = false);
+
+/// In evaluation mode. Throws Error naming the file where it is of another kind, or a parameter is missing, of another
+/// shape, or not finite.
+MotionAutoencoder load_motion_autoencoder(const std::string& path);
+
+}  // namespace inhabit
