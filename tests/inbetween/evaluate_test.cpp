@@ -1,0 +1,270 @@
+// Protects the evaluation of in-betweening: a method that returns the truth scores as the truth, each planted fault
+// raises the number that is to tell it, and runs, seeds, noise and tables are what they say.
+#include "inhabit/inbetween/evaluate.h"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "inbetween/windows_of.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/scene/shapes.h"
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+using testing::HasSubstr;
+using torch::Tensor;
+
+using Fill = std::function<Clip(const InbetweenWindow&, const std::vector<int64_t>&, uint64_t)>;
+
+/// A method that gives the truth with its root moved by what `shift` (T, 3) says.
+InbetweenMethod shifted(const std::string& name, const Tensor& shift) {
+  return {name,
+          [shift](const InbetweenWindow& window, const std::vector<int64_t>&, uint64_t) {
+            Clip out = window.truth;
+            out.trans = out.trans + shift;
+            out.joints = out.joints + shift.unsqueeze(1);
+            return out;
+          },
+          false};
+}
+
+const InbetweenScores& row(const InbetweenTable& table, const std::string& method) {
+  for (const InbetweenScores& scores : table.rows)
+    if (scores.method == method) return scores;
+  throw std::runtime_error("no row " + method);
+}
+
+TEST(Estimate, IsMeanAndStudentsInterval) {
+  const Estimate three = estimate({1, 2, 3});
+  EXPECT_DOUBLE_EQ(three.mean, 2);
+  EXPECT_NEAR(three.interval, 4.303 / std::sqrt(3.0), 1e-9);
+  EXPECT_DOUBLE_EQ(estimate({7}).mean, 7);
+  EXPECT_DOUBLE_EQ(estimate({7}).interval, 0);
+  EXPECT_TRUE(std::isnan(estimate({}).mean));
+  std::vector<double> many;  // 122 values of deviation 1.004..: t of 121 degrees of freedom is 1.980
+  for (int i = 0; i < 61; ++i) many.insert(many.end(), {-1, 1});
+  EXPECT_NEAR(estimate(many).interval, 1.980 * std::sqrt(122.0 / 121) / std::sqrt(122.0), 2e-4);
+}
+
+TEST(NoisyKeys, HasTheLevelInCentimetresAndDegreesAndCleanEnds) {
+  const Clip clip = walker(1500, 0.5, 0.4, 0.5);
+  const Clip noisy = noisy_keys(clip, 2, 11);
+  for (const int64_t end : {int64_t{0}, int64_t{1499}}) {
+    EXPECT_TRUE(noisy.joints[end].allclose(clip.joints[end], 0, 1e-5));
+    EXPECT_TRUE(noisy.rotations[end].allclose(clip.rotations[end], 0, 1e-4));
+  }
+  const Tensor moved = (noisy.trans - clip.trans).slice(0, 1, 1499);
+  EXPECT_NEAR(moved.std().item<double>(), 0.02, 0.001);
+  EXPECT_NEAR(moved.mean().item<double>(), 0, 0.0015);
+  const Tensor turn = matrix_to_axis_angle(torch::matmul(axis_angle_to_matrix(clip.rotations).transpose(-1, -2),
+                                                         axis_angle_to_matrix(noisy.rotations)))
+                          .slice(0, 1, 1499);
+  EXPECT_NEAR(turn.std().item<double>(), 2 * M_PI / 180, 0.001);
+  EXPECT_TRUE(noisy.joints.allclose(joint_positions(noisy.skeleton, noisy.rotations, noisy.trans), 1e-4, 1e-4));
+  EXPECT_TRUE(noisy_keys(clip, 2, 11).joints.equal(noisy.joints));
+  EXPECT_FALSE(noisy_keys(clip, 2, 12).joints.equal(noisy.joints));
+  EXPECT_TRUE(noisy_keys(clip, 0, 11).joints.equal(clip.joints));
+  for (const double level : {-1.0, 91.0, std::nan("")})
+    EXPECT_THAT(refusal_of([&] { noisy_keys(clip, level, 1); }), HasSubstr("noise level"));
+}
+
+TEST(EvaluateInbetween, TruthScoresAsTruthAndEachFaultInItsOwnNumber) {
+  std::vector<InbetweenWindow> windows = walking_windows(4);
+  for (InbetweenWindow& window : windows) window.truth.trans.select(1, 1).add_(0.5);  // off the floor: nothing skates
+  torch::manual_seed(1);
+  MotionAutoencoder features;  // untrained convolutions tell motions apart as well, at another scale
+  features->deviation.fill_(1e-3);
+  const Tensor t = torch::arange(121).to(torch::kFloat32);
+  Tensor between = torch::zeros({121, 3}), shake = torch::zeros({121, 3}), slide = torch::zeros({121, 3});
+  between.select(1, 0).slice(0, 1, 120).fill_(0.05);
+  for (const int64_t key : {0, 60, 120}) between[key].zero_();
+  shake.select(1, 1).copy_(0.01 * torch::cos(M_PI * t));
+  slide.select(1, 1).fill_(-0.5);  // down again, where their feet glide over the floor
+  const InbetweenTable table = evaluate_inbetween(
+      windows,
+      {shifted("truth", torch::zeros({121, 3})), shifted("up", torch::tensor({0.F, 0.02F, 0.F}).expand({121, 3})),
+       shifted("between", between), shifted("shake", shake), shifted("slide", slide)},
+      features, {});
+  EXPECT_EQ(table.windows, 4);
+  const InbetweenScores &real = row(table, "real motion"), &truth = row(table, "truth");
+  EXPECT_NEAR(real.fid.mean, 0, 1e-6);
+  EXPECT_NEAR(truth.fid.mean, 0, 1e-6);
+  EXPECT_EQ(truth.key_error.mean, 0);
+  EXPECT_EQ(truth.error.mean, 0);
+  EXPECT_DOUBLE_EQ(truth.jerk.mean, real.jerk.mean);
+  EXPECT_DOUBLE_EQ(truth.jerk_ratio.mean, 1);
+  EXPECT_GT(real.jerk.mean, 0);
+  EXPECT_EQ(truth.frame_ratio.mean, 0);
+  EXPECT_NEAR(row(table, "up").key_error.mean, 20, 1e-3);
+  EXPECT_NEAR(row(table, "up").error.mean, 20, 1e-3);
+  EXPECT_EQ(row(table, "between").key_error.mean, 0);
+  EXPECT_NEAR(row(table, "between").error.mean, 50. * 118 / 121, 1e-2);
+  EXPECT_GT(row(table, "shake").jerk.mean, 3 * real.jerk.mean);
+  EXPECT_GT(row(table, "shake").fid.mean, 1e-3);
+  EXPECT_EQ(real.skating.mean, 0);
+  EXPECT_GT(row(table, "slide").skating.mean, 0.5);
+  EXPECT_EQ(row(table, "slide").keyframes, "every:60");
+}
+
+TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
+  // A post beside the way of somebody who walks along +Z; half a second of stepping aside runs into it.
+  InbetweenWindow window;
+  window.name = "way";
+  window.truth = walker(121, 1.0);
+  MeshBuilder post;
+  post.box({0.8, 1, 2}, {0.05, 1, 0.3});
+  auto scene = std::make_shared<Scene>();
+  scene->meshes.push_back(post.mesh("post_0", {1, 1, 1}));
+  window.scene = scene;
+  Tensor aside = torch::zeros({121, 3});
+  aside.select(1, 0).slice(0, 50, 70).fill_(0.8F);
+  const InbetweenTable table = evaluate_inbetween(
+      {window}, {shifted("straight", torch::zeros({121, 3})), shifted("aside", aside)}, MotionAutoencoder{nullptr}, {});
+  const InbetweenScores &straight = row(table, "straight"), &into = row(table, "aside");
+  EXPECT_EQ(straight.frame_ratio.mean, 0);
+  EXPECT_GT(into.frame_ratio.mean, 0.1);
+  EXPECT_LE(into.frame_ratio.mean, 20. / 121 + 1e-9);
+  EXPECT_GT(into.penetration.mean, 20);
+  EXPECT_GT(into.vertex_ratio.mean, 0);
+  // Frames in which the true motion passes the post close by count by themselves: there are none at 8 cm, as the
+  // walker's arms hang down.
+  EXPECT_EQ(table.close_frames, 0);
+  EXPECT_TRUE(std::isnan(into.close_frame_ratio.mean));
+  EXPECT_TRUE(std::isnan(into.fid.mean));  // without an autoencoder
+
+  window.truth = into.method == "aside" ? shifted("", aside).fill(window, {}, 0) : window.truth;
+  const InbetweenTable near_post = evaluate_inbetween(
+      {window}, {shifted("same", torch::zeros({121, 3})), shifted("back", -aside)}, MotionAutoencoder{nullptr}, {});
+  EXPECT_EQ(near_post.close_frames, 20);
+  const InbetweenScores& same = row(near_post, "same");
+  EXPECT_NEAR(same.close_frame_ratio.mean * 20, same.frame_ratio.mean * 121, 1e-4);
+  EXPECT_NEAR(same.close_vertex_ratio.mean * 20, same.vertex_ratio.mean * 121, 1e-4);
+  EXPECT_EQ(same.close_penetration.mean, same.penetration.mean);
+  EXPECT_EQ(row(near_post, "back").close_frame_ratio.mean, 0);
+}
+
+TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
+  const std::vector<InbetweenWindow> windows = walking_windows(2);
+  struct Seen {
+    std::vector<std::pair<std::vector<int64_t>, Tensor>> given;
+    std::set<uint64_t> seeds;
+  };
+  std::map<std::string, Seen> seen;
+  const auto watching = [&](const std::string& name, bool random) {
+    return InbetweenMethod{name,
+                           [&seen, name](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
+                             seen[name].given.emplace_back(keys, w.given.joints);
+                             seen[name].seeds.insert(seed);
+                             Clip out = w.truth;
+                             out.trans = out.trans + static_cast<float>(seed % 100) * 1e-3F;
+                             out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
+                             return out;
+                           },
+                           random};
+  };
+  InbetweenEvaluation options;
+  options.seeds = 3;
+  int64_t last_done = 0, last_of = 0;
+  options.progress = [&](int64_t done, int64_t of) {
+    EXPECT_EQ(done, ++last_done);
+    last_of = of;
+  };
+  const InbetweenTable clean = evaluate_inbetween(windows, {watching("drawn", true), watching("fixed", false)},
+                                                  MotionAutoencoder{nullptr}, options);
+  EXPECT_EQ(row(clean, "drawn").runs, 3);
+  EXPECT_EQ(row(clean, "fixed").runs, 1);
+  EXPECT_EQ(seen["drawn"].seeds.size(), 6U);
+  EXPECT_EQ(last_done, 8);
+  EXPECT_EQ(last_of, 8);
+  EXPECT_GT(row(clean, "drawn").error.interval, 0);
+  EXPECT_EQ(row(clean, "fixed").error.interval, 0);
+  EXPECT_TRUE(seen["drawn"].given[0].second.allclose(windows[0].truth.joints, 0, 1e-5));
+
+  seen.clear();
+  options.progress = {};
+  options.noise = 1;
+  options.keyframes = {"random:0.3"};
+  const InbetweenTable noisy = evaluate_inbetween(windows, {watching("drawn", true), watching("fixed", false)},
+                                                  MotionAutoencoder{nullptr}, options);
+  EXPECT_EQ(row(noisy, "fixed").runs, 3);
+  ASSERT_EQ(seen["drawn"].given.size(), 6U);
+  ASSERT_EQ(seen["fixed"].given.size(), 6U);
+  for (size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(seen["drawn"].given[i].first, seen["fixed"].given[i].first);
+    EXPECT_TRUE(seen["drawn"].given[i].second.equal(seen["fixed"].given[i].second));
+  }
+  EXPECT_NE(seen["drawn"].given[0].first, seen["drawn"].given[1].first);
+  EXPECT_FALSE(seen["drawn"].given[0].second.equal(seen["drawn"].given[1].second));
+  const auto before = seen["drawn"].given;
+  seen.clear();
+  evaluate_inbetween(windows, {watching("drawn", true)}, MotionAutoencoder{nullptr}, options);
+  for (size_t i = 0; i < 6; ++i) EXPECT_TRUE(seen["drawn"].given[i].second.equal(before[i].second));
+}
+
+TEST(EvaluateInbetween, MeasuresJointsOfThePosesNotOfTheRecording) {
+  std::vector<InbetweenWindow> windows = walking_windows(1);
+  windows[0].truth.joints = windows[0].truth.joints + 0.03;  // that the skeleton only comes near to
+  const InbetweenTable table = evaluate_inbetween(windows, interpolation_methods(), MotionAutoencoder{nullptr}, {});
+  EXPECT_NEAR(row(table, "linear + slerp").key_error.mean, 0, 1e-2);
+  EXPECT_NEAR(row(table, "cubic spline").key_error.mean, 0, 1e-2);
+  EXPECT_GT(row(table, "linear + slerp").error.mean, 5);
+}
+
+TEST(EvaluateInbetween, RefusesWhatCannotBeMeasured) {
+  const std::vector<InbetweenWindow> windows = walking_windows(1);
+  const auto refused = [&](const std::vector<InbetweenWindow>& over, const Fill& fill) {
+    return refusal_of([&] { evaluate_inbetween(over, {{"method", fill, true}}, MotionAutoencoder{nullptr}, {}); });
+  };
+  const auto truth = [](const InbetweenWindow& w, const std::vector<int64_t>&, uint64_t) { return w.truth; };
+  EXPECT_THAT(refused({}, truth), HasSubstr("no window"));
+  EXPECT_THAT(refused(windows, [](const InbetweenWindow& w, const auto&, uint64_t) { return slice(w.truth, 0, 60); }),
+              AllOf(HasSubstr("method on walk 0"), HasSubstr("number of frames")));
+  EXPECT_THAT(refused(windows,
+                      [](const InbetweenWindow& w, const auto&, uint64_t) {
+                        Clip out = w.truth;
+                        out.joints = out.joints * NAN;
+                        return out;
+                      }),
+              HasSubstr("method on walk 0"));
+  std::vector<InbetweenWindow> positions = windows;
+  positions[0].truth.rotations = torch::Tensor();
+  EXPECT_THAT(refused(positions, truth), HasSubstr("no rotations"));
+  InbetweenEvaluation none;
+  none.seeds = 0;
+  EXPECT_THAT(refusal_of([&] { evaluate_inbetween(windows, {}, MotionAutoencoder{nullptr}, none); }),
+              HasSubstr("seeds"));
+}
+
+TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
+  InbetweenEvaluation options;
+  options.keyframes = {"every:60", "ends"};
+  options.seeds = 2;
+  options.noise = 0.5;
+  const InbetweenTable table =
+      evaluate_inbetween(walking_windows(2), interpolation_methods(), MotionAutoencoder{nullptr}, options);
+  ASSERT_EQ(table.rows.size(), 5U);
+  const std::string main_table = table_text(table);
+  for (const char* title : {"FID", "Foot Skating", "Jerk", "MPJE Key", "MPJE All", "Coll. Frames", "Pene. Max",
+                            "linear + slerp, every:60", "cubic spline, ends", "noise of level 0.5", "2 seeds"})
+    EXPECT_THAT(main_table, HasSubstr(title));
+  EXPECT_THAT(main_table, testing::Not(HasSubstr("+-")));
+  EXPECT_THAT(table_text(table, InbetweenLayout::seeds), HasSubstr(" +- "));
+  EXPECT_THAT(table_text(table, InbetweenLayout::close), HasSubstr("closer to the scene than 8 cm"));
+  EXPECT_THAT(table_text(table, InbetweenLayout::settings), testing::Not(HasSubstr("Foot Skating")));
+  InbetweenTable one = table;
+  one.rows = {table.rows[0], table.rows[1], table.rows[3]};
+  EXPECT_THAT(table_text(one, InbetweenLayout::keys), HasSubstr("\nends "));
+  const nlohmann::ordered_json json = table_json(table);
+  EXPECT_EQ(json["windows"], 2);
+  EXPECT_EQ(json["rows"].size(), 5U);
+  EXPECT_TRUE(json["rows"][1]["fid"]["mean"].is_null());
+  EXPECT_GT(json["rows"][1]["mpje_all_mm"]["interval95"].get<double>(), 0);
+  EXPECT_EQ(json["rows"][4]["keyframes"], "ends");
+}
+
+}  // namespace
+}  // namespace inhabit
