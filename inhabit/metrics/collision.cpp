@@ -42,8 +42,9 @@ double Collision::penetration(const Tensor& mask) const {
 }
 
 CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body_(&body) {
-  const torch::Tensor supporting = supporting_skin(body);
-  allowed_ = torch::full({supporting.size(0)}, kCollisionDepth).masked_fill(supporting, kSupportedDepth);
+  const Tensor supporting = supporting_skin(body);
+  allowed_ =
+      torch::full({supporting.size(0)}, kCollisionDepth, torch::kFloat32).masked_fill(supporting, kSupportedDepth);
   Scene counts;
   counts.name = scene.name;
   counts.points = scene.points;

@@ -13,8 +13,9 @@ namespace inhabit {
 
 /// How deep a vertex of the skin must be inside the scene to collide, metres. Skin that is sat, leaned or rested on, or
 /// touches on purpose (that of pelvis, thighs, spine, forearms and hands: supporting_skin) gives way or is meant to be
-/// there: people who sit, lean and touch in generated and recorded motion are up to 4 cm inside what holds them.
-/// Elsewhere 1 cm is what meshes leave to chance; true motion has shanks, feet, upper arms and head nowhere inside.
+/// there: people who sit, lean and touch in generated rooms are up to 4 cm inside what holds them, a forearm on an
+/// armrest now and then more. Elsewhere 1 cm is what meshes leave to chance. By this 1.1 % of the frames of true motion
+/// in generated test rooms collide, none of recordings in rooms fitted around them.
 inline constexpr double kSupportedDepth = 0.04, kCollisionDepth = 0.01;
 
 /// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.
