@@ -4,34 +4,17 @@
 #include <cstring>
 
 #include "inhabit/math/simd.h"
+#include "inhabit/nn/vector_exp.h"
 
 namespace inhabit::nn {
 namespace {
 
-/// x becomes 1 / (1 + exp(-x)): exp by Cody and Waite's reduction to |r| <= ln(2)/2 and a Taylor polynomial of
-/// degree 7. By reference, because vectors wider than the baseline's are not passed alike everywhere.
+/// x becomes 1 / (1 + exp(-x)).
 template <int kWidth, class Float>
 INHABIT_INLINE void sigmoid(Float& x) {
-  typedef int32_t Int __attribute__((vector_size(kWidth * sizeof(float))));
-  Float y = -x;
-  y = y > 87.0F ? (y - y + 87.0F) : y;
-  y = y < -87.0F ? (y - y - 87.0F) : y;
-  const Float shifted = y * 1.44269504F + 12582912.0F;  // 1.5 * 2^23: the low bits are now the rounded quotient
-  const Float n = shifted - 12582912.0F;
-  const Float r = (y - n * 0.693359375F) + n * 2.12194440e-4F;
-  Float p = r * (1.0F / 5040) + (1.0F / 720);
-  p = p * r + (1.0F / 120);
-  p = p * r + (1.0F / 24);
-  p = p * r + (1.0F / 6);
-  p = p * r + 0.5F;
-  p = p * r + 1.0F;
-  p = p * r + 1.0F;
-  Int bits;
-  std::memcpy(&bits, &shifted, sizeof(bits));
-  bits = (bits - 0x4B400000 + 127) << 23;  // 2^n
-  Float scale;
-  std::memcpy(&scale, &bits, sizeof(scale));
-  x = 1.0F / (1.0F + p * scale);
+  x = -x;
+  vector_exp<kWidth>(x);
+  x = 1.0F / (1.0F + x);
 }
 
 template <int kWidth>

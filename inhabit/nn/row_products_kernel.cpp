@@ -45,11 +45,11 @@ INHABIT_INLINE void tiles_across(const float* w, int64_t depth, const float* con
 }
 
 template <int kWidth, int kVectors>
-INHABIT_INLINE void accumulate(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
-                               const int32_t* from, const int32_t* to, int64_t count, float* y) {
+INHABIT_INLINE void accumulate(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth, const float* x,
+                               int64_t x_stride, const int32_t* from, const int32_t* to, int64_t count, float* y) {
   constexpr int kRows = 6;
   const int64_t y_stride = w.stride();
-  for (int64_t column = 0; column < y_stride; column += kColumnBlock) {
+  for (int64_t column = first; column < last; column += kColumnBlock) {
     const float* weights = w.data.data() + column * w.in;
     const float* source[kRows];
     float* target[kRows];
@@ -74,13 +74,15 @@ INHABIT_INLINE void accumulate(const PackedMatrix& w, int64_t depth, const float
   }
 }
 
-INHABIT_TARGET_AVX512 void accumulate_avx512(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
-                                             const int32_t* from, const int32_t* to, int64_t count, float* y) {
-  accumulate<16, 4>(w, depth, x, x_stride, from, to, count, y);
+INHABIT_TARGET_AVX512 void accumulate_avx512(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth,
+                                             const float* x, int64_t x_stride, const int32_t* from, const int32_t* to,
+                                             int64_t count, float* y) {
+  accumulate<16, 4>(w, first, last, depth, x, x_stride, from, to, count, y);
 }
-INHABIT_TARGET_AVX2 void accumulate_avx2(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride,
-                                         const int32_t* from, const int32_t* to, int64_t count, float* y) {
-  accumulate<8, 2>(w, depth, x, x_stride, from, to, count, y);
+INHABIT_TARGET_AVX2 void accumulate_avx2(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth,
+                                         const float* x, int64_t x_stride, const int32_t* from, const int32_t* to,
+                                         int64_t count, float* y) {
+  accumulate<8, 2>(w, first, last, depth, x, x_stride, from, to, count, y);
 }
 
 }  // namespace
@@ -99,13 +101,18 @@ PackedMatrix pack_matrix(const float* entry, int64_t in, int64_t out, int64_t in
 
 void accumulate_rows(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride, const int32_t* from,
                      const int32_t* to, int64_t count, float* y) {
+  accumulate_columns(w, 0, w.stride(), depth, x, x_stride, from, to, count, y);
+}
+
+void accumulate_columns(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth, const float* x,
+                        int64_t x_stride, const int32_t* from, const int32_t* to, int64_t count, float* y) {
   switch (simd_level()) {
     case Simd::kAvx512:
-      return accumulate_avx512(w, depth, x, x_stride, from, to, count, y);
+      return accumulate_avx512(w, first, last, depth, x, x_stride, from, to, count, y);
     case Simd::kAvx2:
-      return accumulate_avx2(w, depth, x, x_stride, from, to, count, y);
+      return accumulate_avx2(w, first, last, depth, x, x_stride, from, to, count, y);
     case Simd::kBaseline:
-      return accumulate<4, 2>(w, depth, x, x_stride, from, to, count, y);
+      return accumulate<4, 2>(w, first, last, depth, x, x_stride, from, to, count, y);
   }
 }
 

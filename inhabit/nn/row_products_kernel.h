@@ -27,4 +27,9 @@ PackedMatrix pack_matrix(const float* entry, int64_t in, int64_t out, int64_t in
 void accumulate_rows(const PackedMatrix& w, int64_t depth, const float* x, int64_t x_stride, const int32_t* from,
                      const int32_t* to, int64_t count, float* y);
 
+/// The same for columns [first, last) of w alone, multiples of kColumnBlock, so that threads can share a product and
+/// each reads only its part of w.
+void accumulate_columns(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth, const float* x,
+                        int64_t x_stride, const int32_t* from, const int32_t* to, int64_t count, float* y);
+
 }  // namespace inhabit::nn

@@ -14,6 +14,7 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/network.h"
+#include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/io/expmap_text.h"
@@ -130,6 +131,10 @@ void check_inbetween_denoiser(const std::string& path, const SafeTensors& conten
   expect_close(c.denoised(x, step, true), tensor(content, "out.x0_cond"), "with the scene");
   expect_close(c.denoised(x, step, false), tensor(content, "out.x0_uncond"), "without");
   expect_close(c.guided(x, step), tensor(content, "out.x0_guided_w2.5"), "guided");
+  FastDenoiser fast(c.network);
+  expect_close(fast.guided(impute(x, c.given, step), c.mask, c.local, step.item<int64_t>(), c.scene, c.shape,
+                           c.network->config.guidance),
+               tensor(content, "out.x0_guided_w2.5"), "guided, fast");
 }
 
 void check_inbetween_sampler(const std::string& path, const SafeTensors& content) {
