@@ -14,7 +14,7 @@ using torch::Tensor;
 namespace F = torch::nn::functional;
 
 constexpr const char* kSystem = "motion-autoencoder";
-constexpr int64_t kChannels = 2 * 3 * kStandardJoints, kWidth = 96;
+constexpr int64_t kChannels = (3 + 3 + 1) * kStandardJoints, kWidth = 96;
 constexpr std::array<int64_t, 5> kLengths = {121, 61, 31, 16, 8};  // frames at each level
 
 void require_windows(const Tensor& joints, const char* what) {
@@ -51,9 +51,13 @@ Tensor motion_channels(const Tensor& joints) {
   const Tensor ground = start.narrow(2, 0, 1) * torch::tensor({1.F, 0.F, 1.F});  // heights stay
   const Tensor turn = yaw_matrix(-headings(start)).transpose(-1, -2);            // (N, 1, 3, 3)
   const Tensor placed = torch::matmul(joints - ground, turn);
-  const Tensor root = placed.narrow(2, 0, 1), step = placed.slice(1, 1) - placed.slice(1, 0, -1);
-  const Tensor steps = torch::cat({torch::zeros_like(start), step}, 1);
-  return torch::cat({root, placed.slice(2, 1) - root, steps}, 2).flatten(2).transpose(1, 2).contiguous();
+  const Tensor root = placed.narrow(2, 0, 1), step = torch::diff(placed, 1, 1), none = torch::zeros_like(start);
+  const Tensor swerve = torch::diff(step, 1, 1).norm(2, {3}), still = none.select(3, 0);
+  return torch::cat({torch::cat({root, placed.slice(2, 1) - root, torch::cat({none, step}, 1)}, 2).flatten(2),
+                     torch::cat({still, still, swerve}, 1)},
+                    2)
+      .transpose(1, 2)
+      .contiguous();
 }
 
 MotionAutoencoderImpl::MotionAutoencoderImpl() {

@@ -11,9 +11,11 @@ namespace inhabit {
 /// are.
 inline constexpr int64_t kFeatureFrames = 121, kMotionFeatures = 64;
 
-/// Channels (N, 132, T) of joint windows (N, T, 22, 3): of the window moved and turned as a whole, so that in its first
-/// frame the root is above the origin and faces +Z, the root's place (3), the other joints relative to it (63), and
-/// every joint's step since the frame before (66; none in the first). Metres.
+/// Channels (N, 154, T) of joint windows (N, T, 22, 3): of the window moved and turned as a whole, so that in its first
+/// frame the root is above the origin and faces +Z, the root's place (3), the other joints relative to it (63), every
+/// joint's step since the frame before (66), and the length of that step's change (22; steps and changes before the
+/// first frame are 0). Metres. The lengths are there for motion that shakes: a code as short as this cannot hold the
+/// shaking itself, but it can hold how much there is.
 torch::Tensor motion_channels(const torch::Tensor& joints);
 
 /// Squeezes a window of motion into 64 features, and back: what the Frechet distance ("FID") of in-betweening is taken
@@ -22,14 +24,14 @@ torch::Tensor motion_channels(const torch::Tensor& joints);
 struct MotionAutoencoderImpl : torch::nn::Module {
   MotionAutoencoderImpl();
 
-  torch::Tensor standardised(const torch::Tensor& joints);  ///< (N, 121, 22, 3) -> channels (N, 132, 121)
-  torch::Tensor encode(const torch::Tensor& channels);      ///< (N, 132, 121) standardised -> (N, 64)
-  torch::Tensor decode(const torch::Tensor& features);      ///< (N, 64) -> (N, 132, 121) standardised
+  torch::Tensor standardised(const torch::Tensor& joints);  ///< (N, 121, 22, 3) -> channels (N, 154, 121)
+  torch::Tensor encode(const torch::Tensor& channels);      ///< (N, 154, 121) standardised -> (N, 64)
+  torch::Tensor decode(const torch::Tensor& features);      ///< (N, 64) -> (N, 154, 121) standardised
 
   torch::nn::Sequential encoder, decoder_layers;
   torch::nn::Linear narrow{nullptr}, widen{nullptr};
   torch::nn::BatchNorm1d scale{nullptr};  ///< of the features
-  torch::Tensor mean, deviation;          ///< (132) of the training windows' channels
+  torch::Tensor mean, deviation;          ///< (154) of the training windows' channels
 };
 TORCH_MODULE(MotionAutoencoder);
 

@@ -20,7 +20,7 @@ using torch::Tensor;
 TEST(MotionChannels, AreThoseOfTheWindowInItsOwnFrame) {
   const Tensor joints = walker(121, 1.2, 0.7, 0.5, 3, -2).joints.unsqueeze(0);
   const Tensor channels = motion_channels(joints);
-  ASSERT_EQ(channels.sizes(), (torch::IntArrayRef{1, 132, 121}));
+  ASSERT_EQ(channels.sizes(), (torch::IntArrayRef{1, 154, 121}));
   // The root: 1.2 m/s straight ahead, at its own height.
   EXPECT_TRUE(channels[0][0].allclose(torch::zeros({121}), 0, 1e-4));
   EXPECT_TRUE(channels[0][1].allclose(joints[0].select(1, 0).select(1, 1), 0, 1e-5));
@@ -29,6 +29,14 @@ TEST(MotionChannels, AreThoseOfTheWindowInItsOwnFrame) {
   EXPECT_TRUE(channels[0][68].slice(0, 1).allclose(torch::full({120}, 0.04), 0, 1e-4));  // the root's step ahead
   const Tensor knee = (joints[0].select(1, 4) - joints[0].select(1, 0)).norm(2, {1});    // joint 4: rows 12 to 15
   EXPECT_TRUE(channels[0].slice(0, 12, 15).norm(2, {0}).allclose(knee, 0, 1e-4));
+  // Who hops once by 3 cm changes every joint's step by that, by twice that, and by that.
+  Tensor hop = walker(121, 0).joints.unsqueeze(0).clone();
+  hop.select(1, 50).select(2, 1).add_(0.03);
+  const Tensor changes = motion_channels(hop)[0].slice(0, 132);
+  EXPECT_NEAR(changes[7][50].item<float>(), 0.03, 1e-5);
+  EXPECT_NEAR(changes[7][51].item<float>(), 0.06, 1e-5);
+  EXPECT_NEAR(changes[7][52].item<float>(), 0.03, 1e-5);
+  EXPECT_NEAR(changes.sum().item<float>(), 22 * 0.12, 1e-3);
   // Elsewhere, facing another way: the same.
   const Tensor moved = torch::matmul(joints, yaw_matrix(2.0).t()) + torch::tensor({4.F, 0.F, 1.F});
   EXPECT_TRUE(motion_channels(moved).allclose(channels, 0, 1e-4));
