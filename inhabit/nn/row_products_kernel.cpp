@@ -48,28 +48,32 @@ template <int kWidth, int kVectors>
 INHABIT_INLINE void accumulate(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth, const float* x,
                                int64_t x_stride, const int32_t* from, const int32_t* to, int64_t count, float* y) {
   constexpr int kRows = 6;
+  constexpr int64_t kDepth = 128;  // so much of a column block (32 KB) stays in the first-level cache for all rows
   const int64_t y_stride = w.stride();
+  const float* source[kRows];
+  float* target[kRows];
   for (int64_t column = first; column < last; column += kColumnBlock) {
-    const float* weights = w.data.data() + column * w.in;
-    const float* source[kRows];
-    float* target[kRows];
-    for (int64_t i = 0; i < count;) {
-      const int64_t got = count - i < kRows ? count - i : kRows;
-      for (int64_t r = 0; r < got; ++r) {
-        source[r] = x + (from != nullptr ? from[i + r] : i + r) * x_stride;
-        target[r] = y + (to != nullptr ? to[i + r] : i + r) * y_stride + column;
+    for (int64_t done = 0; done < depth; done += kDepth) {
+      const float* weights = w.data.data() + column * w.in + done * kColumnBlock;
+      const int64_t some = depth - done < kDepth ? depth - done : kDepth;
+      for (int64_t i = 0; i < count;) {
+        const int64_t got = count - i < kRows ? count - i : kRows;
+        for (int64_t r = 0; r < got; ++r) {
+          source[r] = x + (from != nullptr ? from[i + r] : i + r) * x_stride + done;
+          target[r] = y + (to != nullptr ? to[i + r] : i + r) * y_stride + column;
+        }
+        i += got;
+        int64_t row = 0;
+        if (got == kRows) {
+          tiles_across<kWidth, kVectors, kRows>(weights, some, source, target);
+          continue;
+        }
+        if (got >= 3) {
+          tiles_across<kWidth, kVectors, 3>(weights, some, source, target);
+          row += 3;
+        }
+        for (; row < got; ++row) tiles_across<kWidth, kVectors, 1>(weights, some, source + row, target + row);
       }
-      i += got;
-      int64_t done = 0;
-      if (got == kRows) {
-        tiles_across<kWidth, kVectors, kRows>(weights, depth, source, target);
-        continue;
-      }
-      if (got - done >= 3) {
-        tiles_across<kWidth, kVectors, 3>(weights, depth, source, target);
-        done += 3;
-      }
-      for (; done < got; ++done) tiles_across<kWidth, kVectors, 1>(weights, depth, source + done, target + done);
     }
   }
 }
@@ -92,9 +96,12 @@ PackedMatrix pack_matrix(const float* entry, int64_t in, int64_t out, int64_t in
   w.in = in;
   w.out = out;
   w.data.assign(static_cast<size_t>(in * w.stride()), 0.0F);
-  for (int64_t o = 0; o < out; ++o) {
-    float* block = w.data.data() + o / kColumnBlock * kColumnBlock * in + o % kColumnBlock;
-    for (int64_t i = 0; i < in; ++i) block[i * kColumnBlock] = entry[i * in_step + o * out_step];
+  for (int64_t first = 0; first < out; first += kColumnBlock) {
+    const int64_t columns = out - first < kColumnBlock ? out - first : kColumnBlock;
+    for (int64_t i = 0; i < in; ++i) {
+      float* row = w.data.data() + first * in + i * kColumnBlock;
+      for (int64_t o = 0; o < columns; ++o) row[o] = entry[i * in_step + (first + o) * out_step];
+    }
   }
   return w;
 }

@@ -1,0 +1,135 @@
+// In-betweening: one guided step of the denoiser the plain way (two evaluations, the scene's and the body's embeddings
+// in each), with tensor operators and the pair in one batch, and fast; the scene's embedding by itself; and whole clips
+// of 121 frames at the default steps.
+#include "inhabit/inbetween/fast_denoiser.h"
+
+#include <ATen/Parallel.h>
+#include <benchmark/benchmark.h>
+
+#include "inhabit/inbetween/sampler.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/passive_waiting.h"
+
+namespace {
+
+using namespace inhabit;
+using torch::Tensor;
+
+const char* const kPresets[] = {"paper", "compact"};
+
+/// A clip with keys every 60 frames in a random scene, weights of no training.
+struct Input {
+  InbetweenNetwork network{nullptr};
+  Tensor x, mask, occupancy, offsets, keys, shape;
+
+  explicit Input(const benchmark::State& state) {
+    const InbetweenConfig config = inbetween_preset(kPresets[state.range(0)]);
+    at::set_num_threads(static_cast<int>(state.range(1)));
+    torch::manual_seed(1);
+    network = InbetweenNetwork(config);
+    const torch::NoGradGuard no_gradients;
+    for (Tensor& p : network->parameters()) p.add_(torch::randn_like(p), 0.02);  // none of them zero
+    network->eval();
+    x = torch::randn({1, kInbetweenFeatures, config.frames});
+    keys = torch::zeros({1, config.frames});
+    for (const int64_t key : {0, 60, 120}) keys.select(1, key).fill_(1);
+    mask = keys.unsqueeze(1).expand({1, config.mask_channels(), config.frames});
+    occupancy = torch::where(torch::rand({1, kSceneHeight, kSceneSide, kSceneSide}) < 0.2, 1.F, -1.F);
+    offsets = torch::randn({1, config.anchors, 3, config.frames});
+    shape = torch::rand({1, kShapeFeatures});
+  }
+  double guidance() const { return network->config.guidance; }
+  Tensor local() { return network->embed_offsets(offsets, keys); }
+
+  /// Everything anew in each of the two evaluations.
+  Tensor plain(int64_t t) {
+    const Tensor step = torch::full({1}, t, torch::kInt64);
+    const auto evaluated = [&](bool with_scene) {
+      const Tensor scene = network->embed_scene(occupancy);
+      return network->forward(x, mask, local(), step, (with_scene ? scene : 0 * scene) + network->embed_shape(shape));
+    };
+    const Tensor with = evaluated(true), without = evaluated(false);
+    return without + guidance() * (with - without);
+  }
+};
+
+double difference(const Tensor& got, const Tensor& expected) {
+  return ((got - expected).abs().max() / expected.abs().max()).item<double>();
+}
+
+void plain(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  Input in(state);
+  for (auto _ : state) benchmark::DoNotOptimize(in.plain(500));
+}
+
+void batched(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  Input in(state);
+  const Tensor shape = in.network->embed_shape(in.shape), scene = in.network->embed_scene(in.occupancy);
+  const Tensor x = in.x.repeat({2, 1, 1}), mask = in.mask.repeat({2, 1, 1}), local = in.local().repeat({2, 1, 1});
+  const Tensor embedding = torch::cat({scene + shape, shape}), step = torch::full({2}, 500, torch::kInt64);
+  for (auto _ : state) {
+    const std::vector<Tensor> both = in.network->forward(x, mask, local, step, embedding).chunk(2);
+    benchmark::DoNotOptimize(both[1] + in.guidance() * (both[0] - both[1]));
+  }
+}
+
+void fast(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  Input in(state);
+  const Tensor shape = in.network->embed_shape(in.shape), scene = in.network->embed_scene(in.occupancy),
+               local = in.local();
+  FastDenoiser denoiser(in.network);
+  const auto step = [&] { return denoiser.guided(in.x, in.mask, local, 500, scene, shape, in.guidance()); };
+  const double error = difference(step(), in.plain(500));
+  if (!(error < 1e-4)) return state.SkipWithError("fast and plain outputs differ");
+  state.counters["error"] = error;
+  for (auto _ : state) benchmark::DoNotOptimize(step());
+}
+
+void scene(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  Input in(state);
+  for (auto _ : state) benchmark::DoNotOptimize(in.network->embed_scene(in.occupancy));
+}
+
+/// Embeddings, packing of the weights and all steps of a clip.
+void clip(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  Input in(state);
+  const InbetweenConfig& config = in.network->config;
+  const DiffusionSchedule schedule = cosine_schedule(config.diffusion_steps);
+  const GivenFeatures given{in.x, in.keys.unsqueeze(1).expand_as(in.x), config.t_star};
+  for (auto _ : state) {
+    FastDenoiser denoiser(in.network);
+    const Tensor local = in.local(), around = in.network->embed_scene(in.occupancy),
+                 shape = in.network->embed_shape(in.shape);
+    benchmark::DoNotOptimize(sample(
+        schedule, Sampler::dpm_solver, kInbetweenSteps,
+        [&](const Tensor& x, int64_t t) {
+          return denoiser.guided(x, in.mask, local, t, around, shape, config.guidance);
+        },
+        given, seeded_noise(1, kInbetweenFeatures, config.frames, 1)));
+  }
+  state.counters["steps"] = static_cast<double>(kInbetweenSteps);
+}
+
+void sizes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"compact", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+  for (const int64_t preset : {0, 1})
+    for (const int64_t threads : {1, 2}) b->Args({preset, threads});
+}
+BENCHMARK(plain)->Name("inbetween/step_plain")->Apply(sizes);
+BENCHMARK(batched)->Name("inbetween/step_batched")->Apply(sizes);
+BENCHMARK(fast)->Name("inbetween/step_fast")->Apply(sizes);
+BENCHMARK(scene)->Name("inbetween/scene")->Apply(sizes);
+BENCHMARK(clip)->Name("inbetween/clip")->Apply(sizes);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  use_passive_waiting(argv);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}
