@@ -130,6 +130,10 @@ TEST(Sampler, ImputationGoesByEachSamplesOwnStep) {
   const Tensor got = impute(x, given, torch::tensor({19, 20}));
   EXPECT_TRUE(torch::equal(got[0], torch::tensor({{1.F, 0.F, 0.F, 1.F}})));
   EXPECT_TRUE(torch::equal(got[1], torch::ones({1, 4})));
+  // Where it is said what holds at every step, the ends hold no more than others do.
+  GivenFeatures named = given;
+  named.always = torch::tensor({0.F, 1.F, 0.F, 0.F}).expand({2, 1, 4});
+  EXPECT_TRUE(torch::equal(impute(x, named, torch::tensor({19, 20}))[0], torch::tensor({{0.F, 1.F, 0.F, 0.F}})));
 }
 
 TEST(Sampler, DeterministicSamplersFollowTheFlowOfNormalData) {
