@@ -1,9 +1,13 @@
 #include <cstdio>
+#include <map>
 #include <memory>
 
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/evaluate.h"
+#include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/sample.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/atomic_file.h"
 #include "models.h"
 #include "outputs.h"
@@ -85,6 +89,98 @@ void add_eval_anticipate(CLI::App& verb) {
   });
 }
 
+/// What a model of in-betweening lacks, as rows of the paper's tables are called.
+std::string inbetween_row(const inhabit::InbetweenConfig& c) {
+  std::string without;
+  if (!c.global_scene && !c.local_scene) {
+    without = "scene";
+  } else if (!c.global_scene) {
+    without = "global feature";
+  } else if (!c.local_scene) {
+    without = "local feature";
+  }
+  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
+  std::string name = without.empty() ? "ours" : "w/o " + without;
+  if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
+  return name;
+}
+
+void add_eval_inbetween(CLI::App& verb) {
+  struct Options {
+    std::vector<std::string> data, models, keyframes = {"every:60"};
+    std::string split = "test", json;
+    int64_t windows = 100, steps = inhabit::kInbetweenSteps;
+    inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
+    inhabit::InbetweenEvaluation evaluation;
+  };
+  CLI::App* inbetween = verb.add_subcommand(
+      "inbetween", "Frechet distance, foot skating, jerk, joint error and collisions of scene-aware in-betweening");
+  auto o = std::make_shared<Options>();
+  inbetween->add_option("--data", o->data, "Native data set folders")->required();
+  inbetween->add_option("--split", o->split, "train, val, test or all")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  inbetween->add_option("--model", o->models, "Model files, a row each (default: the one that ships)");
+  inbetween->add_option("--keyframes", o->keyframes, "every:N, a list, random:P or ends; several are rows of Table 6")
+      ->capture_default_str();
+  inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
+      ->check(CLI::Range(0.0, 100.0));
+  inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  inbetween->add_option("--steps", o->steps, "Evaluations of the denoiser")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  inbetween->add_option("--seed", o->evaluation.seed, "First seed")->capture_default_str();
+  using inhabit::InbetweenLayout;
+  inbetween
+      ->add_option("--layout", o->layout,
+                   "Columns: methods (Tables 1, 3), close (2), keys (6), settings (8), seeds (9)")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, InbetweenLayout>{{"methods", InbetweenLayout::methods},
+                                                                         {"close", InbetweenLayout::close},
+                                                                         {"keys", InbetweenLayout::keys},
+                                                                         {"settings", InbetweenLayout::settings},
+                                                                         {"seeds", InbetweenLayout::seeds}}));
+  inbetween->add_option("--json", o->json, "Also write the table as JSON");
+  inbetween->callback([o] {
+    using namespace inhabit;
+    if (!o->json.empty()) require_writable(o->json);
+    if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
+    std::vector<InbetweenMethod> methods = interpolation_methods();
+    InbetweenConfig config;
+    for (const std::string& file : o->models) {
+      auto model = std::make_shared<SceneInbetweener>(SceneInbetweener::load(file));
+      config = model->config();
+      methods.push_back({inbetween_row(config),
+                         [model, o](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
+                           InbetweenRequest request;
+                           request.keys = keys;
+                           request.seed = seed;
+                           request.steps = o->steps;
+                           return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
+                         }});
+    }
+    const InbetweenData data(o->data, o->split, config, config.frames);
+    if (data.size() == 0)
+      throw Error(o->data.front(),
+                  "has no window of " + std::to_string(config.frames) + " frames in split " + o->split);
+    std::vector<InbetweenWindow> windows;
+    const int64_t count = std::min(o->windows, data.size());
+    for (int64_t i = 0; i < count; ++i) {
+      auto w = data.window(i * data.size() / count);
+      windows.push_back({w.name, w.clip, {}, w.scene});
+    }
+    const MotionAutoencoder features = load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+    const InbetweenTable table = evaluate_inbetween(windows, methods, features, o->evaluation);
+    if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
+    std::printf("%s", table_text(table, o->layout).c_str());
+  });
+}
+
 }  // namespace
 
 void add_eval(CLI::App& app) {
@@ -92,4 +188,5 @@ void add_eval(CLI::App& app) {
   verb->require_subcommand(1);
   add_eval_forecast(*verb);
   add_eval_anticipate(*verb);
+  add_eval_inbetween(*verb);
 }

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   add_version(app);
   add_forecast(app);
+  add_inbetween(app);
   add_anticipate(app);
   add_train(app);
   add_eval(app);

@@ -99,7 +99,7 @@ void add_train_inbetween(CLI::App& verb) {
   auto options = std::make_shared<InbetweenTraining>();
   auto preset = std::make_shared<std::string>("compact");
   auto without = std::make_shared<std::vector<std::string>>();
-  auto noise_aware = std::make_shared<bool>(false);
+  auto noise_aware = std::make_shared<bool>(false), features = std::make_shared<bool>(false);
   inbetween->add_option("--data", options->data, "Native data set folders")->required();
   inbetween->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
   inbetween->add_option("--preset", *preset, "compact or paper")
@@ -108,6 +108,7 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and given down to T* = 20 alone");
   inbetween->add_option("--without", *without, "Leave out inputs: global, local (scene features), shape (of the body)")
       ->check(CLI::IsMember({"global", "local", "shape"}));
+  inbetween->add_flag("--features", *features, "Train the motion features of the Frechet distance instead");
   inbetween->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
   inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")->capture_default_str();
   inbetween->add_option("--steps", options->steps, "Optimiser steps")
@@ -124,7 +125,8 @@ void add_train_inbetween(CLI::App& verb) {
        : input == "local" ? options->config.local_scene
                           : options->config.body_shape) = false;
     require_writable(options->out);
-    if (!inhabit::train_inbetween(*options)) throw CLI::RuntimeError(130);
+    if (!(*features ? inhabit::train_motion_features(*options) : inhabit::train_inbetween(*options)))
+      throw CLI::RuntimeError(130);
     spdlog::info("wrote {}", options->out);
   });
 }

@@ -22,6 +22,7 @@ inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up) {
 
 void add_version(CLI::App& app);
 void add_forecast(CLI::App& app);
+void add_inbetween(CLI::App& app);
 void add_anticipate(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);

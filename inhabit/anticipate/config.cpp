@@ -33,6 +33,7 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("adversary_hidden", c.adversary_hidden);
   visit("adversary_frames", c.adversary_frames);
   visit("adversary_weight", c.adversary_weight);
+  visit("label_temperature", c.label_temperature);
   visit("label_adversary_weight", c.label_adversary_weight);
   visit("diversity_weight", c.diversity_weight);
   visit("seq2seq_hidden", c.seq2seq_hidden);
@@ -120,6 +121,7 @@ void validate(const AnticipateConfig& c, const std::string& subject) {
   // Judged from the last observed frames on, and in stretches of 30 frames of longer runs.
   within("adversary_frames", c.adversary_frames, 2, std::min({c.future, c.observed, 30}));
   within("adversary_weight", c.adversary_weight, 0, 1000);
+  within("label_temperature", c.label_temperature, 0, 10);
   within("label_adversary_weight", c.label_adversary_weight, 0, 1000);
   within("diversity_weight", c.diversity_weight, 0, 1000);
   within("ltd_past", c.ltd_past, 1, c.observed);

@@ -23,8 +23,9 @@ struct AnticipateConfig {
   int noise = 24;               ///< length of z; h_p fills the rest of `hidden`
   int intention_features = 16;  ///< channels of the temporal convolution f
   int adversary_hidden = 256;
-  int adversary_frames = 10;            ///< frames that the pose adversary sees at once
-  double adversary_weight = 0.03;       ///< of the pose adversary in the generator's loss
+  int adversary_frames = 10;       ///< frames that the pose adversary sees at once
+  double label_temperature = 1;    ///< of the draw of labels; under 1 likely ones are drawn more often than they are
+  double adversary_weight = 0.03;  ///< of the pose adversary in the generator's loss
   double label_adversary_weight = 0.1;  ///< of the label adversary
   double diversity_weight = 0.05;       ///< of the pull between futures of one observation
   int seq2seq_hidden = 256;             ///< residual sequence-to-sequence GRU (the original: 1024)

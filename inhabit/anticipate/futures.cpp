@@ -16,7 +16,7 @@ FutureNoise draw_noise(const AnticipateConfig& config, int64_t samples, int64_t 
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
     for (int64_t i = 0; i < config.noise; ++i) *z++ = static_cast<float>(normal(random));
     for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
-      *gumbel++ = static_cast<float>(-std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
+      *gumbel++ = static_cast<float>(-config.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
   }
   return out;
 }

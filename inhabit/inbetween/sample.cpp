@@ -37,8 +37,6 @@ const BodyModel& anchor_body() {
   return body;
 }
 
-Tensor betas_of(const Clip& clip) { return clip.betas.defined() ? clip.betas : fit_shape(builtin_body(), clip.joints); }
-
 /// Bits of a (24, 48, 48) grid of 1 and -1, and back.
 Tensor packed(const Tensor& grid) {
   const Tensor bits = (grid > 0).to(torch::kUInt8).view({-1, 8});
@@ -66,10 +64,14 @@ struct Room {
 
 }  // namespace
 
+Tensor body_betas(const Clip& clip) {
+  return clip.betas.defined() ? clip.betas : fit_shape(builtin_body(), clip.joints);
+}
+
 Tensor anchor_positions(const Clip& clip) {
   const torch::NoGradGuard no_gradients;
   const BodyModel& body = anchor_body();
-  const Tensor betas = betas_of(clip);
+  const Tensor betas = body_betas(clip);
   const Tensor trans = clip.root_path() - shaped_skeleton(body, betas).offsets[0];
   return skin(body, betas, axis_angle_to_matrix(clip.rotations), trans);
 }
@@ -109,7 +111,7 @@ struct InbetweenData::Impl {
     if (!out->clip.rotations.defined()) throw Error(set.folder + "/" + entry.file, "has no rotations");
     const Room room = rooms.get(k.substr(0, k.find('/') + 1) + entry.scene);
     out->offsets = basis_point_offsets(*room.query, anchor_positions(out->clip)).to(torch::kHalf);
-    out->body_shape = body_shape_features(builtin_body(), betas_of(out->clip));
+    out->body_shape = body_shape_features(builtin_body(), body_betas(out->clip));
     return out;
   }
   Tensor grid(int64_t index, const Clip& window, double yaw) const {

@@ -21,8 +21,11 @@ struct InbetweenSample {
   torch::Tensor bones;       ///< (22, 3) metres, the skeleton's offsets
 };
 
-/// The surface anchors (T, 64, 3) of the built-in body in a clip's poses, metres. The body has the clip's betas, or
-/// where it has none those that fit its bones, and stands with its root joint at the clip's.
+/// The clip's shape of the built-in body: its betas, or where it has none those that fit its bones.
+torch::Tensor body_betas(const Clip& clip);
+
+/// The surface anchors (T, 64, 3) of the built-in body of that shape in a clip's poses, metres; its root joint stands
+/// at the clip's.
 torch::Tensor anchor_positions(const Clip& clip);
 
 /// What the global encoder sees of a scene: (24, 48, 48).

@@ -8,6 +8,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/losses.h"
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/schedule.h"
@@ -165,7 +166,40 @@ Standard feature_standard(const InbetweenData& data) {
   return {mean.to(torch::kFloat32), deviation.to(torch::kFloat32)};
 }
 
+/// Joints (N, T, 22, 3) of all windows of a split.
+Tensor window_joints(const InbetweenData& data) {
+  std::vector<Tensor> out;
+  for (int64_t i = 0; i < data.size(); ++i)
+    out.push_back(data.features(i).slice(1, kJointFeature).reshape({-1, kStandardJoints, 3}));
+  return torch::stack(out);
+}
+
+void require_windows(const InbetweenTraining& options, const InbetweenData& train, const InbetweenData& validation) {
+  if (train.size() == 0 || validation.size() == 0)
+    throw Error(options.data.front(), "has no window of " + std::to_string(options.config.frames) +
+                                          " frames in a scene in its split " + (train.size() == 0 ? "train" : "val"));
+}
+
 }  // namespace
+
+bool train_motion_features(const InbetweenTraining& options) {
+  const size_t first = first_stage(options.out, {"motion_features"}, options.resume);
+  const InbetweenData data(options.data, "train", options.config, options.stride),
+      validation(options.data, "val", options.config, options.config.frames);
+  require_windows(options, data, validation);
+  torch::manual_seed(options.seed);
+  MotionAutoencoder network;
+  TrainTask task = motion_autoencoder_task(network, window_joints(data), window_joints(validation));
+  task.name = "motion_features";
+  task.on_best = [&] { save_motion_autoencoder(options.out, network); };
+  TrainOptions loop = stage_options(options.out, 0, first, options.resume);
+  loop.steps = options.steps;
+  loop.batch = options.batch;
+  loop.learning_rate = options.learning_rate;
+  loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
+  loop.seed = options.seed;
+  return !train(task, loop).interrupted;
+}
 
 bool train_inbetween(const InbetweenTraining& options) {
   const InbetweenConfig& config = options.config;
@@ -173,9 +207,7 @@ bool train_inbetween(const InbetweenTraining& options) {
   const size_t first = first_stage(options.out, {"denoiser"}, options.resume);
   const InbetweenData data(options.data, "train", config, options.stride),
       validation(options.data, "val", config, config.frames);
-  if (data.size() == 0 || validation.size() == 0)
-    throw Error(options.data.front(), "has no window of " + std::to_string(config.frames) +
-                                          " frames in a scene in its split " + (data.size() == 0 ? "train" : "val"));
+  require_windows(options, data, validation);
   torch::manual_seed(options.seed);
   InbetweenNetworks networks;
   networks.config = config;

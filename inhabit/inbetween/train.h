@@ -25,4 +25,8 @@ struct InbetweenTraining {
 /// it was interrupted.
 bool train_inbetween(const InbetweenTraining& options);
 
+/// Trains the motion features that the Frechet distance is taken over, on the same windows; steps, batch and rate of
+/// `options` count. Returns false when it was interrupted.
+bool train_motion_features(const InbetweenTraining& options);
+
 }  // namespace inhabit

@@ -166,7 +166,7 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
   const Clip& clip = person.clip;
   validate(clip, path);
   if (!std::isfinite(person.start_seconds)) throw Error(path, "a start time is not finite");
-  static const char* const kRoles[] = {"motion", "past", "truth", "prediction", "future", "intention"};
+  static const char* const kRoles[] = {"motion", "past", "truth", "prediction", "future", "intention", "filled"};
   json out = {{"name", person.name},
               {"role", kRoles[static_cast<int>(person.role)]},
               {"start", person.start_seconds},
@@ -195,6 +195,15 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
   if (person.labels.defined()) {
     if (person.labels.numel() != clip.frames()) throw Error(path, "intention labels and frames differ in number");
     out["intentions"] = intention_spans(person.labels, path);
+  }
+  if (!person.keys.empty()) {
+    for (const int64_t key : person.keys)
+      if (key < 0 || key >= clip.frames()) throw Error(path, "a key frame is outside its clip");
+    out["keys"] = person.keys;
+  }
+  if (person.collides.defined()) {
+    if (person.collides.numel() != clip.frames()) throw Error(path, "collisions and frames differ in number");
+    out["collides"] = label_spans(person.collides);
   }
   if (clip.hand_targets.defined()) {
     const torch::Tensor hands = plain(clip.hand_targets);

@@ -16,14 +16,16 @@ namespace inhabit {
 /// body, any other as its skeleton.
 struct PagePerson {
   /// Colours: warm, grey, orange, blue. `future`: one of many, a small figure in a hue about blue; `intention`: a small
-  /// figure in its label's colour that starts over at its end.
-  enum class Role { motion, past, truth, prediction, future, intention };
+  /// figure in its label's colour that starts over at its end. `filled`: purple, and blue at its key frames.
+  enum class Role { motion, past, truth, prediction, future, intention, filled };
   Clip clip;
   std::string name;
   Role role = Role::motion;
   double start_seconds = 0;         ///< when the clip's first frame is shown
   const BodyModel* body = nullptr;  ///< nullptr: the built-in body. Must outlive the page.
   torch::Tensor labels = {};        ///< (T) int64 intention of every frame, 0 or more; undefined where it is not known
+  std::vector<int64_t> keys = {};   ///< frames that were given: shown blue, and all along as still blue copies
+  torch::Tensor collides = {};      ///< (T) bool, shown red: the body is inside the scene; undefined: not known
 };
 
 /// Intention labels of recordings, one strip each on a time axis of their own.

@@ -9,7 +9,12 @@ export const roleColor: Record<Role, number> = {
   prediction: 0x3c7fe6,
   future: 0x3c7fe6,
   intention: 0xdfbfa5,
+  filled: 0x9467d6,
 };
+
+/** Key frames, and frames in which a body is inside the scene. */
+export const keyColor = 0x3c7fe6;
+export const collisionColor = 0xd23b2f;
 
 export const roleName: Record<Role, string> = {
   motion: 'Motion',
@@ -18,6 +23,7 @@ export const roleName: Record<Role, string> = {
   prediction: 'Prediction',
   future: 'Futures',
   intention: 'Intentions',
+  filled: 'Filled in',
 };
 
 /** Further tones for several plain motions, the first being the role's own. */

@@ -24,7 +24,7 @@ export interface BodyData {
   rest: ArrayRef;
 }
 
-export type Role = 'motion' | 'past' | 'truth' | 'prediction' | 'future' | 'intention';
+export type Role = 'motion' | 'past' | 'truth' | 'prediction' | 'future' | 'intention' | 'filled';
 
 export interface PersonData {
   name: string;
@@ -42,6 +42,8 @@ export interface PersonData {
   offsets?: ArrayRef; // (J, 3)
   actions?: { names: string[]; spans: [number, number][] };
   intentions?: [number, number][]; // stretches: first frame, label
+  keys?: number[]; // frames that were given
+  collides?: [number, number][]; // stretches: first frame, 1 where the body is inside the scene
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
 }
 

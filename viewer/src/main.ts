@@ -3,6 +3,7 @@ import { actionTones, css, futureColor, intentionColors, motionTones, roleColor,
 import { Contacts } from './contacts';
 import { Data } from './data';
 import { Gallery } from './gallery';
+import { Keys } from './keys';
 import { Bodies, isFigure, Person, Shape } from './person';
 import { Room } from './room';
 import { Stage, Theme } from './stage';
@@ -106,6 +107,10 @@ async function start() {
     }
   };
 
+  const keyed = people.filter((person) => person.data_.keys)
+    .map((person) => new Keys(data, bodies, person, element('spans'), begin, end));
+  for (const { copies } of keyed) for (const copy of copies) stage.scene.add(copy.group);
+
   const trails = people.map((person) => makeTrails(person, ground, !figures));
   trails.forEach((trail, i) => people[i].group.add(trail));
 
@@ -171,6 +176,7 @@ async function start() {
       ghost.group.visible = showGhosts && of.enabled;
       ghost.group.position.copy(of.group.position);
     }
+    for (const keys of keyed) keys.setTime(time);
     gallery?.setTime(time);
     contacts?.setTime(time);
     painted = time;
@@ -312,6 +318,7 @@ async function start() {
     shape = people.some((person) => person.hasBody) ? next : 'skeleton';
     shapeButton.textContent = shape === 'body' ? 'Skeleton' : 'Body';
     shapeButton.title = (shape === 'body' ? 'Show the skeleton' : 'Show the body') + ' (B)';
+    for (const marks of keyed) marks.show(shape);
     for (const { ghost, at } of ghosts) {
       ghost.show(shape);
       ghost.setTime(at);

@@ -1,4 +1,5 @@
 import * as THREE from 'three';
+import { collisionColor, keyColor } from './colors';
 import { Data, PersonData } from './data';
 import { Figure } from './figure';
 
@@ -153,6 +154,19 @@ export class Person {
     return label;
   }
 
+  /** Whether the body is inside the scene at time t. */
+  collides(t: number) {
+    const frame = this.frame(t);
+    let inside = 0;
+    for (const [first, here] of this.data_.collides ?? []) if (first <= frame) inside = here;
+    return inside > 0;
+  }
+
+  private tint(t: number) {
+    if (this.data_.keys?.includes(this.frame(t))) return keyColor;
+    return this.collides(t) ? collisionColor : this.color;
+  }
+
   /** How much of it is seen, 0 to 1. */
   setOpacity(opacity: number) {
     this.material.opacity = opacity;
@@ -180,7 +194,7 @@ export class Person {
       this.poseFigure(-1);
       return;
     }
-    this.material.color.set(this.color);
+    this.material.color.set(this.tint(t));
     const { i, next, u } = this.sample(t);
     if (this.body?.visible) this.poseBody(i, next, u);
     else this.poseFigure(this.disc ? this.label(t) : -1);

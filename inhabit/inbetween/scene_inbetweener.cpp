@@ -1,0 +1,143 @@
+#include "inhabit/inbetween/scene_inbetweener.h"
+
+#include <utility>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/error.h"
+#include "inhabit/inbetween/fast_denoiser.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/sample.h"
+#include "inhabit/inbetween/windows.h"
+#include "inhabit/math/random.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/canonical.h"
+#include "inhabit/scene/basis_points.h"
+
+namespace inhabit {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
+constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
+constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
+
+/// Frames `at` of a clip: motion alone.
+Clip frames_of(const Clip& clip, const Tensor& at) {
+  Clip out;
+  out.skeleton = clip.skeleton;
+  out.rate = clip.rate;
+  out.betas = clip.betas;
+  out.joints = clip.joints.index_select(0, at);
+  out.rotations = clip.rotations.index_select(0, at);
+  out.trans = clip.trans.index_select(0, at);
+  return out;
+}
+
+void check(const Clip& clip, const InbetweenRequest& request, const InbetweenConfig& config) {
+  if (clip.skeleton.parents != standard_parents() || !clip.rotations.defined())
+    throw Error("in-betweening", "needs rotations on the standard skeleton");
+  if (std::abs(clip.rate - config.rate) > 1e-6)
+    throw Error("in-betweening", "the clip has " + std::to_string(clip.rate) + " frames a second, the model " +
+                                     std::to_string(config.rate));
+  const auto& keys = request.keys;
+  if (keys.size() < 2) throw Error("key frames", "fewer than two");
+  if (keys.front() != 0 || keys.back() != clip.frames() - 1)
+    throw Error("key frames", "the first and the last frame must be among them");
+  for (size_t i = 1; i < keys.size(); ++i)
+    if (keys[i] <= keys[i - 1]) throw Error("key frames", "are not in order");
+  if (request.given.defined() && !config.partial_keys)
+    throw Error("in-betweening", "this model takes whole key poses only");
+  if (!clip.joints.isfinite().all().item<bool>()) throw Error("in-betweening", "a key pose is not finite");
+}
+
+}  // namespace
+
+SceneInbetweener::SceneInbetweener(InbetweenNetworks networks)
+    : networks_(std::move(networks)), schedule_(cosine_schedule(networks_.config.diffusion_steps)) {
+  networks_.network->eval();
+}
+
+SceneInbetweener SceneInbetweener::load(const std::string& path) {
+  return SceneInbetweener(load_inbetween_networks(path));
+}
+
+Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const InbetweenRequest& request) const {
+  const torch::NoGradGuard no_gradients;
+  const InbetweenConfig& c = config();
+  check(clip, request, c);
+  const auto windows = fill_windows(request.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
+  InbetweenNetwork network = networks_.network;
+  FastDenoiser denoiser(network);
+  const SceneQuery query(scene);
+  Clip out = frames_of(clip, torch::arange(clip.frames()));
+  out.betas = body_betas(frames_of(clip, torch::tensor(request.keys)));
+  const Tensor whole = torch::ones({kKeyGroups});
+  const Tensor shape = c.body_shape
+                           ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
+                           : torch::zeros({1, c.width});
+  for (size_t w = 0; w < windows.size(); ++w) {
+    const FillWindow& window = windows[w];
+    // What is given: the frames that stand already, then key frames. `out` has both.
+    std::vector<int64_t> at;
+    Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
+    for (int64_t frame = window.first; frame <= window.known; ++frame) {
+      at.push_back(frame);
+      groups[frame - window.first].copy_(whole);
+      always[frame - window.first].fill_(1);
+    }
+    for (const int64_t key : request.keys) {
+      if (key <= window.known || key > window.last) continue;
+      at.push_back(key);
+      const bool end = key == clip.frames() - 1;
+      groups[key - window.first].copy_(request.given.defined() && !end ? request.given : whole);
+      if (key == window.last) always[key - window.first].fill_(1);
+    }
+    const Tensor frames = torch::tensor(at), places = frames - window.first;
+    const Clip poses = frames_of(out, frames);
+    const GroundTransform to_canonical = canonical_transform(poses);
+    const Tensor features =
+        (inbetween_features(transformed(poses, to_canonical)) - networks_.mean) / networks_.deviation;
+    GivenFeatures given;
+    given.values = torch::zeros({1, kInbetweenFeatures, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
+    given.mask = feature_mask(groups).t().unsqueeze(0);
+    given.always = given.mask * always;
+    given.t_star = c.t_star;
+
+    const Tensor occupied =
+        c.global_scene
+            ? network->embed_scene(scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw).unsqueeze(0))
+            : Tensor();
+    Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
+    if (c.local_scene)
+      offsets.index_copy_(0, places,
+                          basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
+    const Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
+    const Tensor mask = (c.partial_keys ? groups.t() : groups.amax(1).unsqueeze(0)).unsqueeze(0);
+    const auto denoise = [&](const Tensor& x, int64_t t) {
+      if (c.global_scene) return denoiser.guided(x, mask, local, t, occupied, shape, c.guidance);
+      return denoiser.forward(x, mask, local, torch::full({1}, t, torch::kInt64), shape);
+    };
+    const auto noise = seeded_noise(1, kInbetweenFeatures, c.frames, item_seed(request.seed, w));
+    const Tensor filled = sample(schedule_, request.sampler, request.steps, denoise, given, noise, [&](int64_t done) {
+      if (request.progress)
+        request.progress(static_cast<int64_t>(w) * request.steps + done,
+                         static_cast<int64_t>(windows.size()) * request.steps);
+    });
+    const Tensor found = filled[0].t() * networks_.deviation + networks_.mean;
+    const Clip moved = transformed(clip_of_features(found, out), to_canonical.inverse());
+    const int64_t from = w == 0 ? 0 : window.known + 1;
+    for (auto [to, source] : {std::pair(out.joints, moved.joints), std::pair(out.rotations, moved.rotations),
+                              std::pair(out.trans, moved.trans)})
+      to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
+  }
+  out.betas = clip.betas;
+  out.gender = clip.gender;
+  out.source_body = clip.source_body;
+  out.source_betas = clip.source_betas;
+  return out;
+}
+
+}  // namespace inhabit

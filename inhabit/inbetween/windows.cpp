@@ -1,0 +1,34 @@
+#include "inhabit/inbetween/windows.h"
+
+#include <algorithm>
+#include <string>
+
+#include "inhabit/error.h"
+
+namespace inhabit {
+
+std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
+                                     int64_t redone) {
+  std::vector<FillWindow> out;
+  int64_t first = 0, known = 0;
+  size_t next = 1;  // the first key frame that is not filled up to
+  while (next < keys.size()) {
+    const auto beyond = std::upper_bound(keys.begin(), keys.end(), first + frames - 1);
+    const auto reached = static_cast<size_t>(beyond - keys.begin());
+    if (reached <= next && (reached == 0 || keys[reached - 1] <= known))
+      throw Error("key frames", std::to_string(keys[next - 1]) + " and " + std::to_string(keys[next]) + " are " +
+                                    std::to_string(keys[next] - keys[next - 1]) + " frames apart; at most " +
+                                    std::to_string(frames - least - redone) + " can be filled in a clip of more than " +
+                                    std::to_string(frames) + " frames");
+    out.push_back({first, keys[reached - 1], known});
+    if (reached == keys.size()) break;
+    known = keys[reached - 1] - redone;
+    next = reached;
+    first = std::max(known - overlap + 1, keys[next] - frames + 1);
+    if (first > known - least + 1) first = known - least + 1;
+    first = std::max<int64_t>(first, 0);
+  }
+  return out;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,90 @@
+// Protects `inhabit train inbetween` and `inbetween`: from a data set to a model, from key frames to motion in every
+// format, several poses at given times, and one clear line with nothing written for bad input.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/refusal.h"
+#include "inbetween/small_network.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/files.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz";  // 90 frames at 30 Hz
+const std::string kRoom = INHABIT_SOURCE_DIR "/examples/data/walk_room.glb";
+
+/// A model file of small sizes and weights of no training, for clips of the usual length.
+std::string model_file(const TempFolder& folder, int t_star = 0) {
+  InbetweenNetworks n;
+  n.config = small_config();
+  n.config.frames = 121;
+  n.config.padded = 128;
+  n.config.anchors = 64;
+  n.config.t_star = t_star;
+  n.config.partial_keys = true;
+  n.network = untrained(n.config);
+  n.mean = torch::zeros({kInbetweenFeatures});
+  n.deviation = torch::full({kInbetweenFeatures}, 0.3);
+  const std::string path = folder / ("model" + std::to_string(t_star) + ".safetensors");
+  save_inbetween_networks(path, n);
+  return path;
+}
+
+TEST(Inbetween, FillsAMotionAndWritesEveryFormat) {
+  const TempFolder folder;
+  const std::string model = model_file(folder), out = folder / "filled";
+  const CommandResult r =
+      run_command("inbetween " + kWalk + " --scene " + kRoom + " --keyframes every:30 --steps 3 --model " + model +
+                  " -o " + out + ".npz -o " + out + ".bvh -o " + out + ".glb -o " + out + ".json -o " + out + ".html");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Clip truth = read_clip(kWalk), filled = read_clip(out + ".npz"), bvh = read_clip(out + ".bvh");
+  ASSERT_EQ(filled.frames(), 90);
+  for (const int64_t key : {0, 30, 60, 89}) {
+    EXPECT_LT((filled.joints[key] - truth.joints[key]).norm(2, {1}).max().item<double>(), 0.01) << key;
+    EXPECT_LT((bvh.root_path()[key] - truth.root_path()[key]).norm().item<double>(), 0.01) << key;
+  }
+  EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("\"keys\":[0,30,60,89]"));
+}
+
+TEST(Inbetween, TakesPosesAtTimes) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  const std::string out = folder / "out/filled.npz";
+  const Clip walk = read_clip(kWalk);
+  for (const int64_t frame : {0, 40, 80})
+    write_clip(folder / ("pose" + std::to_string(frame) + ".npz"), slice(walk, frame, frame + 1), nullptr);
+  const std::string poses = folder / "pose0.npz" + " " + folder / "pose40.npz" + " " + folder / "pose80.npz";
+  const std::string end = " --steps 2 --model " + model_file(folder) + " -o " + out;
+  const CommandResult r = run_command("inbetween " + poses + " --times 0,1.5,2" + end);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Clip filled = read_clip(out);
+  ASSERT_EQ(filled.frames(), 61);
+  EXPECT_LT((filled.joints[45] - walk.joints[40]).norm(2, {1}).max().item<double>(), 0.01);
+  EXPECT_LT((filled.joints[60] - walk.joints[80]).norm(2, {1}).max().item<double>(), 0.01);
+  std::filesystem::remove(out);
+  expect_refused("inbetween " + poses + " --times 0,1" + end, {"2 times for 3 files"}, folder / "out");
+  expect_refused("inbetween " + poses + " --times 0,1,1" + end, {"not in order"}, folder / "out");
+}
+
+TEST(Inbetween, RefusesWhatItCannotDo) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  const std::string out = folder / "out/filled.npz", start = "inbetween " + kWalk + " -o " + out + " --model ",
+                    model = model_file(folder);
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    expect_refused(arguments, {why}, folder / "out");
+  };
+  refused(start + model + " --keyframes 0,95", "95");
+  refused(start + model + " --keyframes every:0", "every:0");
+  refused(start + model + " --joints tail", "tail");
+  refused(start + model + " --noisy", "noisy key frames");
+  refused(start + kWalk, kWalk);
+  refused("inbetween " + kWalk + " -o " + folder / "out/filled.txt", "filled.txt");
+  EXPECT_EQ(run_command(start + model_file(folder, 20) + " --noisy --keyframes every:3 --steps 2").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace inhabit

@@ -1,0 +1,131 @@
+// Protects the facade with an untrained network: keys come out as they went in, what is not given is not looked at, the
+// same request gives the same motion, windows join, and what cannot be filled is refused.
+#include "inhabit/inbetween/scene_inbetweener.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "forecast/walker.h"
+#include "inbetween/small_network.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::HasSubstr;
+using torch::Tensor;
+
+/// Windows of 121 frames, partial keys, weights of no training.
+InbetweenNetworks networks(int t_star = 0) {
+  InbetweenNetworks out;
+  out.config = inbetween_preset("compact");
+  out.config.width = 32;
+  out.config.multipliers = {1, 1};
+  out.config.scene_encoder = {12, 16, 1, 2, 8, 16};
+  out.config.t_star = t_star;
+  out.network = untrained(out.config);
+  const Tensor features = inbetween_features(walker(121, 1, 0, 1));
+  out.mean = features.mean(0);
+  out.deviation = features.std(0).clamp_min(0.01);
+  return out;
+}
+
+InbetweenRequest request(const std::string& keys, int64_t frames) {
+  InbetweenRequest out;
+  out.keys = key_frames(keys, frames);
+  out.steps = 4;
+  return out;
+}
+
+double apart(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
+
+TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  const InbetweenRequest r = request("every:60", 121);
+  const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+  ASSERT_EQ(filled.frames(), 121);
+  for (const int64_t key : r.keys) EXPECT_LT(apart(filled.joints[key], clip.joints[key]), 1e-3) << key;
+  EXPECT_GT(apart(filled.joints[30], clip.joints[30]), 0.01) << "an untrained network knows no better";
+  Clip other = clip;  // garbage between the keys
+  other.joints = clip.joints.clone();
+  other.rotations = clip.rotations.clone();
+  other.trans = clip.trans.clone();
+  for (Tensor* t : {&other.joints, &other.rotations, &other.trans}) {
+    t->slice(0, 1, 60).add_(0.5);
+    t->slice(0, 61, 120).mul_(-2);
+  }
+  EXPECT_TRUE(torch::equal(inbetweener.fill(other, floor_scene(), r).joints, filled.joints));
+}
+
+TEST(SceneInbetweener, TheSeedSaysEverything) {
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(50, 1, 0, 1);
+  InbetweenRequest r = request("ends", 50);
+  const Clip a = inbetweener.fill(clip, floor_scene(), r), b = inbetweener.fill(clip, floor_scene(), r);
+  EXPECT_TRUE(torch::equal(a.joints, b.joints));
+  r.seed = 2;
+  EXPECT_FALSE(torch::equal(a.joints, inbetweener.fill(clip, floor_scene(), r).joints));
+}
+
+TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
+  for (const int t_star : {0, 20}) {
+    const SceneInbetweener inbetweener(networks(t_star));
+    const Clip clip = walker(250, 1, 0.4, 1);
+    InbetweenRequest r = request("every:30", 250);
+    int64_t done = 0, all = 0;
+    r.progress = [&](int64_t d, int64_t a) {
+      EXPECT_EQ(d, ++done);
+      all = a;
+    };
+    const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+    EXPECT_EQ(done, all);
+    EXPECT_GT(all, 4);
+    EXPECT_EQ(filled.frames(), 250);
+    EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
+    EXPECT_LT(apart(filled.joints[249], clip.joints[249]), 2e-3) << "the end is clean";
+    if (t_star > 0) continue;
+    for (const int64_t key : r.keys) EXPECT_LT(apart(filled.joints[key], clip.joints[key]), 2e-3) << key;
+  }
+}
+
+TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(61, 1, 0, 1);
+  InbetweenRequest r = request("every:30", 61);
+  r.given = given_groups("pelvis,left_wrist");
+  const Clip filled = inbetweener.fill(clip, floor_scene(2, 90, 90), r);
+  EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
+  EXPECT_LT(apart(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
+  EXPECT_LT(apart(filled.joints[60], clip.joints[60]), 1e-3) << "ends are whole";
+}
+
+TEST(SceneInbetweener, RefusesWhatItCannotFill) {
+  const SceneInbetweener inbetweener(networks());
+  const Scene floor = floor_scene();
+  const Clip clip = walker(200, 1);
+  const auto refused = [&](const Clip& c, const std::vector<int64_t>& keys) {
+    InbetweenRequest r;
+    r.keys = keys;
+    return refusal_of([&] { inbetweener.fill(c, floor, r); });
+  };
+  EXPECT_THAT(refused(clip, {0}), HasSubstr("fewer than two"));
+  EXPECT_THAT(refused(clip, {0, 100}), HasSubstr("the last frame"));
+  EXPECT_THAT(refused(clip, {0, 100, 60, 199}), HasSubstr("not in order"));
+  EXPECT_THAT(refused(clip, {0, 199}), HasSubstr("199 frames apart"));
+  Clip slow = clip;
+  slow.rate = 25;
+  EXPECT_THAT(refused(slow, {0, 100, 199}), HasSubstr("frames a second"));
+  Clip positions = clip;
+  positions.rotations = Tensor();
+  EXPECT_THAT(refused(positions, {0, 100, 199}), HasSubstr("rotations"));
+  Clip broken = clip;
+  broken.joints = clip.joints.clone();
+  broken.joints[3][2][1] = NAN;
+  EXPECT_THAT(refused(broken, {0, 100, 199}), HasSubstr("finite"));
+}
+
+}  // namespace
+}  // namespace inhabit
