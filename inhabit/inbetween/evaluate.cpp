@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/fit.h"
@@ -193,6 +194,7 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
                                   const InbetweenEvaluation& options) {
   const torch::NoGradGuard no_gradients;
   if (windows.empty()) throw Error("evaluation", "has no window");
+  if (options.keyframes.empty()) throw Error("evaluation", "has no choice of key frames");
   if (options.seeds < 1) throw Error("seeds", "must be at least 1");
   const bool comparable =
       !features.is_empty() && windows.size() > 1 &&
@@ -205,6 +207,12 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
   };
   std::vector<Row> rows;
   int64_t fills = 0;
+  const InbetweenMethod input = {
+      "noisy input", [](const InbetweenWindow& w, const std::vector<int64_t>&, uint64_t) { return w.given; }, false};
+  if (options.noise > 0) {
+    rows.push_back({&input, "", std::vector<Run>(static_cast<size_t>(options.seeds))});
+    fills += options.seeds * static_cast<int64_t>(windows.size());
+  }
   for (const std::string& keyframes : options.keyframes)
     for (const InbetweenMethod& method : methods) {
       const bool varies = method.random || options.noise > 0 || keyframes.rfind("random:", 0) == 0;
@@ -234,7 +242,8 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
         // Streams of their own for noise, key frames and the method.
         const uint64_t seed = item_seed(item_seed(options.seed, r), w);
         window.given = noisy_keys(window.truth, options.noise, item_seed(seed, 0));
-        const std::vector<int64_t> keys = key_frames(row.keyframes, window.truth.frames(), item_seed(seed, 1));
+        const std::string& chosen = row.keyframes.empty() ? options.keyframes.front() : row.keyframes;
+        const std::vector<int64_t> keys = key_frames(chosen, window.truth.frames(), item_seed(seed, 1));
         measure(row.runs[r], filled(*row.method, window, keys, item_seed(seed, 2)), window, keys, close);
         if (options.progress) options.progress(++done, fills);
       }
@@ -254,11 +263,13 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
 }
 
 std::string table_text(const InbetweenTable& table, InbetweenLayout layout) {
-  bool one_choice = true, one_method = true;
-  for (size_t i = 2; i < table.rows.size(); ++i) {
-    one_choice = one_choice && table.rows[i].keyframes == table.rows[1].keyframes;
-    one_method = one_method && table.rows[i].method == table.rows[1].method;
+  std::set<std::string> choices, methods;
+  for (const InbetweenScores& row : table.rows) {
+    if (row.keyframes.empty()) continue;
+    choices.insert(row.keyframes);
+    methods.insert(row.method);
   }
+  const bool one_choice = choices.size() <= 1, one_method = methods.size() <= 1;
   const auto label = [&](const InbetweenScores& row) {
     if (row.keyframes.empty()) return row.method;
     if (layout == InbetweenLayout::keys && one_method) return row.keyframes;

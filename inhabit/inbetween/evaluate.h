@@ -40,7 +40,7 @@ Estimate estimate(const std::vector<double>& runs);
 /// What one method scores over all windows, each number a mean over them.
 struct InbetweenScores {
   std::string method;
-  std::string keyframes;  ///< as key_frames takes it; empty for the real motion
+  std::string keyframes;  ///< as key_frames takes it; empty for the real motion and the noisy input
   int64_t runs = 1;       ///< seeds
   Estimate fid;           ///< Frechet distance of motion features; NaN without an autoencoder or for other lengths
   Estimate skating;       ///< share of frames with a sliding foot
@@ -57,7 +57,8 @@ struct InbetweenScores {
 struct InbetweenTable {
   int64_t windows = 0, close_frames = 0;
   double noise = 0;
-  std::vector<InbetweenScores> rows;  ///< first the real motion, then each way of choosing keys with each method
+  std::vector<InbetweenScores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
+                                      ///< frames as they are; then each way of choosing keys with each method
 };
 
 struct InbetweenEvaluation {

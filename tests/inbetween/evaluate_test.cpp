@@ -197,6 +197,12 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
     EXPECT_EQ(seen["drawn"].given[i].first, seen["fixed"].given[i].first);
     EXPECT_TRUE(seen["drawn"].given[i].second.equal(seen["fixed"].given[i].second));
   }
+  // The input as it is: off by the noise, and restless.
+  const InbetweenScores &input = row(noisy, "noisy input"), &calm = row(noisy, "real motion");
+  EXPECT_EQ(input.runs, 3);
+  EXPECT_GT(input.error.mean, 10);
+  EXPECT_GT(input.jerk_ratio.mean, 5);
+  EXPECT_EQ(calm.error.mean, 0);
   EXPECT_NE(seen["drawn"].given[0].first, seen["drawn"].given[1].first);
   EXPECT_FALSE(seen["drawn"].given[0].second.equal(seen["drawn"].given[1].second));
   const auto before = seen["drawn"].given;
@@ -237,6 +243,10 @@ TEST(EvaluateInbetween, RefusesWhatCannotBeMeasured) {
   none.seeds = 0;
   EXPECT_THAT(refusal_of([&] { evaluate_inbetween(windows, {}, MotionAutoencoder{nullptr}, none); }),
               HasSubstr("seeds"));
+  none.seeds = 1;
+  none.keyframes = {};
+  EXPECT_THAT(refusal_of([&] { evaluate_inbetween(windows, {}, MotionAutoencoder{nullptr}, none); }),
+              HasSubstr("choice of key frames"));
 }
 
 TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
@@ -246,7 +256,7 @@ TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
   options.noise = 0.5;
   const InbetweenTable table =
       evaluate_inbetween(walking_windows(2), interpolation_methods(), MotionAutoencoder{nullptr}, options);
-  ASSERT_EQ(table.rows.size(), 5U);
+  ASSERT_EQ(table.rows.size(), 6U);  // real, noisy input, two methods with two choices of keys
   const std::string main_table = table_text(table);
   for (const char* title : {"FID", "Foot Skating", "Jerk", "MPJE Key", "MPJE All", "Coll. Frames", "Pene. Max",
                             "linear + slerp, every:60", "cubic spline, ends", "noise of level 0.5", "2 seeds"})
@@ -256,14 +266,14 @@ TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
   EXPECT_THAT(table_text(table, InbetweenLayout::close), HasSubstr("closer to the scene than 8 cm"));
   EXPECT_THAT(table_text(table, InbetweenLayout::settings), testing::Not(HasSubstr("Foot Skating")));
   InbetweenTable one = table;
-  one.rows = {table.rows[0], table.rows[1], table.rows[3]};
+  one.rows = {table.rows[0], table.rows[1], table.rows[2], table.rows[4]};
   EXPECT_THAT(table_text(one, InbetweenLayout::keys), HasSubstr("\nends "));
   const nlohmann::ordered_json json = table_json(table);
   EXPECT_EQ(json["windows"], 2);
-  EXPECT_EQ(json["rows"].size(), 5U);
+  EXPECT_EQ(json["rows"].size(), 6U);
   EXPECT_TRUE(json["rows"][1]["fid"]["mean"].is_null());
   EXPECT_GT(json["rows"][1]["mpje_all_mm"]["interval95"].get<double>(), 0);
-  EXPECT_EQ(json["rows"][4]["keyframes"], "ends");
+  EXPECT_EQ(json["rows"][5]["keyframes"], "ends");
 }
 
 }  // namespace
