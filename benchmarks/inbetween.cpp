@@ -39,7 +39,10 @@ struct Input {
     shape = torch::rand({1, kShapeFeatures});
   }
   double guidance() const { return network->config.guidance; }
-  Tensor local() { return network->embed_offsets(offsets, keys); }
+  Tensor local() {
+    const Tensor seen = network->embed_offsets(offsets, keys);
+    return network->config.from_interpolation ? torch::cat({seen, x}, 1) : seen;
+  }
 
   /// Everything anew in each of the two evaluations.
   Tensor plain(int64_t t) {

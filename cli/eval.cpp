@@ -107,7 +107,7 @@ std::string inbetween_row(const inhabit::InbetweenConfig& c) {
 
 void add_eval_inbetween(CLI::App& verb) {
   struct Options {
-    std::vector<std::string> data, models, keyframes = {"every:60"};
+    std::vector<std::string> data, models;
     std::string split = "test", json;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
     inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
@@ -121,7 +121,9 @@ void add_eval_inbetween(CLI::App& verb) {
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
       ->capture_default_str();
   inbetween->add_option("--model", o->models, "Model files, a row each (default: the one that ships)");
-  inbetween->add_option("--keyframes", o->keyframes, "every:N, a list, random:P or ends; several are rows of Table 6")
+  inbetween
+      ->add_option("--keyframes", o->evaluation.keyframes,
+                   "every:N, a list, random:P or ends; several are rows of Table 6")
       ->capture_default_str();
   inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
       ->check(CLI::Range(0.0, 100.0));

@@ -117,6 +117,9 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_option("--batch", options->batch, "Windows in a batch")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  inbetween->add_option("--stride", options->stride, "Frames from one window to the next")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   inbetween->callback([=] {
     options->config = inhabit::inbetween_preset(*preset);
     if (*noise_aware) options->config.t_star = 20;

@@ -37,6 +37,7 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("local_scene", c.local_scene);
   visit("body_shape", c.body_shape);
   visit("partial_keys", c.partial_keys);
+  visit("from_interpolation", c.from_interpolation);
 }
 
 /// Sets a field; false where the value is of another type.
@@ -78,6 +79,7 @@ InbetweenConfig inbetween_preset(const std::string& name) {
     config.multipliers = {1, 2, 2};
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
     config.partial_keys = true;
+    config.from_interpolation = true;
   } else if (name != "paper") {
     throw Error("preset '" + name + "'", "unknown; there are paper and compact");
   }

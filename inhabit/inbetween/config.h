@@ -48,6 +48,10 @@ struct InbetweenConfig {
   bool body_shape = true;       ///< the body-shape features are seen (Table 8)
   bool partial_keys = false;    ///< parts of a key pose can be given: kMaskChannels channels of mask instead of one
 
+  /// The denoiser also sees the keys' linear interpolation, feature by feature, and says what that lacks: trained on
+  /// two CPU cores it then starts where simple in-betweening ends. (Not in the paper.)
+  bool from_interpolation = false;
+
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
   bool operator==(const InbetweenConfig&) const = default;

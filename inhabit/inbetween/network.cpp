@@ -18,7 +18,8 @@ InbetweenNetworkImpl::InbetweenNetworkImpl(const InbetweenConfig& network_config
   if (config.body_shape)
     shape_layer = register_module("beta_process", std::make_shared<tn::Module>())
                       ->register_module("lin0", tn::Linear(kShapeFeatures, width));
-  const int64_t channels = kInbetweenFeatures + config.mask_channels() + (config.local_scene ? kLocalChannels : 0);
+  const int64_t channels = kInbetweenFeatures + config.mask_channels() + (config.local_scene ? kLocalChannels : 0) +
+                           (config.from_interpolation ? kInbetweenFeatures : 0);
   unet = register_module("unet", TemporalUnet(channels, kInbetweenFeatures, width, config.multipliers));
   const auto steps = register_module("embed_timestep", std::make_shared<tn::Module>())
                          ->register_module("time_embed", std::make_shared<tn::Module>());

@@ -22,8 +22,9 @@ struct InbetweenNetworkImpl : torch::nn::Module {
   torch::Tensor embed_offsets(const torch::Tensor& offsets, const torch::Tensor& keys);
 
   /// @param x (B, 201, T) standardised features, imputed, T at most `padded`. @param mask (B, M, T) what is given.
-  /// @param local from embed_offsets(). @param steps (B) int64, 0 the cleanest. @param embedding (B, width): those of
-  /// scene and shape, summed. @return (B, 201, T), the clean clip
+  /// @param local from embed_offsets(); with from_interpolation, interpolate_given() behind it in the same dimension,
+  /// and what comes out is to be added to that. @param steps (B) int64, 0 the cleanest. @param embedding (B, width):
+  /// those of scene and shape, summed. @return (B, 201, T), the clean clip
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local,
                         const torch::Tensor& steps, const torch::Tensor& embedding);
 

@@ -22,6 +22,20 @@ Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) 
   return torch::where(torch::maximum(given.mask * inside, always) > 0, given.values, x);
 }
 
+Tensor interpolate_given(const GivenFeatures& given) {
+  const int64_t frames = given.mask.size(2);
+  const Tensor here = torch::arange(frames).expand(given.mask.sizes()), set = given.mask > 0;
+  const Tensor none_before = torch::full({}, -1, torch::kInt64), none_after = torch::full({}, frames, torch::kInt64);
+  Tensor before = std::get<0>(torch::where(set, here, none_before).cummax(2));
+  Tensor after = std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2);
+  const Tensor found = before.clone();
+  before = torch::where(before < 0, after, before).clamp(0, frames - 1);
+  after = torch::where(after >= frames, found, after).clamp(0, frames - 1);
+  const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
+  const Tensor share = (here - before).to(torch::kFloat32) / (after - before).clamp_min(1);
+  return torch::where(set.any(2, true), torch::lerp(from, to, share), torch::zeros({}));
+}
+
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
   if (count < 1 || count > total)
     throw Error("sampling steps", std::to_string(count) + " is not within 1 and " + std::to_string(total));

@@ -19,6 +19,10 @@ struct GivenFeatures {
 /// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64
 torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const torch::Tensor& steps);
 
+/// Each feature of each clip between the frames that give it, on straight lines, and held before the first and behind
+/// the last: (B, F, T). A feature that no frame gives is 0.
+torch::Tensor interpolate_given(const GivenFeatures& given);
+
 enum class Sampler {
   ddpm,       ///< ancestral: draws from the posterior of every step
   ddim,       ///< Song et al. 2021, eta 0

@@ -75,9 +75,8 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
   Clip out = frames_of(clip, torch::arange(clip.frames()));
   out.betas = body_betas(frames_of(clip, torch::tensor(request.keys)));
   const Tensor whole = torch::ones({kKeyGroups});
-  const Tensor shape = c.body_shape
-                           ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
-                           : torch::zeros({1, c.width});
+  const Tensor shape = c.body_shape ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
+                                    : torch::zeros({1, c.width});
   for (size_t w = 0; w < windows.size(); ++w) {
     const FillWindow& window = windows[w];
     // What is given: the frames that stand already, then key frames. `out` has both.
@@ -114,11 +113,13 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     if (c.local_scene)
       offsets.index_copy_(0, places,
                           basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
-    const Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
+    Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
+    const Tensor between = c.from_interpolation ? interpolate_given(given) : torch::zeros({});
+    if (c.from_interpolation) local = torch::cat({local, between}, 1);
     const Tensor mask = (c.partial_keys ? groups.t() : groups.amax(1).unsqueeze(0)).unsqueeze(0);
     const auto denoise = [&](const Tensor& x, int64_t t) {
-      if (c.global_scene) return denoiser.guided(x, mask, local, t, occupied, shape, c.guidance);
-      return denoiser.forward(x, mask, local, torch::full({1}, t, torch::kInt64), shape);
+      if (c.global_scene) return between + denoiser.guided(x, mask, local, t, occupied, shape, c.guidance);
+      return between + denoiser.forward(x, mask, local, torch::full({1}, t, torch::kInt64), shape);
     };
     const auto noise = seeded_noise(1, kInbetweenFeatures, c.frames, item_seed(request.seed, w));
     const Tensor filled = sample(schedule_, request.sampler, request.steps, denoise, given, noise, [&](int64_t done) {

@@ -142,9 +142,12 @@ Losses inbetween_losses(InbetweenNetworks& networks, const DiffusionSchedule& sc
   Tensor embedding = torch::zeros({x.size(0), c.width});
   if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
   if (c.body_shape) embedding = embedding + network->embed_shape(b[kShape]);
-  const Tensor local = network->embed_offsets(b[kOffsets], whole);
+  Tensor local = network->embed_offsets(b[kOffsets], whole);
+  const Tensor between = c.from_interpolation ? interpolate_given(given) : Tensor();
+  if (between.defined()) local = torch::cat({local, between}, 1);
   const Tensor mask = c.partial_keys ? b[kGroups].transpose(1, 2) : key.unsqueeze(1);
-  const Tensor predicted = network->forward(x, mask, local, b[kSteps], embedding);
+  Tensor predicted = network->forward(x, mask, local, b[kSteps], embedding);
+  if (between.defined()) predicted = predicted + between;
   return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
 }
 

@@ -253,5 +253,18 @@ TEST(Sampler, TellsItsProgress) {
   EXPECT_EQ(told, (std::vector<int64_t>{1, 2, 3, 4}));
 }
 
+TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
+  GivenFeatures given;
+  given.values =
+      torch::tensor({9.F, 1.F, 9.F, 9.F, 7.F, 9.F, 5.F, 9.F, 9.F, 9.F, 9.F, 9.F, 3.F, 3.F, 3.F, 3.F, 3.F, 3.F})
+          .view({1, 3, 6});
+  given.mask = torch::zeros({1, 3, 6});
+  given.mask[0][0][1] = given.mask[0][0][4] = given.mask[0][1][0] = 1;
+  const Tensor expected =
+      torch::tensor({1.F, 1.F, 3.F, 5.F, 7.F, 7.F, 5.F, 5.F, 5.F, 5.F, 5.F, 5.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F})
+          .view({1, 3, 6});
+  EXPECT_LT((interpolate_given(given) - expected).abs().max().item<double>(), 1e-6);
+}
+
 }  // namespace
 }  // namespace inhabit
