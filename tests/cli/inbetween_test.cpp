@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "cli/refusal.h"
+#include "forecast/walker.h"
 #include "inbetween/small_network.h"
+#include "inhabit/data/native.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 
@@ -47,6 +51,30 @@ TEST(Inbetween, FillsAMotionAndWritesEveryFormat) {
     EXPECT_LT((bvh.root_path()[key] - truth.root_path()[key]).norm().item<double>(), 0.01) << key;
   }
   EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("\"keys\":[0,30,60,89]"));
+}
+
+TEST(Inbetween, FromADataSetToAModelToItsTable) {
+  const TempFolder folder;
+  Dataset data = create_dataset(folder / "data", {});
+  for (const char* split : {"train", "val", "test"}) {
+    const std::string scene = std::string("scenes/") + split + ".glb";
+    write_scene(data, scene, floor_scene());
+    DatasetClip entry{std::string("clips/") + split + ".npz", scene, split, 0, ""};
+    write_clip(data, entry, walker(125, 1, 0.4, 1));
+    data.clips.push_back(entry);
+  }
+  write_index(data);
+  const std::string model = folder / "m.safetensors", table = folder / "table.json";
+  CommandResult r = run_command("train inbetween --data " + folder / "data" + " --out " + model +
+                                " --steps 2 --batch 2 --seed 3 --without shape");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
+                  " --keyframes every:60 ends --steps 2 --seeds 2 --json " + table);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.out, HasSubstr("w/o body shape"));
+  EXPECT_THAT(r.out, HasSubstr("cubic spline"));
+  const auto rows = nlohmann::json::parse(read_whole_file(table)).at("rows");
+  EXPECT_EQ(rows.size(), 7U) << "real motion, and three methods for each choice of keys";
 }
 
 TEST(Inbetween, TakesPosesAtTimes) {

@@ -141,6 +141,10 @@ TEST(Page, RefusesWhatIsNotFiniteAndKeepsTheOldFile) {
   refused("rate");
   forecast.page.contacts->names = {"one"};
   refused("names");
+  forecast.page.people[1].keys = {60};
+  refused("key frame");
+  forecast.page.people[1].collides = torch::zeros({59}, torch::kBool);
+  refused("collisions");
   forecast.page.people.clear();
   forecast.page.scene = nullptr;
   refused("nothing to show");
@@ -204,6 +208,14 @@ TEST(PageInBrowser, ShowsMovesAndPaints) {
   for (int k = 0; k < 50; ++k)
     skeleton.people.push_back({striding(60, 0.05 * k, 0), "", PagePerson::Role::prediction, 0.0, nullptr});
   write_page(folder / "crowd.html", skeleton);
+
+  Page filled;  // between key frames, inside the scene for a third of a second
+  PagePerson between{striding(60, 0, 0), "filled in", PagePerson::Role::filled};
+  between.keys = {0, 20, 59};
+  between.collides = torch::zeros({60}, torch::kBool);
+  between.collides.slice(0, 30, 40).fill_(true);
+  filled.people.push_back(between);
+  write_page(folder / "filled.html", filled);
 
   // Where the joints have to be drawn, from this side's kinematics.
   nlohmann::json expected = nlohmann::json::array();

@@ -79,6 +79,22 @@ await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => 
     await page.close();
   }
   {
+    // Key frames are ticks and still copies, collisions a stretch; the body turns red in these.
+    const { page, complaints } = await open(context, 'filled.html');
+    assert.equal(await page.locator('#spans .key').count(), 3);
+    const box = await page.locator('#spans .collision').boundingBox();
+    const track = await page.locator('#spans').boundingBox();
+    assert.ok(Math.abs((box.x - track.x) / track.width - 30 / 59) < 0.02, 'the stretch begins at frame 30');
+    assert.ok(Math.abs(box.width / track.width - 10 / 59) < 0.02, 'and has ten frames');
+    await look(page, 0.9);
+    const red = await look(page, 1.1);
+    assert.ok(red.painted > 100, `only ${red.painted} pixels turned red`);
+    await look(page, 1.1);
+    assert.equal((await look(page, 1.5)).painted, 0);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  }
+  {
     const { page, complaints } = await open(context, 'hostile.html');
     assert.equal(await page.evaluate('window.hacked'), undefined);
     assert.equal(await page.locator('img').count(), 0);
