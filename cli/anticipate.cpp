@@ -72,13 +72,7 @@ void add_anticipate(CLI::App& app) {
                    "(default: futures.html)");
   verb->callback([o] {
     using namespace inhabit;
-    if (o->outputs.empty()) o->outputs.push_back("futures.html");
-    for (const std::string& out : o->outputs) {
-      if (const std::string e = fs::path(out).extension();
-          e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
-        throw Error(out, "is no output of an anticipation: .npz, .bvh, .glb, .json or .html");
-      require_writable(out);
-    }
+    require_motion_outputs(o->outputs, "futures.html", "an anticipation");
     const Clip clip = read_clip(o->motion);
     const auto anticipator =
         IntentionAnticipator::load(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);

@@ -54,13 +54,7 @@ void add_forecast(CLI::App& app) {
                    "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
-    if (o->outputs.empty()) o->outputs.push_back("forecast.html");
-    for (const std::string& out : o->outputs) {
-      if (const std::string e = std::filesystem::path(out).extension();
-          e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
-        throw Error(out, "is no output of a forecast: .npz, .bvh, .glb, .json or .html");
-      require_writable(out);
-    }
+    require_motion_outputs(o->outputs, "forecast.html", "a forecast");
     const Clip clip = read_clip(o->motion);
     Scene scene;
     if (o->scene.empty()) {

@@ -95,13 +95,7 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {
-    if (o->outputs.empty()) o->outputs.push_back("inbetween.html");
-    for (const std::string& out : o->outputs) {
-      if (const std::string e = std::filesystem::path(out).extension();
-          e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
-        throw Error(out, "is no output of in-betweening: .npz, .bvh, .glb, .json or .html");
-      require_writable(out);
-    }
+    require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
     const std::string model =
         !o->model.empty() ? o->model
                           : shipped_model(o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");

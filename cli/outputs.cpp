@@ -22,3 +22,13 @@ void require_writable(const std::string& path) {
     throw inhabit::Error(path, std::string("cannot be written: ") + std::strerror(errno));
   if (!in_place) fs::remove(probe, ignored);
 }
+
+void require_motion_outputs(std::vector<std::string>& outputs, const std::string& otherwise, const std::string& what) {
+  if (outputs.empty()) outputs.push_back(otherwise);
+  for (const std::string& out : outputs) {
+    if (const std::string e = fs::path(out).extension();
+        e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
+      throw inhabit::Error(out, "is no output of " + what + ": .npz, .bvh, .glb, .json or .html");
+    require_writable(out);
+  }
+}

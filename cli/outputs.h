@@ -1,6 +1,11 @@
 #pragma once
 #include <string>
+#include <vector>
 
 /// Throws inhabit::Error where a file cannot be written to `path` (no folder, a folder itself, no permission): for
 /// verbs that would otherwise learn of it after long work, or with another output written already.
 void require_writable(const std::string& path);
+
+/// For verbs whose result is motion and a page: sets `outputs` to `otherwise` where there is none, and throws
+/// inhabit::Error for one that is no .npz, .bvh, .glb, .json or .html, or cannot be written. @param what "a forecast"
+void require_motion_outputs(std::vector<std::string>& outputs, const std::string& otherwise, const std::string& what);

@@ -108,6 +108,7 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and given down to T* = 20 alone");
   inbetween->add_option("--without", *without, "Leave out inputs: global, local (scene features), shape (of the body)")
       ->check(CLI::IsMember({"global", "local", "shape"}));
+  inbetween->add_option("--from", options->from, "Model file of the same preset whose weights training starts from");
   inbetween->add_flag("--features", *features, "Train the motion features of the Frechet distance instead");
   inbetween->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
   inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")->capture_default_str();
@@ -120,6 +121,7 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_option("--stride", options->stride, "Frames from one window to the next")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  inbetween->add_flag("--bfloat16", options->bfloat16, "Faster products on CPUs with AMX, of 8 bits' precision");
   inbetween->callback([=] {
     options->config = inhabit::inbetween_preset(*preset);
     if (*noise_aware) options->config.t_star = 20;

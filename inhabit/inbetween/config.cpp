@@ -32,6 +32,7 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("guidance", c.guidance);
   visit("joints_weight", c.joints_weight);
   visit("velocity_weight", c.velocity_weight);
+  visit("feet_weight", c.feet_weight);
   visit("scene_dropout", c.scene_dropout);
   visit("global_scene", c.global_scene);
   visit("local_scene", c.local_scene);
@@ -78,6 +79,8 @@ InbetweenConfig inbetween_preset(const std::string& name) {
     config.width = 96;
     config.multipliers = {1, 2, 2};
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
+    config.velocity_weight = 30;
+    config.feet_weight = 30;
     config.partial_keys = true;
     config.from_interpolation = true;
   } else if (name != "paper") {

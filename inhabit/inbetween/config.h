@@ -42,6 +42,7 @@ struct InbetweenConfig {
   double guidance = 2.5;        ///< w
   double joints_weight = 2;     ///< lambda of Eq. 2
   double velocity_weight = 10;  ///< lambda of Eq. 3
+  double feet_weight = 0;       ///< of moves of feet that stand still in truth (not in the paper)
   double scene_dropout = 0.1;   ///< share of training samples without the global scene, for guidance
   bool global_scene = true;     ///< the occupancy is seen (Table 1)
   bool local_scene = true;      ///< the offsets at key frames are seen (Table 1)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/nn/mish.h"
 #include "inhabit/nn/norm_kernel.h"
 #include "inhabit/nn/parallel_chunks.h"
 #include "inhabit/nn/row_products_kernel.h"
@@ -235,7 +236,7 @@ struct FastDenoiser::Impl {
   }
 
   Tensor forward(const Tensor& input, const Tensor& embedding) {
-    const Tensor c = torch::mish(network->unet->embed_out(torch::mish(network->unet->embed_in(embedding))));
+    const Tensor c = nn::mish(network->unet->embed_out(nn::mish(network->unet->embed_in(embedding))));
     const Tensor film = torch::addmm(film_bias, c, film_weight.t());
     return through(input, film);
   }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "inhabit/nn/mish.h"
+
 namespace inhabit {
 
 namespace tn = torch::nn;
@@ -42,7 +44,7 @@ Tensor InbetweenNetworkImpl::embed_shape(const Tensor& shape) {
 Tensor InbetweenNetworkImpl::embed_offsets(const Tensor& offsets, const Tensor& keys) {
   if (!config.local_scene) return torch::zeros({offsets.size(0), 0, offsets.size(3)}, offsets.options());
   Tensor x = (offsets.flatten(1, 2) * keys.unsqueeze(1)).transpose(1, 2);  // (B, T, 3 anchors)
-  for (int i = 0; i < 4; ++i) x = i == 0 ? offset_layers[i](x) : offset_layers[i](torch::mish(x));
+  for (int i = 0; i < 4; ++i) x = i == 0 ? offset_layers[i](x) : offset_layers[i](nn::mish(x));
   return x.transpose(1, 2);
 }
 

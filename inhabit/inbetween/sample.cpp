@@ -1,8 +1,6 @@
 #include "inhabit/inbetween/sample.h"
 
 #include <algorithm>
-#include <map>
-#include <mutex>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/fit.h"
@@ -23,7 +21,7 @@ using torch::Tensor;
 
 namespace {
 
-constexpr size_t kScenesKept = 256, kClipsKept = 2048;
+constexpr size_t kScenesKept = 256, kClipsKept = 4096;
 
 /// The built-in body cut down to its anchors.
 const BodyModel& anchor_body() {
@@ -49,8 +47,9 @@ Tensor unpacked(const Tensor& bytes, torch::IntArrayRef shape) {
 
 struct Recording {
   Clip clip;
-  Tensor offsets;     // (T, 64, 3) half, world axes
-  Tensor body_shape;  // (7)
+  Tensor offsets;             // (T, 64, 3) half, world axes
+  Tensor body_shape;          // (7)
+  std::vector<Tensor> grids;  // packed, of each window
 };
 
 struct Place {
@@ -82,11 +81,9 @@ Tensor scene_occupancy(const SceneQuery& scene, const Tensor& root, double yaw) 
 }
 
 struct InbetweenData::Impl {
-  int64_t frames = 0;
+  int64_t frames = 0, stride = 0;
   std::vector<Dataset> sets;
   std::vector<Place> places;
-  mutable std::mutex mutex;
-  mutable std::map<int64_t, Tensor> grids;  // packed, by window
   mutable RecentCache<std::shared_ptr<const Recording>> recordings{kClipsKept,
                                                                    [this](const std::string& k) { return record(k); }};
   mutable RecentCache<Room> rooms{kScenesKept, [this](const std::string& k) { return read_room(k); }};
@@ -112,19 +109,11 @@ struct InbetweenData::Impl {
     const Room room = rooms.get(k.substr(0, k.find('/') + 1) + entry.scene);
     out->offsets = basis_point_offsets(*room.query, anchor_positions(out->clip)).to(torch::kHalf);
     out->body_shape = body_shape_features(builtin_body(), body_betas(out->clip));
-    return out;
-  }
-  Tensor grid(int64_t index, const Clip& window, double yaw) const {
-    const std::vector<int64_t> shape = {24, 48, 48};
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      const auto found = grids.find(index);
-      if (found != grids.end()) return unpacked(found->second, shape);
+    for (int64_t start = 0; start + frames <= out->clip.frames(); start += stride) {
+      const Clip window = slice(out->clip, start, start + frames);
+      out->grids.push_back(packed(scene_occupancy(*room.query, window.joints[0][0], -canonical_transform(window).yaw)));
     }
-    const Tensor found = scene_occupancy(*room(places[index]).query, window.joints[0][0], yaw);
-    const std::lock_guard<std::mutex> lock(mutex);
-    grids[index] = packed(found);
-    return found;
+    return out;
   }
 };
 
@@ -132,6 +121,7 @@ InbetweenData::InbetweenData(const std::vector<std::string>& folders, const std:
                              const InbetweenConfig& config, int64_t stride)
     : impl_(std::make_unique<Impl>()) {
   impl_->frames = config.frames;
+  impl_->stride = stride;
   for (const std::string& folder : folders) {
     impl_->sets.push_back(open_dataset(folder));
     const Dataset& set = impl_->sets.back();
@@ -161,7 +151,7 @@ InbetweenSample InbetweenData::sample(int64_t index) const {
   const Clip canonical = transformed(window, to_canonical);
   InbetweenSample out;
   out.features = inbetween_features(canonical);
-  out.occupancy = impl_->grid(index, window, -to_canonical.yaw);
+  out.occupancy = unpacked(recording->grids.at(static_cast<size_t>(place.start / impl_->stride)), {24, 48, 48});
   out.offsets = recording->offsets.slice(0, place.start, place.start + impl_->frames)
                     .to(torch::kFloat32)
                     .matmul(yaw_matrix(to_canonical.yaw).t());

@@ -32,9 +32,9 @@ torch::Tensor anchor_positions(const Clip& clip);
 /// @param root (3) metres, the first frame's root joint; @param yaw radians that it faces.
 torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root, double yaw);
 
-/// Windows of clips in rooms, read from native data sets as they are asked for. What a window needs of its scene is
-/// worked out when it is first asked for and then kept: 138 KB for each clip, 7 KB for each window. Safe to use from
-/// several threads.
+/// Windows of clips in rooms, read from native data sets as they are asked for. What a clip's windows need of its scene
+/// is worked out when the first is asked for and then kept: 138 KB for each clip, 7 KB for each window. Safe to use
+/// from several threads.
 class InbetweenData {
  public:
   /// Windows of config.frames frames, one every `stride`, of every clip of `split` ("train", "val", "test" or "all")

@@ -71,7 +71,7 @@ Tensor SceneEncoderImpl::forward(const Tensor& occupancy) {
   const Tensor patches = occupancy.view({batch, kSceneHeight, across, p, across, p})
                              .permute({0, 2, 4, 3, 5, 1})
                              .reshape({batch, across * across, p * p * kSceneHeight});
-  const Tensor embedded = token_norm_(embed_(patch_norm_(patches)));
+  const Tensor embedded = token_norm_(embed_(patch_norm_(patches)).to(torch::kFloat32));
   Tensor tokens = dropped(torch::cat({class_token_.expand({batch, 1, spec_.width}), embedded}, 1) + positions_);
   for (Layer& layer : layers_) {
     tokens = tokens + attend(layer, tokens);

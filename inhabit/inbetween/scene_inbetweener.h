@@ -11,8 +11,8 @@
 
 namespace inhabit {
 
-/// Evaluations of the denoiser for a window: the fewest whose metrics stay within 5 % of those of 1000
-/// (docs/inbetweening.md).
+/// Evaluations of the denoiser for a window. To be the fewest whose metrics stay within 5 % of those of 1000; not yet
+/// chosen by that (docs/inbetweening.md).
 inline constexpr int64_t kInbetweenSteps = 20;
 
 struct InbetweenRequest {

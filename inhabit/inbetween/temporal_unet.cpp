@@ -1,5 +1,7 @@
 #include "inhabit/inbetween/temporal_unet.h"
 
+#include "inhabit/nn/mish.h"
+
 namespace inhabit {
 
 namespace tn = torch::nn;
@@ -41,8 +43,8 @@ TemporalBlockImpl::TemporalBlockImpl(int64_t in, int64_t out, int64_t embedding)
 
 Tensor TemporalBlockImpl::forward(const Tensor& x, const Tensor& embedding) {
   const std::vector<Tensor> c = scale_shift(embedding).unsqueeze(2).chunk(2, 1);
-  const Tensor inner = second(torch::mish(first(x) * (1 + c[0]) + c[1]));
-  return torch::mish(inner) + (around.is_empty() ? x : around(x));
+  const Tensor inner = second(nn::mish(first(x) * (1 + c[0]) + c[1]));
+  return nn::mish(inner) + (around.is_empty() ? x : around(x));
 }
 
 TemporalUnetImpl::TemporalUnetImpl(int64_t in, int64_t out, int64_t width, const std::vector<int>& multipliers) {
@@ -84,7 +86,7 @@ TemporalUnetImpl::TemporalUnetImpl(int64_t in, int64_t out, int64_t width, const
 }
 
 Tensor TemporalUnetImpl::forward(Tensor x, const Tensor& embedding) {
-  const Tensor c = torch::mish(embed_out(torch::mish(embed_in(embedding))));
+  const Tensor c = nn::mish(embed_out(nn::mish(embed_in(embedding))));
   std::vector<Tensor> left;
   for (Down& level : downs) {
     x = level.second(level.first(x, c), c);
@@ -96,7 +98,7 @@ Tensor TemporalUnetImpl::forward(Tensor x, const Tensor& embedding) {
     x = level.twice(level.second(level.first(torch::cat({x, left.back()}, 1), c), c));
     left.pop_back();
   }
-  return out_conv(torch::mish(last(x)));
+  return out_conv(nn::mish(last(x)));
 }
 
 }  // namespace inhabit

@@ -11,7 +11,8 @@ inline constexpr int64_t kNormGroups = 8, kTaps = 5;
 /// A convolution over time and a group norm, (B, C, T) to (B, C', T).
 struct ConvNormImpl : torch::nn::Module {
   ConvNormImpl(int64_t in, int64_t out);
-  torch::Tensor forward(const torch::Tensor& x) { return norm(conv(x)); }
+  /// In float32, whatever the products are made in.
+  torch::Tensor forward(const torch::Tensor& x) { return norm(conv(x).to(torch::kFloat32)); }
 
   torch::nn::Conv1d conv{nullptr};
   torch::nn::GroupNorm norm{nullptr};

@@ -13,6 +13,7 @@
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/schedule.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/bfloat16.h"
 #include "inhabit/train/stages.h"
 
 namespace inhabit {
@@ -128,7 +129,23 @@ Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const
           noise};
 }
 
-Losses inbetween_losses(InbetweenNetworks& networks, const DiffusionSchedule& schedule, const Batch& b) {
+/// What the network makes of a batch, in float32. @param between the keys' interpolation where the network sees it.
+Tensor predict(const InbetweenNetworks& networks, const Batch& b, const Tensor& x, const Tensor& between,
+               bool bfloat16) {
+  const InbetweenConfig& c = networks.config;
+  InbetweenNetwork network = networks.network;
+  const Bfloat16Products products(bfloat16);
+  Tensor embedding = torch::zeros({x.size(0), c.width});
+  if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
+  if (c.body_shape) embedding = embedding + network->embed_shape(b[kShape]);
+  Tensor local = network->embed_offsets(b[kOffsets], b[kGroups].amin(2));  // offsets need the whole pose
+  if (between.defined()) local = torch::cat({local, between}, 1);
+  const Tensor mask = c.partial_keys ? b[kGroups].transpose(1, 2) : b[kGroups].amax(2).unsqueeze(1);
+  return network->forward(x, mask, local, b[kSteps], embedding).to(torch::kFloat32);
+}
+
+Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedule& schedule, const Batch& b,
+                        bool bfloat16) {
   const InbetweenConfig& c = networks.config;
   const Tensor noisy = diffuse(schedule, b[kFeatures], b[kSteps], b[kNoise]);
   GivenFeatures given;
@@ -137,16 +154,8 @@ Losses inbetween_losses(InbetweenNetworks& networks, const DiffusionSchedule& sc
   given.always = given.mask * b[kEnds].unsqueeze(1);
   given.t_star = c.t_star;
   const Tensor x = impute(noisy, given, b[kSteps]);
-  const Tensor key = b[kGroups].amax(2), whole = b[kGroups].amin(2);  // (B, T); offsets need the whole pose
-  InbetweenNetwork& network = networks.network;
-  Tensor embedding = torch::zeros({x.size(0), c.width});
-  if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
-  if (c.body_shape) embedding = embedding + network->embed_shape(b[kShape]);
-  Tensor local = network->embed_offsets(b[kOffsets], whole);
   const Tensor between = c.from_interpolation ? interpolate_given(given) : Tensor();
-  if (between.defined()) local = torch::cat({local, between}, 1);
-  const Tensor mask = c.partial_keys ? b[kGroups].transpose(1, 2) : key.unsqueeze(1);
-  Tensor predicted = network->forward(x, mask, local, b[kSteps], embedding);
+  Tensor predicted = predict(networks, b, x, between, bfloat16);
   if (between.defined()) predicted = predicted + between;
   return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
 }
@@ -183,6 +192,17 @@ void require_windows(const InbetweenTraining& options, const InbetweenData& trai
                                           " frames in a scene in its split " + (train.size() == 0 ? "train" : "val"));
 }
 
+/// False when it was interrupted.
+bool run(const TrainTask& task, const InbetweenTraining& options, size_t first) {
+  TrainOptions loop = stage_options(options.out, 0, first, options.resume);
+  loop.steps = options.steps;
+  loop.batch = options.batch;
+  loop.learning_rate = options.learning_rate;
+  loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
+  loop.seed = options.seed;
+  return !train(task, loop).interrupted;
+}
+
 }  // namespace
 
 bool train_motion_features(const InbetweenTraining& options) {
@@ -195,13 +215,7 @@ bool train_motion_features(const InbetweenTraining& options) {
   TrainTask task = motion_autoencoder_task(network, window_joints(data), window_joints(validation));
   task.name = "motion_features";
   task.on_best = [&] { save_motion_autoencoder(options.out, network); };
-  TrainOptions loop = stage_options(options.out, 0, first, options.resume);
-  loop.steps = options.steps;
-  loop.batch = options.batch;
-  loop.learning_rate = options.learning_rate;
-  loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
-  loop.seed = options.seed;
-  return !train(task, loop).interrupted;
+  return run(task, options, first);
 }
 
 bool train_inbetween(const InbetweenTraining& options) {
@@ -215,7 +229,17 @@ bool train_inbetween(const InbetweenTraining& options) {
   InbetweenNetworks networks;
   networks.config = config;
   networks.network = InbetweenNetwork(config);
-  const Standard standard = feature_standard(data);
+  Standard standard;
+  if (options.from.empty()) {
+    standard = feature_standard(data);
+  } else {
+    InbetweenNetworks start = load_inbetween_networks(options.from);
+    InbetweenConfig expected = start.config;
+    expected.t_star = config.t_star;
+    if (expected != config) throw Error(options.from, "is of another configuration than this training");
+    networks.network = start.network;
+    standard = {start.mean, start.deviation};
+  }
   networks.mean = standard.mean;
   networks.deviation = standard.deviation;
   const DiffusionSchedule schedule = cosine_schedule(config.diffusion_steps);
@@ -229,7 +253,7 @@ bool train_inbetween(const InbetweenTraining& options) {
   task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
     return inbetween_batch(data, config, standard, indices, seed);
   };
-  task.losses = [&](const Batch& batch) { return inbetween_losses(networks, schedule, batch); };
+  task.losses = [&](const Batch& batch) { return inbetween_losses(networks, schedule, batch, options.bfloat16); };
   task.validate = [&] {
     double sum = 0;
     int64_t batches = 0;
@@ -239,18 +263,12 @@ bool train_inbetween(const InbetweenTraining& options) {
         indices.push_back(i * validation.size() / std::min(kValidationWindows, validation.size()));
       const Batch batch =
           inbetween_batch(validation, config, standard, indices, item_seed(options.seed, static_cast<uint64_t>(at)));
-      sum += inbetween_losses(networks, schedule, batch).front().second.item<double>();
+      sum += inbetween_losses(networks, schedule, batch, false).front().second.item<double>();
     }
     return sum / static_cast<double>(batches);
   };
   task.on_best = [&] { save_inbetween_networks(options.out, networks); };
-  TrainOptions loop = stage_options(options.out, 0, first, options.resume);
-  loop.steps = options.steps;
-  loop.batch = options.batch;
-  loop.learning_rate = options.learning_rate;
-  loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
-  loop.seed = options.seed;
-  return !train(task, loop).interrupted;
+  return run(task, options, first);
 }
 
 }  // namespace inhabit

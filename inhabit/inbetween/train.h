@@ -9,6 +9,7 @@ namespace inhabit {
 
 struct InbetweenTraining {
   std::vector<std::string> data;  ///< native data set folders
+  std::string from;               ///< model file that the weights start from; empty: at random
   std::string out;                ///< model file; its best weights by validation are written as training goes on
   InbetweenConfig config = inbetween_preset("compact");
   bool resume = false;
@@ -17,6 +18,7 @@ struct InbetweenTraining {
   int64_t batch = 32;
   double learning_rate = 4e-4;  ///< the paper's 1e-4 goes with batches of 256 and many more steps
   int64_t stride = 30;          ///< frames from one window to the next
+  bool bfloat16 = false;        ///< the network's products are made in bfloat16 (nn/bfloat16.h)
 };
 
 /// Trains the denoiser (3.2): one denoising step a sample, t drawn uniformly, key frames drawn at random, always with
