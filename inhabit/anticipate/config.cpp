@@ -1,22 +1,20 @@
 #include "inhabit/anticipate/config.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-#include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/io/config_fields.h"
 
 namespace inhabit {
 namespace {
 
 using nlohmann::json;
 
-/// Calls visit(key, field) for every field, so that reading and writing name each once.
-template <class Config, class Visit>
-void visit_fields(Config& c, const Visit& visit) {
+constexpr auto fields = [](auto& c, const auto& visit) {
   visit("rate", c.rate);
   visit("observed", c.observed);
   visit("future", c.future);
+  visit("label_frames", c.label_frames);
   visit("gamma", c.gamma);
   visit("rec_frames", c.rec_frames);
   visit("kappa", c.kappa);
@@ -41,50 +39,15 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("ltd_future", c.ltd_future);
   visit("ltd_hidden", c.ltd_hidden);
   visit("ltd_blocks", c.ltd_blocks);
-}
-
-/// Sets a field; false where the value is of another type.
-bool take(const json& value, bool& field) {
-  if (!value.is_boolean()) return false;
-  field = value.get<bool>();
-  return true;
-}
-bool take(const json& value, int& field) {
-  if (!value.is_number_integer()) return false;
-  field = static_cast<int>(std::clamp(value.get<double>(), -1e9, 1e9));  // beyond what validate() lets through
-  return true;
-}
-bool take(const json& value, double& field) {
-  if (!value.is_number()) return false;
-  field = value.get<double>();
-  return true;
-}
-
-AnticipateConfig from(const json& root, AnticipateConfig config, const std::string& subject) {
-  if (!root.is_object()) throw Error(subject, "the configuration is no JSON object");
-  std::set<std::string> known;
-  visit_fields(config, [&](const char* key, auto& field) {
-    known.insert(key);
-    if (!root.contains(key)) return;
-    if (!take(root[key], field)) throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
-  });
-  for (const auto& [key, value] : root.items())
-    if (known.count(key) == 0) throw Error(subject, "configuration: no setting is called '" + key.substr(0, 60) + "'");
-  return config;
-}
+};
 
 }  // namespace
 
-std::string to_json(const AnticipateConfig& config) {
-  nlohmann::ordered_json out;
-  visit_fields(config, [&](const char* key, const auto& field) { out[key] = field; });
-  return out.dump();
-}
+std::string to_json(const AnticipateConfig& config) { return fields_to_json(config, fields).dump(); }
 
 AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject) {
-  const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (root.is_discarded()) throw Error(subject, "the configuration is no JSON");
-  const AnticipateConfig config = from(root, {}, subject);
+  AnticipateConfig config;
+  fields_from_json(config_object(text, subject), subject, fields, config);
   validate(config, subject);
   return config;
 }
@@ -94,7 +57,7 @@ void set_field(AnticipateConfig& config, const std::string& setting) {
   const json value = at == std::string::npos ? json() : json::parse(setting.substr(at + 1), nullptr, false);
   if (value.is_discarded() || value.is_null())
     throw Error(setting, "is no setting: KEY=VALUE, a number or true or false");
-  config = from({{setting.substr(0, at), value}}, config, setting);
+  fields_from_json({{setting.substr(0, at), value}}, setting, fields, config);
 }
 
 void validate(const AnticipateConfig& c, const std::string& subject) {
@@ -106,6 +69,7 @@ void validate(const AnticipateConfig& c, const std::string& subject) {
   within("kappa", c.kappa, 2, 240);
   within("observed", c.observed, c.kappa, 2000);
   within("future", c.future, c.kappa, 2000);
+  within("label_frames", c.label_frames, 1, 2000);
   within("gamma", c.gamma, 1, 200);
   within("rec_frames", c.rec_frames, 0, 2000);
   within("labels", c.labels, 1, 256);

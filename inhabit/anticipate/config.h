@@ -9,6 +9,7 @@ struct AnticipateConfig {
   double rate = 25;     ///< frames a second
   int observed = 50;    ///< t, frames; a shorter observation is led in by its first frame
   int future = 50;      ///< T - t in training; any horizon can be asked for
+  int label_frames = 250;  ///< future labels that the intention decoder is trained on, where a recording has so many
   int gamma = 10;       ///< frames that the intention is read ahead, the current one among them (Eq. 6)
   int rec_frames = 15;  ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
   int kappa = 8;        ///< frames of a motion word (Eq. 9)

@@ -53,10 +53,11 @@ class AnticipateData {
   int64_t size() const { return static_cast<int64_t>(windows_.size()); }
 
   struct Window {
-    torch::Tensor frames;  ///< (observed + future, F) standardised; what lies beyond the recording repeats its end
-    torch::Tensor labels;  ///< (observed + future + gamma - 1) int64
-    int64_t first = 0;     ///< first frame of `frames` that was recorded
-    int64_t last = 0;      ///< one past the last that was
+    torch::Tensor frames;    ///< (observed + future, F) standardised; what lies beyond the recording repeats its end
+    torch::Tensor labels;    ///< (observed + max(label_frames, future + gamma - 1)) int64
+    int64_t first = 0;       ///< first frame of `frames` that was recorded
+    int64_t last = 0;        ///< one past the last that was
+    int64_t last_label = 0;  ///< one past the last label that was
   };
   Window window(int64_t index, bool mirrored) const;
 

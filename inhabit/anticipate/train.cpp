@@ -85,13 +85,24 @@ void add_adversary(Adversary adversary, const std::string& name, const Tensor& r
 }
 
 // Places in a batch of ours.
-enum : size_t { kFrames, kLabels, kWeights, kZ, kGumbel, kRealStarts, kForecastStarts, kRunStarts, kRun };
+enum : size_t {
+  kFrames,
+  kLabels,
+  kWeights,
+  kLabelWeights,
+  kZ,
+  kGumbel,
+  kRealStarts,
+  kForecastStarts,
+  kRunStarts,
+  kRun
+};
 
 Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
                       uint64_t seed) {
   std::mt19937_64 random(seed);
   const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
-  std::vector<Tensor> windows, labels, weights, real, forecast, later;
+  std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later;
   const auto starts = [&](int64_t first, int64_t last) {
     std::vector<int64_t> out;
     for (int64_t v = 0; v < kViews; ++v)
@@ -103,19 +114,30 @@ Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, con
     windows.push_back(window.frames);
     labels.push_back(window.labels);
     weights.push_back((torch::arange(c.observed, c.observed + c.future) < window.last).to(torch::kFloat32));
+    label_weights.push_back(
+        (torch::arange(c.observed, c.observed + c.label_frames) < window.last_label).to(torch::kFloat32));
     real.push_back(starts(window.first, window.last - c.adversary_frames));
     forecast.push_back(starts(0, c.future - 1));  // with the frames before it, so that the first step is judged too
     later.push_back(starts(0, kRunFrames - c.adversary_frames));
   }
   const auto count = static_cast<int64_t>(indices.size());
   const FutureNoise noise = draw_noise(c, count, std::max<int64_t>(c.future, run + kRunFrames), item_seed(seed, 1));
-  return {torch::stack(windows), torch::stack(labels),   torch::stack(weights), noise.z,           noise.gumbel,
-          torch::stack(real),    torch::stack(forecast), torch::stack(later),   torch::tensor(run)};
+  return {torch::stack(windows),
+          torch::stack(labels),
+          torch::stack(weights),
+          torch::stack(label_weights),
+          noise.z,
+          noise.gumbel,
+          torch::stack(real),
+          torch::stack(forecast),
+          torch::stack(later),
+          torch::tensor(run)};
 }
 
 Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateConfig& c, const FeatureScale& scale) {
   const Tensor past = b[kFrames].slice(1, 0, c.observed), truth = b[kFrames].slice(1, c.observed);
-  const Tensor true_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
+  const Tensor later_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
+  const Tensor true_labels = later_labels.slice(1, 0, c.observed + c.future + c.gamma - 1);
   const auto unseen = [&](const Tensor& labels) { return c.intention ? labels : torch::zeros_like(labels); };
   const Tensor ahead = true_labels.slice(1, c.observed);
   PoseNetworkImpl::State state = model->pose->start(past, b[kZ]);
@@ -127,8 +149,9 @@ Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateCo
   Losses losses = {{"rec", rec}, {"root", root}};
   if (c.intention) {
     const Tensor code = model->intention->encode(past);
-    const Tensor sym = intention_loss(model->intention->teacher_logits(code, ahead.slice(1, 0, c.future)),
-                                      b[kLabels].slice(1, c.observed, c.observed + c.future), b[kWeights]);
+    const int64_t end = c.observed + c.label_frames;
+    const Tensor sym = intention_loss(model->intention->teacher_logits(code, later_labels.slice(1, c.observed, end)),
+                                      b[kLabels].slice(1, c.observed, end).contiguous(), b[kLabelWeights]);
     total = total + sym;
     losses.emplace_back("intention", sym);
     if (c.label_adversary) {

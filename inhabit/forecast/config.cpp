@@ -1,10 +1,9 @@
 #include "inhabit/forecast/config.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/io/config_fields.h"
 
 namespace inhabit {
 namespace {
@@ -53,9 +52,7 @@ std::vector<PropagationSpec> propagation_from(const json& list) {
   return specs;
 }
 
-/// Calls visit(key, field) for every plain field, so that reading and writing name each once.
-template <class Config, class Visit>
-void visit_fields(Config& config, const Visit& visit) {
+constexpr auto fields = [](auto& config, const auto& visit) {
   visit("preset", config.preset);
   visit("rate", config.rate);
   visit("past", config.past);
@@ -76,7 +73,7 @@ void visit_fields(Config& config, const Visit& visit) {
   visit("decode_from_past", config.decode_from_past);
   visit("trajectory_hidden", config.trajectory_hidden);
   visit("trajectory_blocks", config.trajectory_blocks);
-}
+};
 
 void check(bool good, const std::string& subject, const std::string& reason) {
   if (!good) throw Error(subject, "impossible configuration: " + reason);
@@ -127,26 +124,17 @@ ForecastConfig forecast_preset(const std::string& name) {
 }
 
 std::string to_json(const ForecastConfig& config) {
-  json root;
-  visit_fields(config, [&root](const char* key, const auto& field) { root[key] = field; });
+  nlohmann::ordered_json root = fields_to_json(config, fields);
   root["abstraction"] = abstraction_json(config.abstraction);
   root["propagation"] = propagation_json(config.propagation);
   return root.dump();
 }
 
 ForecastConfig forecast_config_from_json(const std::string& text, const std::string& subject) {
-  const json root = json::parse(text, nullptr, false);
-  if (root.is_discarded() || !root.is_object()) throw Error(subject, "forecast configuration is not JSON");
+  const json root = config_object(text, subject);
   ForecastConfig config;
+  fields_from_json(root, subject, fields, config, {"abstraction", "propagation"});
   try {
-    std::set<std::string> known{"abstraction", "propagation"};
-    visit_fields(config, [&](const char* key, auto& field) {
-      known.insert(key);
-      if (root.contains(key)) root.at(key).get_to(field);
-    });
-    for (const auto& [key, value] : root.items()) {
-      if (known.count(key) == 0) throw Error(subject, "unknown key '" + key + "' in the forecast configuration");
-    }
     config.abstraction = abstraction_from(root.at("abstraction"));
     config.propagation = propagation_from(root.at("propagation"));
   } catch (const json::exception& e) {

@@ -1,19 +1,14 @@
 #include "inhabit/inbetween/config.h"
 
-#include <algorithm>
-#include <nlohmann/json.hpp>
-#include <set>
-
 #include "inhabit/error.h"
+#include "inhabit/io/config_fields.h"
 
 namespace inhabit {
 namespace {
 
 using nlohmann::json;
 
-/// Calls visit(key, field) for every field, so that reading and writing name each once.
-template <class Config, class Visit>
-void visit_fields(Config& c, const Visit& visit) {
+constexpr auto fields = [](auto& c, const auto& visit) {
   visit("preset", c.preset);
   visit("rate", c.rate);
   visit("frames", c.frames);
@@ -39,36 +34,7 @@ void visit_fields(Config& c, const Visit& visit) {
   visit("body_shape", c.body_shape);
   visit("partial_keys", c.partial_keys);
   visit("from_interpolation", c.from_interpolation);
-}
-
-/// Sets a field; false where the value is of another type.
-bool take(const json& value, std::string& field) {
-  if (!value.is_string()) return false;
-  field = value.get<std::string>();
-  return true;
-}
-bool take(const json& value, bool& field) {
-  if (!value.is_boolean()) return false;
-  field = value.get<bool>();
-  return true;
-}
-bool take(const json& value, int& field) {
-  if (!value.is_number_integer()) return false;
-  field = static_cast<int>(std::clamp(value.get<double>(), -1e9, 1e9));  // beyond what validate() lets through
-  return true;
-}
-bool take(const json& value, double& field) {
-  if (!value.is_number()) return false;
-  field = value.get<double>();
-  return true;
-}
-bool take(const json& value, std::vector<int>& field) {
-  if (!value.is_array()) return false;
-  field.assign(value.size(), 0);
-  for (size_t i = 0; i < field.size(); ++i)
-    if (!take(value[i], field[i])) return false;
-  return true;
-}
+};
 
 }  // namespace
 
@@ -89,25 +55,11 @@ InbetweenConfig inbetween_preset(const std::string& name) {
   return config;
 }
 
-std::string to_json(const InbetweenConfig& config) {
-  nlohmann::ordered_json out;
-  visit_fields(config, [&](const char* key, const auto& field) { out[key] = field; });
-  return out.dump();
-}
+std::string to_json(const InbetweenConfig& config) { return fields_to_json(config, fields).dump(); }
 
 InbetweenConfig inbetween_config_from_json(const std::string& text, const std::string& subject) {
-  const json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (root.is_discarded()) throw Error(subject, "the configuration is no JSON");
-  if (!root.is_object()) throw Error(subject, "the configuration is no JSON object");
   InbetweenConfig config;
-  std::set<std::string> known;
-  visit_fields(config, [&](const char* key, auto& field) {
-    known.insert(key);
-    if (root.contains(key) && !take(root[key], field))
-      throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
-  });
-  for (const auto& [key, value] : root.items())
-    if (known.count(key) == 0) throw Error(subject, "configuration: no setting is called '" + key.substr(0, 60) + "'");
+  fields_from_json(config_object(text, subject), subject, fields, config);
   validate(config, subject);
   return config;
 }
@@ -183,6 +135,7 @@ void validate(const InbetweenConfig& c, const std::string& subject) {
   within("guidance", c.guidance, 0, 100);
   within("joints_weight", c.joints_weight, 0, 1000);
   within("velocity_weight", c.velocity_weight, 0, 1000);
+  within("feet_weight", c.feet_weight, 0, 1000);
   within("scene_dropout", c.scene_dropout, 0, 1);
 }
 
