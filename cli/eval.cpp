@@ -110,6 +110,7 @@ void add_eval_inbetween(CLI::App& verb) {
     std::vector<std::string> data, models;
     std::string split = "test", json;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
+    bool hold_feet = true;
     inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
     inhabit::InbetweenEvaluation evaluation;
   };
@@ -133,6 +134,7 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_option("--steps", o->steps, "Evaluations of the denoiser")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  inbetween->add_flag("!--loose-feet", o->hold_feet, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -163,6 +165,7 @@ void add_eval_inbetween(CLI::App& verb) {
                            request.keys = keys;
                            request.seed = seed;
                            request.steps = o->steps;
+                           request.hold_feet = o->hold_feet;
                            return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
                          }});
     }

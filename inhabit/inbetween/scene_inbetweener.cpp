@@ -12,6 +12,7 @@
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/feet.h"
 #include "inhabit/scene/basis_points.h"
 
 namespace inhabit {
@@ -133,6 +134,10 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     for (auto [to, source] : {std::pair(out.joints, moved.joints), std::pair(out.rotations, moved.rotations),
                               std::pair(out.trans, moved.trans)})
       to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
+  }
+  if (request.hold_feet) {
+    const bool met = c.t_star == 0 && !request.given.defined();  // inner keys come out as they went in
+    out = hold_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1});
   }
   out.betas = clip.betas;
   out.gender = clip.gender;

@@ -105,6 +105,21 @@ TEST(AnticipateData, WindowsRepeatFramesThatWereNotRecorded) {
   EXPECT_TRUE(torch::equal(late.frames.slice(0, 22), all.slice(0, 39).expand({6, -1})));
   EXPECT_EQ(late.labels.size(0), 28 + 3);
   EXPECT_TRUE(torch::equal(late.labels.slice(0, 22), labels.slice(0, 39).expand({9})));
+  EXPECT_EQ(late.last_label, 22);
+}
+
+TEST(AnticipateData, LabelsGoOnBeyondTheFrames) {
+  AnticipateConfig config = small_config();
+  config.label_frames = 25;
+  const AnticipateNetworks networks = untrained(config);
+  const auto recording = people(60)[0];
+  const AnticipateData data({recording}, networks);
+  const Tensor labels = intention_labels(intention_poses(recording.features), networks.clusters);
+  const auto early = data.window(4, false);  // the future begins at frame 12
+  EXPECT_EQ(early.last, 28);
+  EXPECT_EQ(early.last_label, 37);
+  EXPECT_TRUE(torch::equal(early.labels, labels.slice(0, 0, 37)));
+  EXPECT_EQ(data.window(data.size() - 1, false).last_label, 22) << "ten frames before the end";
 }
 
 TEST(AnticipateData, MirroredWindowsAreThoseOfTheMotionInAMirror) {

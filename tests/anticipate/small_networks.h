@@ -7,6 +7,7 @@ inline inhabit::AnticipateConfig small_config() {
   inhabit::AnticipateConfig c;
   c.observed = 12;
   c.future = 16;
+  c.label_frames = 19;
   c.gamma = 4;
   c.rec_frames = 6;
   c.labels = 3;

@@ -1,0 +1,88 @@
+// Protects feet that stand: a sliding foot is held, what is fixed stays, bones keep their lengths, and motion whose feet
+// stand already is hardly touched.
+#include "inhabit/motion/feet.h"
+
+#include <gtest/gtest.h>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/io/files.h"
+#include "inhabit/metrics/foot_skating.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+double largest(const Tensor& x) { return x.abs().max().item<double>(); }
+
+/// Stands with bent knees, balls of the feet 2 cm above the floor, and drifts along x by `drift` metres a frame.
+Clip drifting(int64_t frames, double drift) {
+  Clip clip;
+  clip.skeleton = builtin_body().skeleton;
+  clip.rotations = torch::zeros({frames, clip.skeleton.size(), 3});
+  for (const auto& [joint, bend] : {std::pair(1, -0.5), {2, -0.5}, {4, 1.0}, {5, 1.0}, {7, -0.5}, {8, -0.5}})
+    clip.rotations.select(1, joint).select(1, 0).fill_(bend);
+  clip.trans = torch::zeros({frames, 3});
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  clip.trans.select(1, 1).sub_(clip.joints[0][10][1].item<double>() - 0.02);
+  clip.trans.select(1, 0).add_(torch::arange(frames) * drift);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+Clip walk() { return read_clip(std::string(INHABIT_SOURCE_DIR) + "/examples/data/walk.npz"); }
+
+TEST(HoldFeet, AFootThatDriftsStands) {
+  const Clip clip = drifting(20, 0.005), held = hold_feet(clip, {});
+  for (const int ball : {10, 11}) {
+    const Tensor path = held.joints.select(1, ball);
+    EXPECT_LT(largest(path - path.mean(0, true)), 1e-4) << ball;
+    EXPECT_LT(largest(path.select(1, 1) - 0.02), 1e-3) << "feet keep their height";
+  }
+  EXPECT_TRUE(torch::equal(held.trans, clip.trans)) << "the body goes on";
+  EXPECT_LT(largest(joint_positions(held.skeleton, held.rotations, held.trans) - held.joints), 1e-4)
+      << "joints are those of the poses, so that bones keep their lengths";
+  const auto foot = [](const Clip& c) { return c.joints.select(1, 10) - c.joints.select(1, 7); };
+  EXPECT_LT(largest(foot(held) - foot(clip)), 1e-4) << "feet point where they did";
+}
+
+TEST(HoldFeet, FixedFramesStayAndSayWhereAFootStands) {
+  const Clip clip = drifting(20, 0.005), held = hold_feet(clip, {4, 12});
+  for (const int64_t t : {4, 12}) {
+    EXPECT_TRUE(torch::equal(held.rotations[t], clip.rotations[t])) << t;
+    EXPECT_TRUE(torch::equal(held.joints[t], clip.joints[t])) << t;
+  }
+  const Tensor x = held.joints.select(1, 10).select(1, 0), was = clip.joints.select(1, 10).select(1, 0);
+  EXPECT_LT(largest(x.slice(0, 0, 5) - was[4]), 1e-4);
+  EXPECT_LT(largest(x.slice(0, 12) - was[12]), 1e-4);
+  EXPECT_LT(largest(x.slice(0, 4, 13) - was.slice(0, 4, 13)), 1e-4) << "from one place to the other";
+}
+
+TEST(HoldFeet, FeetThatGoQuicklyAreLeftAlone) {
+  const Clip clip = drifting(20, 0.05);  // 1.5 m/s
+  EXPECT_TRUE(torch::equal(hold_feet(clip, {}).rotations, clip.rotations));
+}
+
+TEST(HoldFeet, WalkingOnFeetThatStandIsHardlyTouched) {
+  const Clip clip = walk(), held = hold_feet(clip, {});
+  EXPECT_LT((held.joints - clip.joints).norm(2, {2}).mean().item<double>(), 0.005);
+  EXPECT_LE(foot_skating(held).share(), foot_skating(clip).share());
+}
+
+TEST(HoldFeet, AWalkMadeToSlideSkatesLess) {
+  Clip clip = walk();
+  const Tensor sway = 0.14 * torch::sin(torch::arange(clip.frames()) * 0.25);  // up to 1 m/s
+  clip.trans = clip.trans.clone();
+  clip.trans.select(1, 0).add_(sway);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  const double before = foot_skating(clip).share(), after = foot_skating(hold_feet(clip, {})).share();
+  EXPECT_GT(before, 0.1);
+  EXPECT_LT(after, before / 2);
+  const Tensor acceleration = hold_feet(clip, {}).joints.diff(2, 0).norm(2, {2});
+  EXPECT_LT(acceleration.max().item<double>(), 2 * clip.joints.diff(2, 0).norm(2, {2}).max().item<double>())
+      << "and nothing jumps";
+}
+
+}  // namespace
+}  // namespace inhabit
