@@ -5,6 +5,7 @@
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/evaluate.h"
+#include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
@@ -186,6 +187,32 @@ void add_eval_inbetween(CLI::App& verb) {
   });
 }
 
+void add_eval_detour(CLI::App& verb) {
+  struct Options {
+    std::string model;
+    int64_t runs = 10;
+    inhabit::InbetweenRequest request;
+  };
+  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight way: who goes around");
+  auto o = std::make_shared<Options>();
+  detour->add_option("--model", o->model, "Model file (default: the one that ships)");
+  detour->add_option("--seeds", o->runs, "Runs with different seeds")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  detour->add_option("--seed", o->request.seed, "First seed")->capture_default_str();
+  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  detour->callback([o] {
+    const auto model =
+        inhabit::SceneInbetweener::load(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
+    const inhabit::DetourScores scores = inhabit::evaluate_detour(model, o->request, o->runs);
+    std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
+                static_cast<long long>(scores.around), static_cast<long long>(scores.runs),
+                static_cast<long long>(scores.around_unseen));
+  });
+}
+
 }  // namespace
 
 void add_eval(CLI::App& app) {
@@ -194,4 +221,5 @@ void add_eval(CLI::App& app) {
   add_eval_forecast(*verb);
   add_eval_anticipate(*verb);
   add_eval_inbetween(*verb);
+  add_eval_detour(*verb);
 }

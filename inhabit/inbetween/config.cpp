@@ -34,6 +34,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("body_shape", c.body_shape);
   visit("partial_keys", c.partial_keys);
   visit("from_interpolation", c.from_interpolation);
+  visit("around_obstacles", c.around_obstacles);
 };
 
 }  // namespace
@@ -45,10 +46,11 @@ InbetweenConfig inbetween_preset(const std::string& name) {
     config.width = 96;
     config.multipliers = {1, 2, 2};
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
-    config.velocity_weight = 30;
-    config.feet_weight = 30;
+    config.velocity_weight = 100;
+    config.feet_weight = 300;
     config.partial_keys = true;
     config.from_interpolation = true;
+    config.around_obstacles = true;
   } else if (name != "paper") {
     throw Error("preset '" + name + "'", "unknown; there are paper and compact");
   }

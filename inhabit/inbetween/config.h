@@ -52,6 +52,9 @@ struct InbetweenConfig {
   /// The denoiser also sees the keys' linear interpolation, feature by feature, and says what that lacks: trained on
   /// two CPU cores it then starts where simple in-betweening ends. (Not in the paper.)
   bool from_interpolation = false;
+  /// That interpolation goes around what stands between the keys (way_around.h), also where scene_dropout and guidance
+  /// hide the scene from the network. (Not in the paper.)
+  bool around_obstacles = false;
 
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }

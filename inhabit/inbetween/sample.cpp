@@ -10,6 +10,7 @@
 #include "inhabit/error.h"
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/way_around.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/scene/basis_points.h"
@@ -35,7 +36,7 @@ const BodyModel& anchor_body() {
   return body;
 }
 
-/// Bits of a (24, 48, 48) grid of 1 and -1, and back.
+/// Bits of a grid of 1 and -1, and back.
 Tensor packed(const Tensor& grid) {
   const Tensor bits = (grid > 0).to(torch::kUInt8).view({-1, 8});
   return (bits * torch::tensor({1, 2, 4, 8, 16, 32, 64, 128}, torch::kUInt8)).sum(1, false, torch::kUInt8);
@@ -47,9 +48,9 @@ Tensor unpacked(const Tensor& bytes, torch::IntArrayRef shape) {
 
 struct Recording {
   Clip clip;
-  Tensor offsets;             // (T, 64, 3) half, world axes
-  Tensor body_shape;          // (7)
-  std::vector<Tensor> grids;  // packed, of each window
+  Tensor offsets;                     // (T, 64, 3) half, world axes
+  Tensor body_shape;                  // (7)
+  std::vector<Tensor> grids, floors;  // packed, of each window
 };
 
 struct Place {
@@ -111,7 +112,9 @@ struct InbetweenData::Impl {
     out->body_shape = body_shape_features(builtin_body(), body_betas(out->clip));
     for (int64_t start = 0; start + frames <= out->clip.frames(); start += stride) {
       const Clip window = slice(out->clip, start, start + frames);
-      out->grids.push_back(packed(scene_occupancy(*room.query, window.joints[0][0], -canonical_transform(window).yaw)));
+      const double yaw = -canonical_transform(window).yaw;
+      out->grids.push_back(packed(scene_occupancy(*room.query, window.joints[0][0], yaw)));
+      out->floors.push_back(packed(scene_floor(*room.query, window.joints[0][0], yaw)));
     }
     return out;
   }
@@ -151,7 +154,9 @@ InbetweenSample InbetweenData::sample(int64_t index) const {
   const Clip canonical = transformed(window, to_canonical);
   InbetweenSample out;
   out.features = inbetween_features(canonical);
-  out.occupancy = unpacked(recording->grids.at(static_cast<size_t>(place.start / impl_->stride)), {24, 48, 48});
+  const auto number = static_cast<size_t>(place.start / impl_->stride);
+  out.occupancy = unpacked(recording->grids.at(number), {24, 48, 48});
+  out.floor = unpacked(recording->floors.at(number), {96, 96});
   out.offsets = recording->offsets.slice(0, place.start, place.start + impl_->frames)
                     .to(torch::kFloat32)
                     .matmul(yaw_matrix(to_canonical.yaw).t());

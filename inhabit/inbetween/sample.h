@@ -16,6 +16,7 @@ struct InbetweenConfig;
 struct InbetweenSample {
   torch::Tensor features;    ///< (T, 201)
   torch::Tensor occupancy;   ///< (24, 48, 48): up, left, ahead; 1 occupied, -1 free
+  torch::Tensor floor;       ///< (96, 96) of scene_floor
   torch::Tensor offsets;     ///< (T, 64, 3) metres from the body's anchors to the nearest place of the scene
   torch::Tensor body_shape;  ///< (7)
   torch::Tensor bones;       ///< (22, 3) metres, the skeleton's offsets
@@ -33,7 +34,7 @@ torch::Tensor anchor_positions(const Clip& clip);
 torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root, double yaw);
 
 /// Windows of clips in rooms, read from native data sets as they are asked for. What a clip's windows need of its scene
-/// is worked out when the first is asked for and then kept: 138 KB for each clip, 7 KB for each window. Safe to use
+/// is worked out when the first is asked for and then kept: 138 KB for each clip, 8 KB for each window. Safe to use
 /// from several threads.
 class InbetweenData {
  public:

@@ -8,6 +8,7 @@
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
+#include "inhabit/inbetween/way_around.h"
 #include "inhabit/inbetween/windows.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
@@ -98,24 +99,28 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     const Tensor frames = torch::tensor(at), places = frames - window.first;
     const Clip poses = frames_of(out, frames);
     const GroundTransform to_canonical = canonical_transform(poses);
-    const Tensor features =
-        (inbetween_features(transformed(poses, to_canonical)) - networks_.mean) / networks_.deviation;
+    const Tensor metres = inbetween_features(transformed(poses, to_canonical)),
+                 features = (metres - networks_.mean) / networks_.deviation;
     GivenFeatures given;
     given.values = torch::zeros({1, kInbetweenFeatures, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
     given.mask = feature_mask(groups).t().unsqueeze(0);
     given.always = given.mask * always;
     given.t_star = c.t_star;
 
-    const Tensor occupied =
-        c.global_scene
-            ? network->embed_scene(scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw).unsqueeze(0))
-            : Tensor();
+    const Tensor occupancy = c.global_scene ? scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw) : Tensor();
+    const Tensor occupied = c.global_scene ? network->embed_scene(occupancy.unsqueeze(0)) : Tensor();
     Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
     if (c.local_scene)
       offsets.index_copy_(0, places,
                           basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
     Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
-    const Tensor between = c.from_interpolation ? interpolate_given(given) : torch::zeros({});
+    Tensor between = c.from_interpolation ? interpolate_given(given) : torch::zeros({});
+    if (c.from_interpolation && c.around_obstacles && c.global_scene) {
+      const Tensor root = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
+      const Tensor floor = scene_floor(query, poses.joints[0][0], -to_canonical.yaw);
+      const Tensor ways = ways_around(floor, root, groups);
+      between = along_ways(between, ways.unsqueeze(0), given.mask, networks_.deviation);
+    }
     if (c.from_interpolation) local = torch::cat({local, between}, 1);
     const Tensor mask = (c.partial_keys ? groups.t() : groups.amax(1).unsqueeze(0)).unsqueeze(0);
     const auto denoise = [&](const Tensor& x, int64_t t) {

@@ -12,6 +12,7 @@
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/schedule.h"
+#include "inhabit/inbetween/way_around.h"
 #include "inhabit/math/random.h"
 #include "inhabit/nn/bfloat16.h"
 #include "inhabit/train/stages.h"
@@ -40,6 +41,7 @@ enum : size_t {
                // aware of noise
   kGroups,     // (B, T, 25) 1 for what is given of a frame
   kEnds,       // (B, T) 1 at the first and the last key frame
+  kWays,       // (B, T, 2) metres that the straight way between key frames is left by
   kSteps,      // (B) diffusion steps
   kNoise       // (B, 201, T)
 };
@@ -96,7 +98,7 @@ struct Standard {
 Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const Standard& standard,
                       const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends;
+  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends, ways;
   std::vector<int64_t> steps;
   std::vector<float> kept;
   for (const int64_t index : indices) {
@@ -109,24 +111,21 @@ Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const
     const Keys drawn = draw_keys(c.frames, c.partial_keys, random);
     groups.push_back(drawn.groups);
     ends.push_back(drawn.ends);
-    const Tensor given = c.t_star > 0 ? noisy_features(s.features, s.bones, uniform(random, 0, 1), random) : s.features;
+    Tensor given = s.features;
+    if (c.t_star > 0)
+      given = torch::where(drawn.ends.unsqueeze(1) > 0, given,
+                           noisy_features(given, s.bones, uniform(random, 0, 1), random));
     keys.push_back(standard(given).t());
+    ways.push_back(c.around_obstacles && c.global_scene ? ways_around(s.floor, given.slice(1, 0, 3), drawn.groups)
+                                                        : torch::zeros({c.frames, 2}));
     steps.push_back(uniform_int(random, 0, c.diffusion_steps - 1));
     kept.push_back(chance(random, c.scene_dropout) ? 0.F : 1.F);
   }
   auto generator = at::detail::createCPUGenerator(random());
   const Tensor noise = torch::randn({static_cast<int64_t>(indices.size()), kInbetweenFeatures, c.frames}, generator);
-  return {torch::stack(features),
-          torch::stack(occupancy),
-          torch::tensor(kept),
-          torch::stack(offsets),
-          torch::stack(shape),
-          torch::stack(bones),
-          torch::stack(keys),
-          torch::stack(groups),
-          torch::stack(ends),
-          torch::tensor(steps),
-          noise};
+  return {torch::stack(features), torch::stack(occupancy), torch::tensor(kept),  torch::stack(offsets),
+          torch::stack(shape),    torch::stack(bones),     torch::stack(keys),   torch::stack(groups),
+          torch::stack(ends),     torch::stack(ways),      torch::tensor(steps), noise};
 }
 
 /// What the network makes of a batch, in float32. @param between the keys' interpolation where the network sees it.
@@ -154,7 +153,8 @@ Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedu
   given.always = given.mask * b[kEnds].unsqueeze(1);
   given.t_star = c.t_star;
   const Tensor x = impute(noisy, given, b[kSteps]);
-  const Tensor between = c.from_interpolation ? interpolate_given(given) : Tensor();
+  const Tensor between =
+      c.from_interpolation ? along_ways(interpolate_given(given), b[kWays], given.mask, networks.deviation) : Tensor();
   Tensor predicted = predict(networks, b, x, between, bfloat16);
   if (between.defined()) predicted = predicted + between;
   return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
@@ -234,9 +234,16 @@ bool train_inbetween(const InbetweenTraining& options) {
     standard = feature_standard(data);
   } else {
     InbetweenNetworks start = load_inbetween_networks(options.from);
-    InbetweenConfig expected = start.config;
-    expected.t_star = config.t_star;
-    if (expected != config) throw Error(options.from, "is of another configuration than this training");
+    InbetweenConfig expected = config;  // how weights are trained and used may change, not what they are of
+    expected.preset = start.config.preset;
+    expected.t_star = start.config.t_star;
+    expected.guidance = start.config.guidance;
+    expected.joints_weight = start.config.joints_weight;
+    expected.velocity_weight = start.config.velocity_weight;
+    expected.feet_weight = start.config.feet_weight;
+    expected.scene_dropout = start.config.scene_dropout;
+    expected.around_obstacles = start.config.around_obstacles;
+    if (expected != start.config) throw Error(options.from, "is of another configuration than this training");
     networks.network = start.network;
     standard = {start.mean, start.deviation};
   }

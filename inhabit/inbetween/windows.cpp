@@ -15,7 +15,7 @@ std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t f
   while (next < keys.size()) {
     const auto beyond = std::upper_bound(keys.begin(), keys.end(), first + frames - 1);
     const auto reached = static_cast<size_t>(beyond - keys.begin());
-    if (reached <= next && (reached == 0 || keys[reached - 1] <= known))
+    if (reached <= next)
       throw Error("key frames", std::to_string(keys[next - 1]) + " and " + std::to_string(keys[next]) + " are " +
                                     std::to_string(keys[next] - keys[next - 1]) + " frames apart; at most " +
                                     std::to_string(frames - least - redone) + " can be filled in a clip of more than " +

@@ -1,0 +1,26 @@
+#pragma once
+#include "inhabit/inbetween/scene_inbetweener.h"
+
+namespace inhabit {
+
+/// Somebody stands before a table and, when the clip ends, behind it: the straight way is blocked.
+struct Detour {
+  Clip ends;   ///< the first and the last frame count
+  Scene room;  ///< floor and table
+};
+Detour table_detour(int64_t frames, double rate);
+
+/// Whether the root comes over the table of table_detour in any frame.
+bool crosses_table(const Clip& clip);
+
+/// In how many of `runs` a model's person goes around.
+struct DetourScores {
+  int64_t runs = 0;
+  int64_t around = 0;         ///< with the room before its eyes
+  int64_t around_unseen = 0;  ///< the table there, but not shown to it
+};
+
+/// Fills table_detour for `runs` seeds from request.seed on; request.keys are set to its ends.
+DetourScores evaluate_detour(const SceneInbetweener& model, InbetweenRequest request, int64_t runs);
+
+}  // namespace inhabit

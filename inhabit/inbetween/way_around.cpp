@@ -1,0 +1,116 @@
+#include "inhabit/inbetween/way_around.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "inhabit/inbetween/config.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/scene/occupancy.h"
+#include "inhabit/synth/walk_path.h"
+
+namespace inhabit {
+
+using Eigen::Vector2d;
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kSide = 96;
+constexpr double kCell = 0.1;                  // metres
+constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a way is blocked that comes nearer; what a new one keeps
+constexpr double kAtEnds = 0.45;               // metres around given places that may be occupied: somebody sits there
+constexpr double kQuickest = 0.08;             // metres a frame: nobody hurries more to get around
+
+/// Distance from every place of the floor to the nearest occupied square, drawn finer for find_way.
+FreeSpace clearance_of(const Tensor& floor) {
+  const Tensor squares = (floor > 0).to(torch::kUInt8).contiguous();  // [x][z]
+  const uint8_t* occupied = squares.data_ptr<uint8_t>();
+  const auto reach = static_cast<int>(FreeSpace::kFarthest / kCell);
+  const int side = kSide;
+  std::vector<float> coarse(kSide * kSide);
+  for (int x = 0; x < side; ++x)
+    for (int z = 0; z < side; ++z) {
+      int nearest = reach * reach;
+      for (int i = std::max(0, x - reach); i <= std::min(side - 1, x + reach); ++i)
+        for (int k = std::max(0, z - reach); k <= std::min(side - 1, z + reach); ++k)
+          if (occupied[i * side + k] != 0) nearest = std::min(nearest, (i - x) * (i - x) + (k - z) * (k - z));
+      // From the middle of one square to the edge of the other.
+      coarse[static_cast<size_t>(z * side + x)] =
+          static_cast<float>(std::sqrt(static_cast<double>(nearest)) * kCell - kCell / 2);
+    }
+  FreeSpace out;
+  out.cell = kCell / 2;
+  out.nx = out.nz = 2 * side - 1;
+  out.origin = Vector2d::Constant(-0.5 * kCell * (side - 1));
+  for (int k = 0; k < out.nz; ++k)
+    for (int i = 0; i < out.nx; ++i) {
+      const auto at = [&](int di, int dk) { return coarse[static_cast<size_t>(((k + dk) / 2) * side + (i + di) / 2)]; };
+      out.clearance.push_back((at(0, 0) + at(i % 2, 0) + at(0, k % 2) + at(i % 2, k % 2)) / 4);
+    }
+  return out;
+}
+
+bool blocked(const FreeSpace& clearance, const Vector2d& from, const Vector2d& to) {
+  const double length = (to - from).norm();
+  for (double s = kAtEnds; s < length - kAtEnds; s += kCell / 2)
+    if (clearance.at(from + (to - from) * (s / length)) < kWide) return true;
+  return false;
+}
+
+}  // namespace
+
+Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw) {
+  constexpr int kLayers = 15;
+  constexpr double kMiddle = 0.95;  // metres above the floor
+  const Eigen::Vector3d center(root[0].item<double>(), kMiddle, root[2].item<double>());
+  const Tensor cells = occupancy_grid(scene.solid(), center, yaw, {{kSide, kLayers, kSide}, kCell});
+  return cells.amax(1);
+}
+
+Tensor ways_around(const Tensor& floor, const Tensor& root, const Tensor& groups) {
+  const int64_t frames = root.size(0);
+  Tensor ways = torch::zeros({frames, 2});
+  const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
+               keys = groups.amax(1).contiguous();
+  const auto place = places.accessor<float, 2>(), gives = given.accessor<float, 2>();
+  const auto key = keys.accessor<float, 1>();
+  auto way = ways.accessor<float, 2>();
+  const auto ground = [&](int64_t t) { return Vector2d(place[t][0], place[t][2]); };
+  const auto gives_root = [&](int64_t t) { return gives[t][kRootTranslationGroup] > 0; };
+  std::optional<FreeSpace> clearance;
+  int64_t before = -1;
+  for (int64_t t = 0; t < frames; ++t) {
+    if (key[t] == 0) continue;
+    const int64_t from = std::exchange(before, t);
+    if (from < 0 || !gives_root(from) || !gives_root(t)) continue;
+    const Vector2d a = ground(from), b = ground(t);
+    if ((b - a).norm() < 2 * kAtEnds) continue;
+    if (!clearance) clearance = clearance_of(floor);
+    const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
+    if (!known(a) || !known(b) || !blocked(*clearance, a, b)) continue;
+    const auto found = find_way(*clearance, a, b, kMargin);
+    if (!found || found->total() > kQuickest * static_cast<double>(t - from)) continue;
+    for (int64_t i = from + 1; i < t; ++i) {
+      const double share = static_cast<double>(i - from) / static_cast<double>(t - from);
+      const Vector2d aside = found->at(share * found->total()) - (a + share * (b - a));
+      way[i][0] = static_cast<float>(aside.x());
+      way[i][1] = static_cast<float>(aside.y());
+    }
+  }
+  return ways;
+}
+
+Tensor along_ways(const Tensor& between, const Tensor& ways, const Tensor& mask, const Tensor& deviation) {
+  Tensor moves = torch::zeros_like(between);
+  for (const int64_t axis : {0, 2}) {
+    const Tensor move = ways.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)
+    moves.slice(1, axis, axis + 1).copy_(move);
+    moves.slice(1, kJointFeature + axis, kInbetweenFeatures, 3).copy_(move.expand({-1, 22, -1}));
+  }
+  return between + moves / deviation.unsqueeze(1) * (1 - mask);
+}
+
+}  // namespace inhabit
