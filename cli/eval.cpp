@@ -12,6 +12,8 @@
 #include "inhabit/io/atomic_file.h"
 #include "models.h"
 #include "outputs.h"
+#include "progress.h"
+#include "sampler_option.h"
 #include "verbs.h"
 
 namespace {
@@ -112,6 +114,7 @@ void add_eval_inbetween(CLI::App& verb) {
     std::string split = "test", json;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
     bool hold_feet = true;
+    inhabit::Sampler sampler = inhabit::Sampler::dpm_solver;
     inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
     inhabit::InbetweenEvaluation evaluation;
   };
@@ -128,13 +131,14 @@ void add_eval_inbetween(CLI::App& verb) {
                    "every:N, a list, random:P or ends; several are rows of Table 6")
       ->capture_default_str();
   inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(CLI::Range(0.0, 90.0));
   inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   inbetween->add_option("--steps", o->steps, "Evaluations of the denoiser")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  add_sampler(*inbetween, o->sampler);
   inbetween->add_flag("!--loose-feet", o->hold_feet, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
@@ -167,6 +171,7 @@ void add_eval_inbetween(CLI::App& verb) {
                            request.seed = seed;
                            request.steps = o->steps;
                            request.hold_feet = o->hold_feet;
+                           request.sampler = o->sampler;
                            return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
                          }});
     }
@@ -181,6 +186,7 @@ void add_eval_inbetween(CLI::App& verb) {
       windows.push_back({w.name, w.clip, {}, w.scene});
     }
     const MotionAutoencoder features = load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+    o->evaluation.progress = progress_lines("windows filled");
     const InbetweenTable table = evaluate_inbetween(windows, methods, features, o->evaluation);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table, o->layout).c_str());

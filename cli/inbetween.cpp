@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include "inhabit/error.h"
@@ -17,6 +16,8 @@
 #include "inhabit/view/page.h"
 #include "models.h"
 #include "outputs.h"
+#include "progress.h"
+#include "sampler_option.h"
 #include "verbs.h"
 
 namespace {
@@ -26,7 +27,7 @@ using namespace inhabit;
 struct Options {
   std::vector<std::string> motions, outputs;
   std::vector<double> times;
-  std::string scene, model, keys = "ends", joints;
+  std::string scene, model, keys, joints;
   bool noisy = false;
   InbetweenRequest request;
 };
@@ -42,7 +43,7 @@ Clip clip_of_poses(const Options& o, double rate, std::vector<int64_t>& keys) {
   for (size_t i = 0; i < o.motions.size(); ++i) {
     const int64_t key = std::llround((o.times[i] - o.times[0]) * rate);
     if (i > 0 && key <= keys.back()) throw Error("--times", "are not in order, a frame or more apart");
-    if (key > 100'000) throw Error("--times", "are more than an hour apart");
+    if (key > 100'000) throw Error("--times", "are more than 55 minutes apart");
     const Clip pose = slice(retarget(read_clip(o.motions[i]), o.motions[i]), 0, 1);
     if (i == 0) {
       out.skeleton = pose.skeleton;
@@ -77,17 +78,15 @@ void add_inbetween(CLI::App& app) {
   auto o = std::make_shared<Options>();
   verb->add_option("motions", o->motions, "A motion file, or several of one pose each, at --times")->required();
   verb->add_option("--scene", o->scene, "Scene file: a mesh or a point cloud (without one, a flat floor is assumed)");
-  verb->add_option("--keyframes", o->keys, "Frames that are given: every:N, a list such as 0,30,95, random:P, or ends")
-      ->capture_default_str();
+  verb->add_option("--keyframes", o->keys,
+                   "Frames that are given: every:N, a list such as 0,30,95, random:P, or ends (default)");
   verb->add_option("--times", o->times, "Seconds at which several files' poses stand")->delimiter(',');
   verb->add_option("--joints", o->joints,
                    "Joints that the keys between the ends give, such as pelvis,left_wrist; root is the root's path "
                    "(default: whole poses)");
   verb->add_flag("--noisy", o->noisy, "Key frames are noisy: they are cleaned, but for the ends");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
-  verb->add_option("--sampler", o->request.sampler, "ddpm, ddim or dpm (DPM-Solver++ 2M)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Sampler>{
-          {"ddpm", Sampler::ddpm}, {"ddim", Sampler::ddim}, {"dpm", Sampler::dpm_solver}}));
+  add_sampler(*verb, o->request.sampler);
   verb->add_option("--steps", o->request.steps, "Evaluations of the denoiser")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -105,8 +104,11 @@ void add_inbetween(CLI::App& app) {
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Clip clip;
     if (o->motions.size() > 1) {
+      if (!o->keys.empty()) throw Error("--keyframes", "is for one file; several stand at --times");
       clip = clip_of_poses(*o, rate, o->request.keys);
     } else {
+      if (!o->times.empty()) throw Error("--times", "is for several files; one has --keyframes");
+      if (o->keys.empty()) o->keys = "ends";
       const std::string& motion = o->motions[0];
       const Clip source = read_clip(motion);
       clip = resample(retarget(source, motion), rate);
@@ -119,22 +121,21 @@ void add_inbetween(CLI::App& app) {
       o->request.keys.back() = clip.frames() - 1;
     }
     if (!o->joints.empty()) o->request.given = given_groups(o->joints);
+    const Clip poses = frames_at(clip, o->request.keys);
     Scene scene;
     if (o->scene.empty()) {
-      scene = assumed_floor(clip);
+      scene = assumed_floor(poses);
       std::printf("no scene given: a flat floor under the feet is assumed\n");
     } else {
       scene = read_scene_file(o->scene).scene;
       scene.name = o->scene;  // named in errors
     }
     const CollisionMeter meter(builtin_body(), scene);
-    const torch::Tensor colliding = meter.measure(clip).depth > 0;
-    for (const int64_t key : o->request.keys)
-      if (colliding[key].item<bool>()) spdlog::warn("the pose of key frame {} is inside the scene", key);
-    const int64_t windows = std::max<int64_t>(1, clip.frames() / 60);
-    o->request.progress = [windows, every = 10 * o->request.steps](int64_t done, int64_t all) {
-      if (windows > 10 && done % every == 0) spdlog::info("{} of {} windows", done / (every / 10), all / (every / 10));
-    };
+    const torch::Tensor colliding = meter.measure(poses).depth > 0;
+    for (size_t k = 0; k < o->request.keys.size(); ++k)
+      if (colliding[static_cast<int64_t>(k)].item<bool>())
+        spdlog::warn("the key pose at {:.2f} s is inside the scene", static_cast<double>(o->request.keys[k]) / rate);
+    o->request.progress = progress_lines("steps of the denoiser");
     const Clip filled = inbetweener.fill(clip, scene, o->request);
     for (const std::string& out : o->outputs) {
       if (std::filesystem::path(out).extension() == ".html") {

@@ -6,20 +6,13 @@
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/generate.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
 
 using inhabit::Bar;
 using inhabit::Dataset;
-
-inhabit::Progress progress_line(const char* what) {
-  return [what](int64_t done, int64_t total) {
-    if (done % std::max<int64_t>(1, total / 100) == 0 || done == total)
-      std::fprintf(stderr, "\r%s %ld of %ld%s", what, static_cast<long>(done), static_cast<long>(total),
-                   done == total ? "\n" : "");
-  };
-}
 
 void print_summary(const Dataset& dataset) {
   double seconds = 0;
@@ -42,7 +35,7 @@ void add_rooms(CLI::App& synth) {
   verb->add_option("--seconds", given->options.seconds, "Length of each clip")->capture_default_str();
   verb->add_option("--clips-per-room", given->options.clips_per_room, "Clips in each room")->capture_default_str();
   verb->callback([given] {
-    given->options.progress = progress_line("clip");
+    given->options.progress = progress_lines("clips");
     print_summary(inhabit::generate_rooms(given->out, given->options));
   });
 }
@@ -69,7 +62,7 @@ void add_fit(CLI::App& synth) {
       for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
       (test ? given->options.test : given->options.train).push_back(file);
     }
-    given->options.progress = progress_line("recording");
+    given->options.progress = progress_lines("recording");
     print_summary(inhabit::fit_recordings(given->out, given->options));
   });
 }

@@ -99,13 +99,17 @@ void add_train_inbetween(CLI::App& verb) {
   auto options = std::make_shared<InbetweenTraining>();
   auto preset = std::make_shared<std::string>("compact");
   auto without = std::make_shared<std::vector<std::string>>();
+  auto t_star = std::make_shared<int>(20);
   auto noise_aware = std::make_shared<bool>(false), features = std::make_shared<bool>(false);
   inbetween->add_option("--data", options->data, "Native data set folders")->required();
   inbetween->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
   inbetween->add_option("--preset", *preset, "compact or paper")
       ->check(CLI::IsMember({"compact", "paper"}))
       ->capture_default_str();
-  inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and given down to T* = 20 alone");
+  inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and imputed down to step T* alone");
+  inbetween->add_option("--t-star", *t_star, "T* of a noise-aware model")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   inbetween->add_option("--without", *without, "Leave out inputs: global, local (scene features), shape (of the body)")
       ->check(CLI::IsMember({"global", "local", "shape"}));
   inbetween->add_option("--from", options->from, "Model file of the same preset whose weights training starts from");
@@ -121,10 +125,11 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_option("--stride", options->stride, "Frames from one window to the next")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  inbetween->add_flag("--half", options->half, "Write weights in half precision");
   inbetween->add_flag("--bfloat16", options->bfloat16, "Faster products on CPUs with AMX, of 8 bits' precision");
   inbetween->callback([=] {
     options->config = inhabit::inbetween_preset(*preset);
-    if (*noise_aware) options->config.t_star = 20;
+    if (*noise_aware) options->config.t_star = *t_star;
     for (const std::string& input : *without)
       (input == "global"  ? options->config.global_scene
        : input == "local" ? options->config.local_scene

@@ -43,13 +43,7 @@ Tensor feature_joints(const Tensor& features, const Tensor& offsets) {
 }
 
 Clip clip_of_features(const Tensor& features, const Clip& like) {
-  Clip out;
-  out.skeleton = like.skeleton;
-  out.rate = like.rate;
-  out.betas = like.betas;
-  out.gender = like.gender;
-  out.source_body = like.source_body;
-  out.source_betas = like.source_betas;
+  Clip out = person_of(like);
   out.rotations = matrix_to_axis_angle(feature_rotations(features)).contiguous();
   out.trans = (features.slice(1, 0, 3) - like.skeleton.offsets[0]).contiguous();
   out.joints = joint_positions(out.skeleton, out.rotations, out.trans);

@@ -19,13 +19,7 @@ void require_keys(const Clip& clip, const std::vector<int64_t>& keys) {
 
 /// The clip with another motion, and without what is known of the old one.
 Clip moved(const Clip& clip, const PoseTrack& track) {
-  Clip out;
-  out.skeleton = clip.skeleton;
-  out.rate = clip.rate;
-  out.betas = clip.betas;
-  out.gender = clip.gender;
-  out.source_body = clip.source_body;
-  out.source_betas = clip.source_betas;
+  Clip out = person_of(clip);
   set_pose(out, track);
   return out;
 }

@@ -33,7 +33,7 @@ void set_scale(MotionAutoencoderImpl& network, const Tensor& joints) {
   const torch::NoGradGuard no_gradients;
   Tensor sum = torch::zeros({kChannels}, torch::kDouble), squares = torch::zeros_like(sum);
   for (const Tensor& part : joints.split(256)) {
-    const Tensor channels = motion_channels(part).to(torch::kDouble).transpose(0, 1).flatten(1);  // (132, n 121)
+    const Tensor channels = motion_channels(part).to(torch::kDouble).transpose(0, 1).flatten(1);  // (kChannels, n 121)
     sum += channels.sum(1);
     squares += channels.square().sum(1);
   }

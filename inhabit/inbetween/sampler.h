@@ -30,7 +30,7 @@ enum class Sampler {
 };
 
 /// The steps, falling, that `count` evaluations out of `total` are spent on: evenly spread, from the noisiest on. Where
-/// t_star > 0, one of them at least is below it, so that keys are denoised too.
+/// t_star > 0, one of them at least, where there are two, is below it, so that keys are denoised too.
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star);
 
 /// The clean clip (B, F, T) from an imputed x_t and its step.

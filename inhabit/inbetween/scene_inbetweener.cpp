@@ -24,22 +24,11 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
+constexpr double kLevel = 0.1;        // metres: lowest feet nearer to the floor y = 0 than this stand on it
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
 
-/// Frames `at` of a clip: motion alone.
-Clip frames_of(const Clip& clip, const Tensor& at) {
-  Clip out;
-  out.skeleton = clip.skeleton;
-  out.rate = clip.rate;
-  out.betas = clip.betas;
-  out.joints = clip.joints.index_select(0, at);
-  out.rotations = clip.rotations.index_select(0, at);
-  out.trans = clip.trans.index_select(0, at);
-  return out;
-}
-
 void check(const Clip& clip, const InbetweenRequest& request, const InbetweenConfig& config) {
-  if (clip.skeleton.parents != standard_parents() || !clip.rotations.defined())
+  if (clip.skeleton.parents != standard_parents() || !clip.rotations.defined() || !clip.trans.defined())
     throw Error("in-betweening", "needs rotations on the standard skeleton");
   if (std::abs(clip.rate - config.rate) > 1e-6)
     throw Error("in-betweening", "the clip has " + std::to_string(clip.rate) + " frames a second, the model " +
@@ -52,13 +41,25 @@ void check(const Clip& clip, const InbetweenRequest& request, const InbetweenCon
     if (keys[i] <= keys[i - 1]) throw Error("key frames", "are not in order");
   if (request.given.defined() && !config.partial_keys)
     throw Error("in-betweening", "this model takes whole key poses only");
-  if (!clip.joints.isfinite().all().item<bool>()) throw Error("in-betweening", "a key pose is not finite");
+  for (const Tensor& t : {clip.joints, clip.rotations, clip.trans})
+    if (!t.index_select(0, torch::tensor(keys)).isfinite().all().item<bool>())
+      throw Error("in-betweening", "a key pose is not finite");
+}
+
+/// The floor's height, metres, by the lowest ball of a foot in the poses, which stands some 2 cm above it.
+double floor_height(const Clip& poses) {
+  const double lowest = poses.joints.slice(1, 10, 12).select(2, 1).min().item<double>() - 0.02;
+  return std::abs(lowest) < kLevel ? 0 : lowest;
 }
 
 }  // namespace
 
 SceneInbetweener::SceneInbetweener(InbetweenNetworks networks)
     : networks_(std::move(networks)), schedule_(cosine_schedule(networks_.config.diffusion_steps)) {
+  const int64_t anchors = builtin_body().anchors.size(0);
+  if (config().local_scene && config().anchors != anchors)
+    throw Error("in-betweening", "the model looks from " + std::to_string(config().anchors) +
+                                     " anchors, the body has " + std::to_string(anchors));
   networks_.network->eval();
 }
 
@@ -74,8 +75,13 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
   InbetweenNetwork network = networks_.network;
   FastDenoiser denoiser(network);
   const SceneQuery query(scene);
-  Clip out = frames_of(clip, torch::arange(clip.frames()));
-  out.betas = body_betas(frames_of(clip, torch::tensor(request.keys)));
+  Clip out = person_of(clip);
+  out.joints = clip.joints.clone();
+  out.rotations = clip.rotations.clone();
+  out.trans = clip.trans.clone();
+  const Clip key_poses = frames_at(clip, request.keys);
+  out.betas = body_betas(key_poses);
+  const double floor = floor_height(key_poses);
   const Tensor whole = torch::ones({kKeyGroups});
   const Tensor shape = c.body_shape ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
                                     : torch::zeros({1, c.width});
@@ -96,9 +102,10 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
       groups[key - window.first].copy_(request.given.defined() && !end ? request.given : whole);
       if (key == window.last) always[key - window.first].fill_(1);
     }
-    const Tensor frames = torch::tensor(at), places = frames - window.first;
-    const Clip poses = frames_of(out, frames);
-    const GroundTransform to_canonical = canonical_transform(poses);
+    const Tensor places = torch::tensor(at) - window.first;
+    const Clip poses = frames_at(out, at);
+    GroundTransform to_canonical = canonical_transform(poses);
+    to_canonical.shift.y() -= floor;
     const Tensor metres = inbetween_features(transformed(poses, to_canonical)),
                  features = (metres - networks_.mean) / networks_.deviation;
     GivenFeatures given;
@@ -117,8 +124,8 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     Tensor between = c.from_interpolation ? interpolate_given(given) : torch::zeros({});
     if (c.from_interpolation && c.around_obstacles && c.global_scene) {
       const Tensor root = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
-      const Tensor floor = scene_floor(query, poses.joints[0][0], -to_canonical.yaw);
-      const Tensor ways = ways_around(floor, root, groups);
+      const Tensor squares = scene_floor(query, poses.joints[0][0], -to_canonical.yaw, floor);
+      const Tensor ways = ways_around(squares, root, groups);
       between = along_ways(between, ways.unsqueeze(0), given.mask, networks_.deviation);
     }
     if (c.from_interpolation) local = torch::cat({local, between}, 1);
@@ -145,9 +152,6 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     out = hold_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1});
   }
   out.betas = clip.betas;
-  out.gender = clip.gender;
-  out.source_body = clip.source_body;
-  out.source_betas = clip.source_betas;
   return out;
 }
 

@@ -253,6 +253,7 @@ bool train_inbetween(const InbetweenTraining& options) {
 
   TrainTask task;
   task.name = "denoiser";
+  task.settings = to_json(config) + (options.from.empty() ? "" : " from " + options.from);
   task.average = kAverage;
   task.weight_decay = 1e-2;
   task.module = networks.network.ptr();
@@ -274,7 +275,7 @@ bool train_inbetween(const InbetweenTraining& options) {
     }
     return sum / static_cast<double>(batches);
   };
-  task.on_best = [&] { save_inbetween_networks(options.out, networks); };
+  task.on_best = [&] { save_inbetween_networks(options.out, networks, options.half); };
   return run(task, options, first);
 }
 

@@ -18,6 +18,7 @@ struct InbetweenTraining {
   int64_t batch = 32;
   double learning_rate = 4e-4;  ///< the paper's 1e-4 goes with batches of 256 and many more steps
   int64_t stride = 30;          ///< frames from one window to the next
+  bool half = false;            ///< weights are written in half precision
   bool bfloat16 = false;        ///< the network's products are made in bfloat16 (nn/bfloat16.h)
 };
 

@@ -9,7 +9,7 @@
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/scene/occupancy.h"
-#include "inhabit/synth/walk_path.h"
+#include "inhabit/scene/walk_path.h"
 
 namespace inhabit {
 
@@ -62,10 +62,10 @@ bool blocked(const FreeSpace& clearance, const Vector2d& from, const Vector2d& t
 
 }  // namespace
 
-Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw) {
+Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, double height) {
   constexpr int kLayers = 15;
   constexpr double kMiddle = 0.95;  // metres above the floor
-  const Eigen::Vector3d center(root[0].item<double>(), kMiddle, root[2].item<double>());
+  const Eigen::Vector3d center(root[0].item<double>(), height + kMiddle, root[2].item<double>());
   const Tensor cells = occupancy_grid(scene.solid(), center, yaw, {{kSide, kLayers, kSide}, kCell});
   return cells.amax(1);
 }

@@ -6,9 +6,9 @@
 namespace inhabit {
 
 /// Where nobody can walk: (96, 96) 1 or -1 of 0.1 m squares, along the person's left and ahead, about the root joint of
-/// the first frame. Occupied is what has something from 0.2 to 1.7 m above the floor y = 0.
-/// @param root (3) metres; @param yaw radians that it faces.
-torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, double yaw);
+/// the first frame. Occupied is what has something from 0.2 to 1.7 m above the floor.
+/// @param root (3) metres; @param yaw radians that it faces; @param height metres, the floor's.
+torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, double yaw, double height = 0);
 
 /// How far the root is to leave the straight lines between its given places so that it goes around what stands in them,
 /// by A* over the floor: (T, 2) metres along x and z; zero in key frames, between two of which one does not give the

@@ -4,6 +4,26 @@
 
 namespace inhabit {
 
+Clip person_of(const Clip& clip) {
+  Clip out;
+  out.skeleton = clip.skeleton;
+  out.rate = clip.rate;
+  out.betas = clip.betas;
+  out.gender = clip.gender;
+  out.source_body = clip.source_body;
+  out.source_betas = clip.source_betas;
+  return out;
+}
+
+Clip frames_at(const Clip& clip, const std::vector<int64_t>& frames) {
+  const torch::Tensor at = torch::tensor(frames);
+  Clip out = person_of(clip);
+  out.joints = clip.joints.index_select(0, at);
+  if (clip.rotations.defined()) out.rotations = clip.rotations.index_select(0, at);
+  if (clip.trans.defined()) out.trans = clip.trans.index_select(0, at);
+  return out;
+}
+
 Clip slice(const Clip& clip, int64_t first, int64_t last) {
   Clip out = clip;
   for (torch::Tensor* t :

@@ -36,6 +36,12 @@ struct Clip {
   torch::Tensor root_path() const { return joints.select(1, 0); }
 };
 
+/// The person of a clip, who does nothing yet: skeleton, rate, shape, gender and source.
+Clip person_of(const Clip& clip);
+
+/// The poses at `frames`, one after the other: motion alone, where there are rotations with them.
+Clip frames_at(const Clip& clip, const std::vector<int64_t>& frames);
+
 /// Frames [first, last) with every annotation that is there.
 Clip slice(const Clip& clip, int64_t first, int64_t last);
 

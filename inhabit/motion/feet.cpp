@@ -74,11 +74,6 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
     if (last - first + 1 >= kShortest) stances.push_back(stance(ball, first, last, fixed));
     t = last;
   }
-  for (const int64_t f : fixed)  // elsewhere a fixed frame is a stance of its own that moves nothing
-    if (std::none_of(stances.begin(), stances.end(), [&](const Stance& s) { return s.first <= f && f <= s.last; }))
-      stances.push_back({f, f, {Vector3d::Zero()}});
-  std::sort(stances.begin(), stances.end(), [](const Stance& a, const Stance& b) { return a.first < b.first; });
-
   std::vector<Vector3d> moves(ball.size(), Vector3d::Zero());
   const auto smooth = [](double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); };
   for (size_t i = 0; i < stances.size(); ++i) {
@@ -95,6 +90,12 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
           s.moves.back() * smooth(1 - static_cast<double>(t - s.last) / reach(after - s.last, i + 1 < stances.size()));
     for (int64_t t = s.first - 1; t > before; --t)
       moves[t] += s.moves.front() * smooth(1 - static_cast<double>(s.first - t) / reach(s.first - before, i > 0));
+  }
+  for (const int64_t f : fixed) {  // moves nothing, and what is near it little, where the foot does not stand in it
+    if (std::any_of(stances.begin(), stances.end(), [&](const Stance& s) { return s.first <= f && f <= s.last; }))
+      continue;
+    for (int64_t t = std::max<int64_t>(0, f - kBlend + 1); t < std::min(frames, f + kBlend); ++t)
+      moves[t] *= smooth(std::abs(static_cast<double>(t - f)) / kBlend);
   }
   return moves;
 }

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
+#include "inhabit/scene/walk_path.h"
 #include "inhabit/synth/figure.h"
-#include "inhabit/synth/walk_path.h"
 
 namespace inhabit {
 

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "inhabit/synth/free_space.h"
+#include "inhabit/synth/room_space.h"
 #include "inhabit/synth/room.h"
 
 namespace inhabit {

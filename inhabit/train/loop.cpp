@@ -102,8 +102,9 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   result.best = std::numeric_limits<double>::infinity();
   int64_t first_step = 0;
   double seconds_before = 0;
-  const std::string run = fmt::format("{} steps {} batch {} rate {} samples {} seed {}", task.name, options.steps,
-                                      options.batch, options.learning_rate, task.samples, options.seed);
+  const std::string run =
+      fmt::format("{} steps {} batch {} rate {} samples {} seed {}{}{}", task.name, options.steps, options.batch,
+                  options.learning_rate, task.samples, options.seed, task.settings.empty() ? "" : " ", task.settings);
   if (options.resume) {
     auto state = load_checkpoint(options.checkpoint, *task.module, optimizer, averaged);
     if (state["run"] != run)

@@ -18,6 +18,7 @@ using Losses = std::vector<std::pair<std::string, torch::Tensor>>;
 /// alone.
 struct TrainTask {
   std::string name;
+  std::string settings;  ///< what else a resumed run must agree on
   std::shared_ptr<torch::nn::Module> module;
   int64_t samples = 0;
   std::function<Batch(const std::vector<int64_t>& indices, uint64_t seed)> prepare;

@@ -9,6 +9,9 @@
 #include "inbetween/small_network.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/canonical.h"
+#include "inhabit/scene/shapes.h"
 #include "refusal_of.h"
 
 namespace inhabit {
@@ -121,10 +124,47 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
   Clip positions = clip;
   positions.rotations = Tensor();
   EXPECT_THAT(refused(positions, {0, 100, 199}), HasSubstr("rotations"));
-  Clip broken = clip;
-  broken.joints = clip.joints.clone();
-  broken.joints[3][2][1] = NAN;
-  EXPECT_THAT(refused(broken, {0, 100, 199}), HasSubstr("finite"));
+  for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans}) {
+    Clip broken = clip;
+    broken.*part = (clip.*part).clone();
+    (broken.*part)[100].fill_(NAN);
+    EXPECT_THAT(refused(broken, {0, 100, 199}), HasSubstr("finite"));
+  }
+  InbetweenNetworks other = networks();
+  other.config.anchors = 6;
+  EXPECT_THAT(refusal_of([&] { SceneInbetweener{other}; }), HasSubstr("6 anchors"));
+}
+
+/// A wall across the way ahead, and a block to its left.
+Scene room_ahead() {
+  Scene scene = floor_scene();
+  MeshBuilder walls;
+  walls.box({0.23, 1.03, 1.21}, {0.92, 0.98, 0.04});  // no face of which lies between squares of the grid
+  walls.box({1.53, 0.43, 0.52}, {0.31, 0.41, 0.4});
+  scene.meshes.push_back(walls.mesh("wall", {1, 1, 1}));
+  return scene;
+}
+
+TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
+  // What is seen of the room must turn with the person: a sign turned round in occupancy, offsets or the way around
+  // would change the motion.
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(121, 0.5, 0, 1);
+  const Scene room = room_ahead();
+  const InbetweenRequest r = request("ends", 121);
+  const Clip filled = inbetweener.fill(clip, room, r);
+  EXPECT_FALSE(torch::allclose(filled.joints, inbetweener.fill(clip, floor_scene(), r).joints, 0, 1e-2))
+      << "the room is seen";
+  for (const GroundTransform& by :
+       {GroundTransform{2.2, {1.3, 0, -0.4}}, GroundTransform{-0.7, {0, 0.7, 2}}, GroundTransform{0, {0, -0.9, 0}}}) {
+    Scene moved = room;
+    for (Mesh& mesh : moved.meshes) {
+      const Tensor shift = torch::tensor({by.shift.x(), by.shift.y(), by.shift.z()}, torch::kFloat32);
+      mesh.vertices = mesh.vertices.matmul(yaw_matrix(by.yaw).t()) + shift;
+    }
+    const Clip there = inbetweener.fill(transformed(clip, by), moved, r);
+    EXPECT_LT((transformed(filled, by).joints - there.joints).norm(2, {2}).mean().item<double>(), 0.01) << by.yaw;
+  }
 }
 
 }  // namespace

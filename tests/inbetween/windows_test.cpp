@@ -64,6 +64,8 @@ TEST(FillWindows, RefuseKeysOutOfReach) {
   EXPECT_THAT(refusal_of([] { fill_windows({0, 121}, 121, 60, 8, 0); }), ::testing::HasSubstr("0 and 121"));
   EXPECT_THAT(refusal_of([] { fill_windows({0, 60, 175}, 121, 60, 8, 0); }), ::testing::HasSubstr("115 frames apart"));
   EXPECT_EQ(fill_windows({0, 60, 173}, 121, 60, 8, 0).back().last, 173);
+  EXPECT_THAT(refusal_of([] { fill_windows({0, 60, 170}, 121, 60, 8, 8); }), ::testing::HasSubstr("at most 105"));
+  EXPECT_EQ(fill_windows({0, 60, 165}, 121, 60, 8, 8).back().last, 165);
 }
 
 }  // namespace

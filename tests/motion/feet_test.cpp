@@ -1,5 +1,5 @@
-// Protects feet that stand: a sliding foot is held, what is fixed stays, bones keep their lengths, and motion whose feet
-// stand already is hardly touched.
+// Protects feet that stand: a sliding foot is held, what is fixed stays, bones keep their lengths, and motion whose
+// feet stand already is hardly touched.
 #include "inhabit/motion/feet.h"
 
 #include <gtest/gtest.h>
@@ -57,6 +57,18 @@ TEST(HoldFeet, FixedFramesStayAndSayWhereAFootStands) {
   EXPECT_LT(largest(x.slice(0, 0, 5) - was[4]), 1e-4);
   EXPECT_LT(largest(x.slice(0, 12) - was[12]), 1e-4);
   EXPECT_LT(largest(x.slice(0, 4, 13) - was.slice(0, 4, 13)), 1e-4) << "from one place to the other";
+}
+
+TEST(HoldFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
+  // Drifts for ten frames and goes on quickly in a fixed one.
+  Clip clip = drifting(20, 0.015);
+  clip.trans.slice(0, 10).select(1, 0).add_(torch::arange(1, 11) * 0.05);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  const Clip held = hold_feet(clip, {10});
+  EXPECT_TRUE(torch::equal(held.joints[10], clip.joints[10]));
+  const Tensor moves = (held.joints - clip.joints).select(1, 10).select(1, 0);
+  EXPECT_GT(largest(moves), 0.005) << "the foot is held where that is not near";
+  EXPECT_LT(largest(moves.diff()), 0.02) << "and nothing jumps";
 }
 
 TEST(HoldFeet, FeetThatGoQuicklyAreLeftAlone) {

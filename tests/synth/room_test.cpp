@@ -5,7 +5,7 @@
 #include <set>
 
 #include "inhabit/math/random.h"
-#include "inhabit/synth/free_space.h"
+#include "inhabit/synth/room_space.h"
 
 namespace inhabit {
 namespace {

@@ -2,6 +2,8 @@ import { collisionColor, css, keyColor } from './colors';
 import { Data } from './data';
 import { Bodies, Person, Shape } from './person';
 
+const maxCopies = 40;
+
 /** What is marked on a motion that was filled in: still blue copies at its key frames, ticks and stretches on the timeline. */
 export class Keys {
   readonly copies: Person[] = [];
@@ -24,10 +26,11 @@ export class Keys {
       if (inside) mark(share(first), share(last), collisionColor, 'collision', 'The body is inside the scene');
     });
     for (const key of keys) mark(share(key), share(key), keyColor, 'key', `Key frame ${key}`);
-    // Keys close together would hide the motion between them.
+    // Keys close together would hide the motion between them, and every copy holds the whole motion.
+    const apart = Math.max(rate / 2, frames / maxCopies);
     let last = -Infinity;
     for (const key of keys) {
-      if (key - last < rate / 2 && key !== keys.at(-1)) continue;
+      if (key - last < apart && key !== keys.at(-1)) continue;
       last = key;
       const copy = new Person(data, bodies, { ...of.data_, keys: undefined, collides: undefined }, keyColor, 0.38);
       copy.group.traverse((part) => (part.castShadow = false));

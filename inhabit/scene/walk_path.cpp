@@ -1,4 +1,4 @@
-#include "inhabit/synth/walk_path.h"
+#include "inhabit/scene/walk_path.h"
 
 #include <algorithm>
 #include <cmath>

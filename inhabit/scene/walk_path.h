@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "inhabit/synth/free_space.h"
+#include "inhabit/scene/free_space.h"
 
 namespace inhabit {
 

@@ -3,27 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "inhabit/scene/free_space.h"
 #include "inhabit/synth/room.h"
 
 namespace inhabit {
 
-/// How far every place on a room's floor is from the nearest wall or piece of furniture lower than a person is tall.
-struct FreeSpace {
-  double cell = 0.05;      ///< metres between neighbouring grid points
-  Eigen::Vector2d origin;  ///< world (x, z) of grid point (0, 0)
-  int nx = 0, nz = 0;
-  /// Metres, nz rows of nx; exact at grid points up to kFarthest and cut off there; negative inside a solid.
-  std::vector<float> clearance;
-
-  static constexpr double kFarthest = 1.0;
-
-  Eigen::Vector2d point(int ix, int iz) const { return origin + cell * Eigen::Vector2d(ix, iz); }
-  /// Bilinear clearance at (x, z), metres; -kFarthest outside the room.
-  double at(const Eigen::Vector2d& p) const;
-  /// Direction in which the clearance at (x, z) grows fastest (unit length, or zero where it is flat).
-  Eigen::Vector2d away(const Eigen::Vector2d& p) const;
-};
-
+/// The floor of a room, as far as a person who stands can use it.
 FreeSpace free_space(const Room& room);
 /// Takes one more piece into account.
 void add_obstacle(FreeSpace& space, const Furniture& piece);

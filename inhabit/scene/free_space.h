@@ -1,0 +1,24 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+namespace inhabit {
+
+/// How far every place on a floor is from the nearest wall or piece of furniture lower than a person is tall.
+struct FreeSpace {
+  double cell = 0.05;      ///< metres between neighbouring grid points
+  Eigen::Vector2d origin;  ///< world (x, z) of grid point (0, 0)
+  int nx = 0, nz = 0;
+  /// Metres, nz rows of nx; exact at grid points up to kFarthest and cut off there; negative inside a solid.
+  std::vector<float> clearance;
+
+  static constexpr double kFarthest = 1.0;
+
+  Eigen::Vector2d point(int ix, int iz) const { return origin + cell * Eigen::Vector2d(ix, iz); }
+  /// Bilinear clearance at (x, z), metres; -kFarthest outside the grid.
+  double at(const Eigen::Vector2d& p) const;
+  /// Direction in which the clearance at (x, z) grows fastest (unit length, or zero where it is flat).
+  Eigen::Vector2d away(const Eigen::Vector2d& p) const;
+};
+
+}  // namespace inhabit

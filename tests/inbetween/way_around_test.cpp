@@ -1,0 +1,86 @@
+// Protects the way around: bent where the straight one is blocked and there alone, clear of what blocks it, whole
+// bodies moved with their root, given features left.
+#include "inhabit/inbetween/way_around.h"
+
+#include <gtest/gtest.h>
+
+#include "inhabit/inbetween/detour.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/keyframes.h"
+
+namespace inhabit {
+namespace {
+
+using torch::Tensor;
+
+struct Walk {
+  Detour detour = table_detour(121, 30);
+  Tensor root = detour.ends.root_path() - detour.ends.root_path()[0] * torch::tensor({1.F, 0.F, 1.F});
+  Tensor floor = scene_floor(SceneQuery(detour.room), detour.ends.joints[0][0], 0);
+  Tensor keys(const std::vector<int64_t>& frames) const {
+    Tensor groups = torch::zeros({121, kKeyGroups});
+    for (const int64_t frame : frames) groups[frame].fill_(1);
+    return groups;
+  }
+};
+
+TEST(WaysAround, BendWhereTheTableStands) {
+  const Walk w;
+  const Tensor ways = ways_around(w.floor, w.root, w.keys({0, 120}));
+  Clip walked = w.detour.ends;
+  walked.joints = walked.joints.clone();
+  walked.joints.select(2, 0).add_(ways.select(1, 0).unsqueeze(1));
+  walked.joints.select(2, 2).add_(ways.select(1, 1).unsqueeze(1));
+  EXPECT_TRUE(crosses_table(w.detour.ends));
+  EXPECT_FALSE(crosses_table(walked));
+  EXPECT_EQ(ways[0].abs().max().item<float>(), 0);
+  EXPECT_EQ(ways[120].abs().max().item<float>(), 0);
+  EXPECT_LT(ways.diff(1, 0).norm(2, {1}).max().item<double>(), 0.05) << "no jump";
+}
+
+TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
+  const Walk w;
+  const Tensor free = torch::full({96, 96}, -1.F);
+  EXPECT_EQ(ways_around(free, w.root, w.keys({0, 120})).abs().max().item<float>(), 0);
+  Tensor groups = w.keys({0, 60, 120});
+  groups[60].zero_();
+  groups[60][kJointGroups + 20] = 1;  // a wrist
+  EXPECT_EQ(ways_around(w.floor, w.root, groups).abs().max().item<float>(), 0);
+  EXPECT_EQ(ways_around(w.floor, w.root, w.keys({0, 20, 30})).abs().max().item<float>(), 0) << "before the table";
+  EXPECT_EQ(ways_around(w.floor, w.root * 3, w.keys({0, 120})).abs().max().item<float>(), 0) << "ends beyond the floor";
+  const Tensor wall = torch::full({96, 96}, -1.F);
+  wall.slice(1, 58, 60).fill_(1);
+  EXPECT_EQ(ways_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no way at all";
+}
+
+TEST(WaysAround, TurnWithThePerson) {
+  const Walk w;
+  Tensor left = torch::full({96, 96}, -1.F);
+  left.slice(0, 52, 56).slice(1, 40, 56).fill_(1);  // 0.4 to 0.8 m to the left
+  Tensor root = torch::zeros({41, 3});
+  root.select(1, 0).copy_(torch::linspace(0, 1.6, 41));  // goes left
+  Tensor groups = torch::zeros({41, kKeyGroups});
+  groups[0].fill_(1);
+  groups[40].fill_(1);
+  const Tensor ways = ways_around(left, root, groups);
+  EXPECT_GT(ways.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
+}
+
+TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
+  const Tensor deviation = torch::full({kInbetweenFeatures}, 0.5), between = torch::zeros({1, kInbetweenFeatures, 3});
+  Tensor ways = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kInbetweenFeatures, 3});
+  ways[0][1] = torch::tensor({0.1F, -0.2F});
+  mask[0][kJointFeature + 3] = 1;  // x of the second joint
+  const Tensor moved = along_ways(between, ways, mask, deviation)[0];
+  EXPECT_FLOAT_EQ(moved[0][1].item<float>(), 0.2F);
+  EXPECT_FLOAT_EQ(moved[2][1].item<float>(), -0.4F);
+  EXPECT_EQ(moved[1].abs().max().item<float>(), 0) << "heights stay";
+  EXPECT_EQ(moved.slice(0, 3, kJointFeature).abs().max().item<float>(), 0) << "and turns";
+  EXPECT_EQ(moved[kJointFeature + 3][1].item<float>(), 0) << "given";
+  EXPECT_FLOAT_EQ(moved[kJointFeature + 63][1].item<float>(), 0.2F);
+  EXPECT_FLOAT_EQ(moved[kJointFeature + 65][1].item<float>(), -0.4F);
+  EXPECT_EQ(moved.select(1, 0).abs().max().item<float>(), 0);
+}
+
+}  // namespace
+}  // namespace inhabit
