@@ -28,6 +28,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("joints_weight", c.joints_weight);
   visit("velocity_weight", c.velocity_weight);
   visit("feet_weight", c.feet_weight);
+  visit("rest_turn", c.rest_turn);
   visit("scene_dropout", c.scene_dropout);
   visit("global_scene", c.global_scene);
   visit("local_scene", c.local_scene);
@@ -48,6 +49,7 @@ InbetweenConfig inbetween_preset(const std::string& name) {
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
     config.velocity_weight = 100;
     config.feet_weight = 300;
+    config.rest_turn = 8;
     config.partial_keys = true;
     config.from_interpolation = true;
     config.around_obstacles = true;
@@ -138,6 +140,7 @@ void validate(const InbetweenConfig& c, const std::string& subject) {
   within("joints_weight", c.joints_weight, 0, 1000);
   within("velocity_weight", c.velocity_weight, 0, 1000);
   within("feet_weight", c.feet_weight, 0, 1000);
+  within("rest_turn", c.rest_turn, 0, 90);
   within("scene_dropout", c.scene_dropout, 0, 1);
 }
 

@@ -43,6 +43,7 @@ struct InbetweenConfig {
   double joints_weight = 2;     ///< lambda of Eq. 2
   double velocity_weight = 10;  ///< lambda of Eq. 3
   double feet_weight = 0;       ///< of moves of feet that stand still in truth (not in the paper)
+  double rest_turn = 0;         ///< degrees that joints' frames are turned by at rest in training (not in the paper)
   double scene_dropout = 0.1;   ///< share of training samples without the global scene, for guidance
   bool global_scene = true;     ///< the occupancy is seen (Table 1)
   bool local_scene = true;      ///< the offsets at key frames are seen (Table 1)

@@ -50,6 +50,18 @@ Clip clip_of_features(const Tensor& features, const Clip& like) {
   return out;
 }
 
+Tensor with_rest_turned(const Tensor& features, const Tensor& turns, Tensor& bones) {
+  std::vector<int64_t> parents(standard_parents().begin(), standard_parents().end());
+  parents[0] = 0;
+  Tensor before = turns.index_select(0, torch::tensor(parents)).transpose(1, 2).clone();  // A_parent^T
+  before[0].copy_(torch::eye(3));  // the root's parent is the world
+  bones = torch::matmul(before, bones.unsqueeze(2)).squeeze(2);
+  const Tensor turned = torch::matmul(torch::matmul(before, feature_rotations(features)), turns);
+  return torch::cat(
+      {features.slice(1, 0, kOrientFeature), matrix_to_rotation6d(turned).flatten(1), features.slice(1, kJointFeature)},
+      1);
+}
+
 Tensor noisy_features(const Tensor& features, const Tensor& bones, double level, std::mt19937_64& random) {
   const int64_t inner = features.size(0) - 2;
   if (inner <= 0 || level == 0) return features;

@@ -26,6 +26,11 @@ torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor&
 /// `like` with the motion that `features` (T, 201) name: rotations, trans, and joints by forward kinematics.
 Clip clip_of_features(const torch::Tensor& features, const Clip& like);
 
+/// The same motion of somebody whose joints' frames are turned by `turns` (22, 3, 3) at rest, as another body model or
+/// recording may have them: R_j becomes A_parent^T R_j A_j, and so do `bones` (22, 3), which become A_parent^T bone_j.
+/// Joint positions stay.
+torch::Tensor with_rest_turned(const torch::Tensor& features, const torch::Tensor& turns, torch::Tensor& bones);
+
 /// Features (T, 201) of noise level `level`: every rotation turned by `level` degrees and the root moved by `level`
 /// centimetres (standard deviations of each component), joints by forward kinematics; first and last frame stay clean
 /// (section 4). @param bones (22, 3) metres.

@@ -14,6 +14,7 @@
 #include "inhabit/inbetween/schedule.h"
 #include "inhabit/inbetween/way_around.h"
 #include "inhabit/math/random.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/nn/bfloat16.h"
 #include "inhabit/train/stages.h"
 
@@ -28,6 +29,7 @@ constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame i
 constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
 constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
 constexpr int64_t kValidationWindows = 96;
+constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
 
 // Places in a batch.
 enum : size_t {
@@ -102,7 +104,13 @@ Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const
   std::vector<int64_t> steps;
   std::vector<float> kept;
   for (const int64_t index : indices) {
-    const InbetweenSample s = data.sample(index);
+    InbetweenSample s = data.sample(index);
+    if (c.rest_turn > 0) {
+      auto turns = at::detail::createCPUGenerator(random());
+      const double deviation = uniform(random, 0, c.rest_turn) * M_PI / 180;
+      s.features = with_rest_turned(
+          s.features, axis_angle_to_matrix(torch::randn({kStandardJoints, 3}, turns) * deviation), s.bones);
+    }
     features.push_back(standard(s.features).t());
     occupancy.push_back(s.occupancy);
     offsets.push_back(s.offsets.permute({1, 2, 0}));
@@ -160,9 +168,8 @@ Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedu
   return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
 }
 
-/// Mean and deviation of every feature over `data`. A deviation under a
-/// centimetre or its like in rotation counts as that: the first root stands at
-/// the origin in every window.
+/// Mean and deviation of every feature over `data`; at least kLeastDeviation, as the first root stands at the origin in
+/// every window, and kLeastTurn for rotations, as joints that hardly turn here do so elsewhere.
 Standard feature_standard(const InbetweenData& data) {
   Tensor sum = torch::zeros({kInbetweenFeatures}, torch::kFloat64), squares = torch::zeros_like(sum);
   int64_t frames = 0;
@@ -174,7 +181,8 @@ Standard feature_standard(const InbetweenData& data) {
     frames += f.size(0);
   }
   const Tensor mean = sum / frames;
-  const Tensor deviation = (squares / frames - mean.square()).clamp_min(0).sqrt().clamp_min(0.01);
+  Tensor deviation = (squares / frames - mean.square()).clamp_min(0).sqrt().clamp_min(kLeastDeviation);
+  deviation.slice(0, kOrientFeature, kJointFeature).clamp_min_(kLeastTurn);
   return {mean.to(torch::kFloat32), deviation.to(torch::kFloat32)};
 }
 
@@ -241,6 +249,7 @@ bool train_inbetween(const InbetweenTraining& options) {
     expected.joints_weight = start.config.joints_weight;
     expected.velocity_weight = start.config.velocity_weight;
     expected.feet_weight = start.config.feet_weight;
+    expected.rest_turn = start.config.rest_turn;
     expected.scene_dropout = start.config.scene_dropout;
     expected.around_obstacles = start.config.around_obstacles;
     if (expected != start.config) throw Error(options.from, "is of another configuration than this training");

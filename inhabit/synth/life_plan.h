@@ -6,6 +6,7 @@
 #include "inhabit/synth/curves.h"
 #include "inhabit/synth/footsteps.h"
 #include "inhabit/synth/posing.h"
+#include "inhabit/synth/room_space.h"
 
 namespace inhabit {
 

@@ -78,5 +78,21 @@ TEST(BodyShapeFeatures, FollowStatureAndGirth) {
   EXPECT_GT((stout - mean).slice(0, 5).min().item<double>(), 0.01);
 }
 
+TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
+  torch::manual_seed(6);
+  const Clip clip = walker(9, 1, 0.3, 1);
+  const Tensor features = inbetween_features(clip);
+  Tensor bones = clip.skeleton.offsets;
+  const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
+  const Tensor turned = with_rest_turned(features, turns, bones);
+  EXPECT_LT((feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
+            1e-4);
+  EXPECT_GT((feature_rotations(turned) - feature_rotations(features)).abs().max().item<double>(), 0.1);
+  EXPECT_TRUE(torch::equal(turned.slice(1, kJointFeature), features.slice(1, kJointFeature)));
+  // A joint's own frame turns, not that of its parent's rest: the root's first.
+  EXPECT_TRUE(torch::allclose(feature_rotations(turned).select(1, 0),
+                              torch::matmul(feature_rotations(features).select(1, 0), turns[0]), 1e-4, 1e-5));
+}
+
 }  // namespace
 }  // namespace inhabit
