@@ -6,15 +6,15 @@ namespace inhabit {
 /// Everything that intention-driven anticipation must know to be built, trained and run; it travels in a model file's
 /// metadata. Defaults are the paper's where it names a value.
 struct AnticipateConfig {
-  double rate = 25;     ///< frames a second
-  int observed = 50;    ///< t, frames; a shorter observation is led in by its first frame
-  int future = 50;      ///< T - t in training; any horizon can be asked for
+  double rate = 25;        ///< frames a second
+  int observed = 50;       ///< t, frames; a shorter observation is led in by its first frame
+  int future = 50;         ///< T - t in training; any horizon can be asked for
   int label_frames = 250;  ///< future labels that the intention decoder is trained on, where a recording has so many
-  int gamma = 10;       ///< frames that the intention is read ahead, the current one among them (Eq. 6)
-  int rec_frames = 15;  ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
-  int kappa = 8;        ///< frames of a motion word (Eq. 9)
-  int labels = 8;       ///< |C|, intention labels
-  int clusters = 24;    ///< pose clusters that cycles are found among
+  int gamma = 10;          ///< frames that the intention is read ahead, the current one among them (Eq. 6)
+  int rec_frames = 15;     ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
+  int kappa = 8;           ///< frames of a motion word (Eq. 9)
+  int labels = 8;          ///< |C|, intention labels
+  int clusters = 24;       ///< pose clusters that cycles are found among
   bool naive_clusters = false;  ///< the labels are pose clusters themselves
   bool intention = true;        ///< the pose decoder sees the intention
   bool label_adversary = true;  ///< Eq. 5

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "inhabit/synth/room_space.h"
 #include "inhabit/synth/room.h"
+#include "inhabit/synth/room_space.h"
 
 namespace inhabit {
 
