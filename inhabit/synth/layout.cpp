@@ -128,7 +128,7 @@ Group desk_group(const Room& room, std::mt19937_64& random) {
   const double out = depth / 2 + gap + chair.bounds().max().z();
   put_beside(chair, pieces[0], shift, out, M_PI + uniform(random, -0.4, 0.4));
   pieces.push_back(std::move(chair));
-  return {std::move(pieces), {}};
+  return {std::move(pieces), std::vector<Patch>()};
 }
 
 Group shelf_group(const Room& room, std::mt19937_64& random) {
