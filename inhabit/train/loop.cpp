@@ -92,6 +92,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
   const auto groups = rate_groups(task);
   std::vector<torch::optim::OptimizerParamGroup> optimised;
+  optimised.reserve(groups.size());
   for (const auto& [factor, parameters] : groups) optimised.emplace_back(parameters);
   torch::optim::Adam optimizer(optimised, torch::optim::AdamOptions(options.learning_rate));
   std::optional<WeightAverage> average;
