@@ -41,8 +41,8 @@ class SceneInbetweener {
   /// in, but those between the ends of a noise-aware model (config().t_star > 0), which it cleans. Longer clips are
   /// filled window by window, each going on from the last 60 frames of the one before. The same clip, scene and request
   /// give the same motion.
-  /// @param clip on the standard skeleton with rotations, config().rate frames a second (retarget, resample).
   /// The floor is y = 0, or where the feet of the key poses stay higher or lower by more than 10 cm, beneath them.
+  /// @param clip on the standard skeleton with rotations, config().rate frames a second (retarget, resample).
   /// Throws Error where it is not, or key frames are missing, out of order, outside the clip or too far apart.
   Clip fill(const Clip& clip, const Scene& scene, const InbetweenRequest& request) const;
 

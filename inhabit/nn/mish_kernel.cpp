@@ -9,8 +9,7 @@
 namespace inhabit::nn {
 namespace {
 
-// With e = exp(x) and n = e (e + 2), tanh(log(1 + e)) is t = n / (n + 2), and mish' = t + x (1 - t^2) e / (1 + e).
-// From 20 on t is 1 in float.
+// With e = exp(x) and t = tanh(log(1 + e)), mish' = t + x (1 - t^2) e / (1 + e).
 
 template <int kWidth>
 INHABIT_INLINE void forward(const float* x, int64_t count, float* y) {
@@ -21,13 +20,14 @@ INHABIT_INLINE void forward(const float* x, int64_t count, float* y) {
     std::memcpy(&v, x + i, sizeof(v));
     Float e = v > 20.0F ? (v - v + 20.0F) : v;
     vector_exp<kWidth>(e);
-    const Float n = e * (e + 2.0F);
-    v *= n / (n + 2.0F);
+    mish_factor<kWidth>(e);
+    v *= e;
     std::memcpy(y + i, &v, sizeof(v));
   }
   for (; i < count; ++i) {
-    const float e = std::exp(x[i] > 20.0F ? 20.0F : x[i]), n = e * (e + 2.0F);
-    y[i] = x[i] * (n / (n + 2.0F));
+    float t = std::exp(x[i] > 20.0F ? 20.0F : x[i]);
+    mish_factor<1>(t);
+    y[i] = x[i] * t;
   }
 }
 
@@ -41,12 +41,15 @@ INHABIT_INLINE void backward(const float* x, const float* gradient, int64_t coun
     std::memcpy(&g, gradient + i, sizeof(g));
     Float e = v > 20.0F ? (v - v + 20.0F) : v;
     vector_exp<kWidth>(e);
-    const Float n = e * (e + 2.0F), t = n / (n + 2.0F);
+    Float t = e;
+    mish_factor<kWidth>(t);
     g *= t + v * (1.0F - t * t) * (e / (1.0F + e));
     std::memcpy(out + i, &g, sizeof(g));
   }
   for (; i < count; ++i) {
-    const float e = std::exp(x[i] > 20.0F ? 20.0F : x[i]), n = e * (e + 2.0F), t = n / (n + 2.0F);
+    const float e = std::exp(x[i] > 20.0F ? 20.0F : x[i]);
+    float t = e;
+    mish_factor<1>(t);
     out[i] = gradient[i] * (t + x[i] * (1.0F - t * t) * (e / (1.0F + e)));
   }
 }

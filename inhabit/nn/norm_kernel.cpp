@@ -36,7 +36,6 @@ INHABIT_INLINE void sums_of(const float* x, int64_t stride, int64_t rows, int64_
   }
 }
 
-/// exp(v) = e gives tanh(log(1 + e)) = n / (n + 2), n = e (e + 2); from 20 on it is 1 in float.
 template <int kWidth>
 INHABIT_INLINE void mish_of(const float* x, int64_t x_stride, int64_t rows, int64_t columns, const float* scale,
                             const float* shift, const float* add, int64_t add_stride, float* y, int64_t y_stride) {
@@ -54,8 +53,8 @@ INHABIT_INLINE void mish_of(const float* x, int64_t x_stride, int64_t rows, int6
       v = v * a + b;
       Float e = v > 20.0F ? (v - v + 20.0F) : v;
       vector_exp<kWidth>(e);
-      const Float n = e * (e + 2.0F);
-      v *= n / (n + 2.0F);
+      mish_factor<kWidth>(e);
+      v *= e;
       if (beside != nullptr) {
         std::memcpy(&a, beside + c, sizeof(a));
         v += a;
@@ -63,8 +62,10 @@ INHABIT_INLINE void mish_of(const float* x, int64_t x_stride, int64_t rows, int6
       std::memcpy(to + c, &v, sizeof(v));
     }
     for (; c < columns; ++c) {
-      const float v = from[c] * scale[c] + shift[c], e = std::exp(v > 20.0F ? 20.0F : v), n = e * (e + 2.0F);
-      to[c] = v * (n / (n + 2.0F)) + (beside == nullptr ? 0.0F : beside[c]);
+      const float v = from[c] * scale[c] + shift[c];
+      float t = std::exp(v > 20.0F ? 20.0F : v);
+      mish_factor<1>(t);
+      to[c] = v * t + (beside == nullptr ? 0.0F : beside[c]);
     }
   }
 }
