@@ -149,7 +149,7 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
   }
   if (request.hold_feet) {
     const bool met = c.t_star == 0 && !request.given.defined();  // inner keys come out as they went in
-    out = hold_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1});
+    out = hold_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, floor);
   }
   out.betas = clip.betas;
   return out;

@@ -27,8 +27,10 @@ constexpr double kAverage = 0.9995;   // the paper's 0.9999 averages over as man
                                       // steps as a short run has in all
 constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame is not given
 constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
+constexpr double kContinued = 0.3;    // share of the windows that go on from known frames, as those of long clips do
 constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
-constexpr int64_t kValidationWindows = 96;
+constexpr int kLeastKnown = 8, kMostKnown = 100;  // frames of these
+constexpr int64_t kValidationWindows = 192;
 constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
 
 // Places in a batch.
@@ -42,7 +44,7 @@ enum : size_t {
   kKeys,       // (B, 201, T) standardised key poses, noisy where the network is to be
                // aware of noise
   kGroups,     // (B, T, 25) 1 for what is given of a frame
-  kEnds,       // (B, T) 1 at the first and the last key frame
+  kEnds,       // (B, T) 1 at the first and the last key frame and at known frames
   kWays,       // (B, T, 2) metres that the straight way between key frames is left by
   kSteps,      // (B) diffusion steps
   kNoise       // (B, 201, T)
@@ -51,7 +53,7 @@ enum : size_t {
 /// What is given of a window.
 struct Keys {
   Tensor groups;  // (T, 25)
-  Tensor ends;    // (T) 1 at the first and the last key frame
+  Tensor ends;    // (T) 1 at the first and the last key frame, and at frames that are known
 };
 
 /// The number of key frames is drawn evenly from the paper's {2, ..., T} and,
@@ -88,6 +90,10 @@ Keys draw_keys(int64_t frames, bool partial, std::mt19937_64& random) {
     std::swap(inner[i],
               inner[static_cast<size_t>(uniform_int(random, static_cast<int>(i), static_cast<int>(inner.size()) - 1))]);
     out.groups[inner[i]].copy_(some_partial && chance(random, share) ? given : torch::ones({kKeyGroups}));
+  }
+  if (chance(random, kContinued)) {
+    const int known = std::min(last, uniform_int(random, kLeastKnown, kMostKnown));
+    for (Tensor* given_frames : {&out.groups, &out.ends}) given_frames->slice(0, 0, known).fill_(1);
   }
   return out;
 }
@@ -271,18 +277,16 @@ bool train_inbetween(const InbetweenTraining& options) {
     return inbetween_batch(data, config, standard, indices, seed);
   };
   task.losses = [&](const Batch& batch) { return inbetween_losses(networks, schedule, batch, options.bfloat16); };
+  // The geometric mean over windows: in the plain one, single windows whose 6D rotations flip outweigh all others.
   task.validate = [&] {
+    const int64_t windows = std::min(kValidationWindows, validation.size());
     double sum = 0;
-    int64_t batches = 0;
-    for (int64_t at = 0; at < std::min(kValidationWindows, validation.size()); at += options.batch, ++batches) {
-      std::vector<int64_t> indices;  // spread over the whole split
-      for (int64_t i = at; i < std::min({at + options.batch, kValidationWindows, validation.size()}); ++i)
-        indices.push_back(i * validation.size() / std::min(kValidationWindows, validation.size()));
-      const Batch batch =
-          inbetween_batch(validation, config, standard, indices, item_seed(options.seed, static_cast<uint64_t>(at)));
-      sum += inbetween_losses(networks, schedule, batch, false).front().second.item<double>();
+    for (int64_t i = 0; i < windows; ++i) {  // spread over the whole split
+      const Batch window = inbetween_batch(validation, config, standard, {i * validation.size() / windows},
+                                           item_seed(options.seed, static_cast<uint64_t>(i)));
+      sum += std::log(inbetween_losses(networks, schedule, window, false).front().second.item<double>());
     }
-    return sum / static_cast<double>(batches);
+    return std::exp(sum / static_cast<double>(windows));
   };
   task.on_best = [&] { save_inbetween_networks(options.out, networks, options.half); };
   return run(task, options, first);

@@ -15,10 +15,20 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kHigh = 0.05;               // metres above the lowest place of both balls: a foot in the air
-constexpr double kSlow = 0.6, kQuick = 1.2;  // m/s: a foot stands; it stands no longer
-constexpr int64_t kShortest = 4;             // frames that a foot stands for at least
-constexpr int64_t kBlend = 9;                // frames in which a move of a foot comes and goes
+constexpr double kHigh = 0.07;                  // metres above the floor: the ball of a foot in the air
+constexpr double kSlow = 0.9, kQuick = 1.2;     // m/s: a foot stands; it stands no longer
+constexpr double kTogether = 0.5;               // m/s: feet that differ by less move as one
+constexpr int64_t kShortest = 4;                // frames that a foot stands for at least
+constexpr int64_t kBlend = 9;                   // frames in which a move of a foot comes and goes
+constexpr double kClear = 0.055;                // metres above the floor: the ball of a foot that goes
+constexpr double kResting = 0.5, kGoing = 0.7;  // m/s: a foot may be on the floor; it is to be kClear above it
+constexpr int64_t kRise = 6;                    // frames in which a foot is lifted
+constexpr int64_t kSettled = 4;                 // frames from a fixed one to those that may be lifted wholly
+constexpr double kReach = 0.15;  // metres from its place to which a foot may have glided and still be held there
+constexpr double kStride = 0.4, kStrideTime = 0.4;  // metres, seconds: feet that glide at v m/s each step once on
+                                                    // kStride + v kStrideTime metres
+constexpr double kSwing = 0.4;                      // share of a stride in which a foot is on its way
+constexpr double kLongest = 0.4;                    // seconds that it is on its way for at most
 constexpr std::array<int, 2> kBalls = {10, 11};
 
 /// Frames [first, last] whose foot is moved by `moves`, one each.
@@ -54,28 +64,114 @@ Stance stance(const std::vector<Vector3d>& ball, int64_t first, int64_t last, co
   return out;
 }
 
-/// How far each frame's foot is to be moved.
+double smooth(double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); }
+
+/// Speed, m/s, at which a foot leaves each frame's place.
+std::vector<double> speeds(const std::vector<Vector3d>& ball, double rate) {
+  std::vector<double> out(ball.size(), 0);
+  for (size_t t = 0; t + 1 < ball.size(); ++t) out[t] = (ball[t + 1] - ball[t]).norm() * rate;
+  return out;
+}
+
+/// Velocity of a foot along the floor in each frame, m/s.
+std::vector<Vector3d> velocities(const std::vector<Vector3d>& ball, double rate) {
+  std::vector<Vector3d> out(ball.size(), Vector3d::Zero());
+  const size_t last = ball.size() - 1;
+  for (size_t t = 0; t <= last && last > 0; ++t) {
+    const size_t before = t == 0 ? 0 : t - 1, after = std::min(last, t + 1);
+    out[t] = (ball[after] - ball[before]) * (rate / static_cast<double>(after - before));
+    out[t].y() = 0;
+  }
+  return out;
+}
+
+/// Frames in which both feet glide over the floor as one, as no walk has them.
+std::vector<bool> glides(const std::array<std::vector<Vector3d>, 2>& balls, double floor, double rate) {
+  const std::vector<Vector3d> left = velocities(balls[0], rate), right = velocities(balls[1], rate);
+  std::vector<bool> out(left.size());
+  for (size_t t = 0; t < left.size(); ++t)
+    out[t] = std::max(balls[0][t].y(), balls[1][t].y()) < floor + kHigh && (left[t] - right[t]).norm() < kTogether;
+  return out;
+}
+
+/// Frames in which a foot that glides is to be on its way to its next place: the feet in turn, by how far they have
+/// glided, and none in a fixed frame.
+std::vector<bool> step_times(const std::array<std::vector<Vector3d>, 2>& balls, size_t side, double rate,
+                             const std::vector<int64_t>& fixed) {
+  const auto frames = static_cast<int64_t>(balls[0].size());
+  const auto longest = static_cast<int64_t>(std::lround(kLongest * rate));
+  std::vector<bool> out(balls[0].size(), false);
+  double strides = side == 0 ? 0 : 0.5;
+  int64_t first = -1;
+  for (int64_t t = 0; t <= frames; ++t) {
+    const bool going = t < frames && strides - std::floor(strides) < kSwing;
+    if (going && first < 0) first = t;
+    if (!going && first >= 0) {
+      int64_t from = first, to = t;  // [from, to)
+      if (to - from > longest) {
+        from += (to - from - longest) / 2;
+        to = from + longest;
+      }
+      const auto f = std::lower_bound(fixed.begin(), fixed.end(), from - 1);
+      if (f != fixed.end() && *f <= to) {  // before it or behind it, where that is nearer
+        const int64_t by = *f - from < to - *f ? *f + 2 - from : *f - 1 - to;
+        from += by;
+        to += by;
+      }
+      for (int64_t u = std::max<int64_t>(0, from); u < std::min(to, frames); ++u) out[u] = true;
+      first = -1;
+    }
+    if (t + 1 < frames)
+      for (const auto& ball : balls) {
+        Vector3d moved = ball[t + 1] - ball[t];
+        moved.y() = 0;
+        strides += moved.norm() / 2 / (kStride + kStrideTime * moved.norm() * rate);
+      }
+  }
+  return out;
+}
+
+/// What brings the foot of frames [first, last] to one place, or, where it glides far, to several with steps between.
+void add_stances(const std::vector<Vector3d>& ball, int64_t first, int64_t last, const std::vector<int64_t>& fixed,
+                 const std::vector<bool>& steps, std::vector<Stance>& out) {
+  Stance whole = stance(ball, first, last, fixed);
+  const auto within = [&](const Vector3d& far) { return far.norm() < kReach; };
+  bool still = true;  // two fixed frames can ask for two places
+  for (int64_t t = first; t <= last; ++t)
+    still = still && within(ball[t] + whole.moves[t - first] - ball[first] - whole.moves.front());
+  if (still && std::all_of(whole.moves.begin(), whole.moves.end(), within)) {
+    out.push_back(std::move(whole));
+    return;
+  }
+  for (int64_t t = first; t <= last; ++t) {
+    if (steps[t]) continue;
+    const int64_t from = t;
+    while (t < last && !steps[t + 1]) ++t;
+    out.push_back(stance(ball, from, t, fixed));
+  }
+}
+
+/// How far each frame's foot is to be moved along the floor. @param gliding what glides() says @param steps when a foot
+/// that glides is to step
 std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor, double rate,
-                                 const std::vector<int64_t>& fixed) {
+                                 const std::vector<int64_t>& fixed, const std::vector<bool>& gliding,
+                                 const std::vector<bool>& steps) {
   const auto frames = static_cast<int64_t>(ball.size());
-  const auto speed = [&](int64_t t) {
-    const int64_t before = std::max<int64_t>(0, t - 1), after = std::min(frames - 1, t + 1);
-    Vector3d moved = ball[after] - ball[before];
-    moved.y() = 0;
-    return moved.norm() * rate / static_cast<double>(std::max<int64_t>(1, after - before));
+  const std::vector<Vector3d> velocity = velocities(ball, rate);
+  const auto stands = [&](int64_t t, double speed) {
+    return ball[t].y() < floor + kHigh && (velocity[t].norm() < speed || gliding[t]);
   };
-  const auto may_stand = [&](int64_t t) { return ball[t].y() < floor + kHigh && speed(t) < kQuick; };
   std::vector<Stance> stances;
+  int64_t done = -1;
   for (int64_t t = 0; t < frames; ++t) {
-    if (!may_stand(t) || speed(t) >= kSlow) continue;
+    if (!stands(t, kSlow)) continue;
     int64_t first = t, last = t;
-    while (first > 0 && (stances.empty() || first - 1 > stances.back().last) && may_stand(first - 1)) --first;
-    while (last + 1 < frames && may_stand(last + 1)) ++last;
-    if (last - first + 1 >= kShortest) stances.push_back(stance(ball, first, last, fixed));
-    t = last;
+    while (first - 1 > done && stands(first - 1, kQuick)) --first;
+    while (last + 1 < frames && stands(last + 1, kQuick)) ++last;
+    if (last - first + 1 >= kShortest) add_stances(ball, first, last, fixed, steps, stances);
+    t = done = last;
   }
   std::vector<Vector3d> moves(ball.size(), Vector3d::Zero());
-  const auto smooth = [](double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); };
   for (size_t i = 0; i < stances.size(); ++i) {
     const Stance& s = stances[i];
     std::copy(s.moves.begin(), s.moves.end(), moves.begin() + s.first);
@@ -100,6 +196,25 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
   return moves;
 }
 
+/// How far each frame's foot is to be lifted: one that goes does not drag along the floor, where the other one is not
+/// quicker, and none is under it.
+std::vector<double> foot_lifts(const std::vector<Vector3d>& ball, const std::vector<double>& speed,
+                               const std::vector<double>& others, double floor, const std::vector<int64_t>& fixed) {
+  const auto frames = static_cast<int64_t>(ball.size());
+  std::vector<double> lifts(ball.size(), 0);
+  for (int64_t t = 0; t < frames; ++t) {
+    const double going = speed[t] >= others[t] ? smooth((speed[t] - kResting) / (kGoing - kResting)) : 0;
+    const double lift = std::max(floor - ball[t].y(), going * (floor + kClear - ball[t].y()));
+    if (lift <= 0) continue;
+    for (int64_t u = std::max<int64_t>(0, t - kRise + 1); u < std::min(frames, t + kRise); ++u)
+      lifts[u] = std::max(lifts[u], lift * smooth(1 - std::abs(static_cast<double>(u - t)) / kRise));
+  }
+  for (const int64_t f : fixed)
+    for (int64_t t = std::max<int64_t>(0, f - kSettled + 1); t < std::min(frames, f + kSettled); ++t)
+      lifts[t] *= smooth(std::abs(static_cast<double>(t - f)) / kSettled);
+  return lifts;
+}
+
 /// Brings the ankle of a posed leg to `target`: thigh and shin turn by the least that does, the foot stays turned as it
 /// is.
 void move_ankle(const Bones& bones, const Limb& limb, const Vector3d& move, const BonesPose& pose,
@@ -121,7 +236,7 @@ void move_ankle(const Bones& bones, const Limb& limb, const Vector3d& move, cons
 
 }  // namespace
 
-Clip hold_feet(const Clip& clip, const std::vector<int64_t>& fixed) {
+Clip hold_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor) {
   if (clip.skeleton.size() != kStandardJoints || !clip.rotations.defined() || !clip.trans.defined())
     throw Error("feet: need rotations on the standard skeleton");
   const int64_t frames = clip.frames();
@@ -129,15 +244,25 @@ Clip hold_feet(const Clip& clip, const std::vector<int64_t>& fixed) {
   const torch::Tensor joints = clip.joints.to(torch::kFloat64).contiguous();
   const auto at = joints.accessor<double, 3>();
   std::array<std::vector<Vector3d>, 2> balls;
-  double floor = 1e9;
   for (size_t side = 0; side < 2; ++side)
     for (int64_t t = 0; t < frames; ++t) {
       const auto p = at[t][kBalls[side]];
       balls[side].emplace_back(p[0], p[1], p[2]);
-      floor = std::min(floor, p[1]);
     }
   std::array<std::vector<Vector3d>, 2> moves;
-  for (size_t side = 0; side < 2; ++side) moves[side] = foot_moves(balls[side], floor, clip.rate, fixed);
+  std::array<std::vector<double>, 2> speed;
+  const std::vector<bool> gliding = glides(balls, floor, clip.rate);
+  const std::array<std::vector<bool>, 2> steps = {step_times(balls, 0, clip.rate, fixed),
+                                                  step_times(balls, 1, clip.rate, fixed)};
+  for (size_t side = 0; side < 2; ++side) {
+    moves[side] = foot_moves(balls[side], floor, clip.rate, fixed, gliding, steps[side]);
+    for (int64_t t = 0; t < frames; ++t) balls[side][t] += moves[side][t];
+    speed[side] = speeds(balls[side], clip.rate);
+  }
+  for (size_t side = 0; side < 2; ++side) {
+    const std::vector<double> lifts = foot_lifts(balls[side], speed[side], speed[1 - side], floor, fixed);
+    for (int64_t t = 0; t < frames; ++t) moves[side][t].y() = lifts[t];
+  }
 
   out.rotations = clip.rotations.clone();
   out.joints = clip.joints.clone();

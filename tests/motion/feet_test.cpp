@@ -8,6 +8,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/foot_skating.h"
+#include "inhabit/motion/canonical.h"
 
 namespace inhabit {
 namespace {
@@ -60,9 +61,10 @@ TEST(HoldFeet, FixedFramesStayAndSayWhereAFootStands) {
 }
 
 TEST(HoldFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
-  // Drifts for ten frames and goes on quickly in a fixed one.
+  // Drifts for ten frames and goes on quickly, in the air, in a fixed one.
   Clip clip = drifting(20, 0.015);
   clip.trans.slice(0, 10).select(1, 0).add_(torch::arange(1, 11) * 0.05);
+  clip.trans.slice(0, 10).select(1, 1).add_(0.1);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   const Clip held = hold_feet(clip, {10});
   EXPECT_TRUE(torch::equal(held.joints[10], clip.joints[10]));
@@ -71,9 +73,41 @@ TEST(HoldFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
   EXPECT_LT(largest(moves.diff()), 0.02) << "and nothing jumps";
 }
 
-TEST(HoldFeet, FeetThatGoQuicklyAreLeftAlone) {
-  const Clip clip = drifting(20, 0.05);  // 1.5 m/s
-  EXPECT_TRUE(torch::equal(hold_feet(clip, {}).rotations, clip.rotations));
+TEST(HoldFeet, APersonWhoGlidesMakesSteps) {
+  for (const double speed : {0.5, 1.5}) {
+    const Clip clip = drifting(90, speed / 30), held = hold_feet(clip, {0, 89});
+    EXPECT_GT(foot_skating(clip, 0.05, 0.01).share(), 0.99);
+    EXPECT_LT(foot_skating(held).share(), 0.1) << speed;
+    std::array<int, 2> standing = {0, 0};
+    int both_up = 0;
+    for (int64_t t = 0; t + 1 < 90; ++t) {
+      int up = 0;
+      for (const int side : {0, 1}) {
+        const Tensor here = held.joints[t][10 + side], next = held.joints[t + 1][10 + side];
+        standing[static_cast<size_t>(side)] += (next - here).norm().item<double>() < 0.005 ? 1 : 0;
+        up += here[1].item<double>() > 0.06 ? 1 : 0;
+        EXPECT_LT(here[1].item<double>(), 0.15) << "no foot is left behind";
+      }
+      both_up += up == 2 ? 1 : 0;
+    }
+    for (const int frames : standing) EXPECT_GT(frames, speed < 1 ? 25 : 10) << speed;
+    EXPECT_EQ(both_up, 0) << speed;
+    for (const int64_t t : {0, 89}) EXPECT_TRUE(torch::equal(held.joints[t], clip.joints[t]));
+  }
+}
+
+TEST(HoldFeet, AFootThatGoesIsLiftedAndNoneIsUnderTheFloor) {
+  Clip clip = walk();
+  clip.trans = clip.trans.clone();
+  clip.trans.select(1, 1).sub_(0.04);
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  const Clip held = hold_feet(clip, {});
+  EXPECT_GT(foot_skating(clip).share(), 0.1);
+  EXPECT_LT(foot_skating(held).share(), 0.05);
+  EXPECT_LT(clip.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.015);
+  EXPECT_GT(held.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.001);
+  const Clip high = transformed(clip, {0, {0, 1, 0}}), high_held = hold_feet(high, {}, 1);
+  EXPECT_LT(largest(high_held.joints.select(2, 1) - 1 - held.joints.select(2, 1)), 1e-4) << "floors of any height";
 }
 
 TEST(HoldFeet, WalkingOnFeetThatStandIsHardlyTouched) {
