@@ -111,6 +111,7 @@ std::string inbetween_row(const inhabit::InbetweenConfig& c) {
 void add_eval_inbetween(CLI::App& verb) {
   struct Options {
     std::vector<std::string> data, models;
+    std::vector<int> t_star;
     std::string split = "test", json;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
     bool hold_feet = true;
@@ -139,6 +140,8 @@ void add_eval_inbetween(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_sampler(*inbetween, o->sampler);
+  inbetween->add_option("--t-star", o->t_star, "T* of noise-aware models, a row each (default: the one of training)")
+      ->check(CLI::Range(1, 1000));
   inbetween->add_flag("!--loose-feet", o->hold_feet, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
@@ -161,10 +164,9 @@ void add_eval_inbetween(CLI::App& verb) {
     if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
     std::vector<InbetweenMethod> methods = interpolation_methods();
     InbetweenConfig config;
-    for (const std::string& file : o->models) {
-      auto model = std::make_shared<SceneInbetweener>(SceneInbetweener::load(file));
-      config = model->config();
-      methods.push_back({inbetween_row(config),
+    const auto add_model = [&](InbetweenNetworks networks) {
+      const auto model = std::make_shared<SceneInbetweener>(std::move(networks));
+      methods.push_back({inbetween_row(model->config()),
                          [model, o](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
                            InbetweenRequest request;
                            request.keys = keys;
@@ -174,6 +176,15 @@ void add_eval_inbetween(CLI::App& verb) {
                            request.sampler = o->sampler;
                            return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
                          }});
+    };
+    for (const std::string& file : o->models) {
+      InbetweenNetworks networks = load_inbetween_networks(file);
+      config = networks.config;
+      if (!o->t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+      for (const int t_star : o->t_star.empty() ? std::vector<int>{config.t_star} : o->t_star) {
+        networks.config.t_star = t_star;
+        add_model(networks);
+      }
     }
     const InbetweenData data(o->data, o->split, config, config.frames);
     if (data.size() == 0)

@@ -200,6 +200,23 @@ Tensor window_joints(const InbetweenData& data) {
   return torch::stack(out);
 }
 
+/// Copies the weights of a network that sees at least as much.
+void adopt_weights(InbetweenNetworkImpl& network, const InbetweenNetworkImpl& start, const std::string& file) {
+  const torch::NoGradGuard no_gradients;
+  const auto parameters = start.named_parameters();
+  const int64_t at = kInbetweenFeatures + network.config.mask_channels();  // where the offsets' channels come in
+  const bool no_offsets = start.config.local_scene && !network.config.local_scene;
+  for (auto& p : network.named_parameters()) {
+    const Tensor* found = parameters.find(p.key());
+    Tensor value = found != nullptr ? *found : Tensor();
+    if (found != nullptr && no_offsets && value.dim() == 3 && value.size(1) == p.value().size(1) + kLocalChannels)
+      value = torch::cat({value.slice(1, 0, at), value.slice(1, at + kLocalChannels)}, 1);
+    if (found == nullptr || value.sizes() != p.value().sizes())
+      throw Error(file, "is of another configuration than this training");
+    p.value().copy_(value);
+  }
+}
+
 void require_windows(const InbetweenTraining& options, const InbetweenData& train, const InbetweenData& validation) {
   if (train.size() == 0 || validation.size() == 0)
     throw Error(options.data.front(), "has no window of " + std::to_string(options.config.frames) +
@@ -247,19 +264,8 @@ bool train_inbetween(const InbetweenTraining& options) {
   if (options.from.empty()) {
     standard = feature_standard(data);
   } else {
-    InbetweenNetworks start = load_inbetween_networks(options.from);
-    InbetweenConfig expected = config;  // how weights are trained and used may change, not what they are of
-    expected.preset = start.config.preset;
-    expected.t_star = start.config.t_star;
-    expected.guidance = start.config.guidance;
-    expected.joints_weight = start.config.joints_weight;
-    expected.velocity_weight = start.config.velocity_weight;
-    expected.feet_weight = start.config.feet_weight;
-    expected.rest_turn = start.config.rest_turn;
-    expected.scene_dropout = start.config.scene_dropout;
-    expected.around_obstacles = start.config.around_obstacles;
-    if (expected != start.config) throw Error(options.from, "is of another configuration than this training");
-    networks.network = start.network;
+    const InbetweenNetworks start = load_inbetween_networks(options.from);
+    adopt_weights(*networks.network, *start.network, options.from);
     standard = {start.mean, start.deviation};
   }
   networks.mean = standard.mean;

@@ -16,6 +16,7 @@ namespace inhabit {
 namespace {
 
 using ::testing::HasSubstr;
+using torch::Tensor;
 
 const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz";  // 90 frames at 30 Hz
 const std::string kRoom = INHABIT_SOURCE_DIR "/examples/data/walk_room.glb";
@@ -75,6 +76,33 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   EXPECT_THAT(r.out, HasSubstr("cubic spline"));
   const auto rows = nlohmann::json::parse(read_whole_file(table)).at("rows");
   EXPECT_EQ(rows.size(), 7U) << "real motion, and three methods for each choice of keys";
+
+  const std::string less = folder / "less.safetensors";
+  const std::string more = "train inbetween --data " + folder / "data" + " --steps 1 --batch 2 --from " + model;
+  r = run_command(more + " --without shape local --out " + less);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_TRUE(load_inbetween_networks(less).network->offset_layers[0].is_empty());
+  std::filesystem::create_directory(folder / "out");
+  expect_refused(more + " --out " + folder / "out/more.safetensors", {model, "another configuration"}, folder / "out");
+}
+
+TEST(Inbetween, WindowsOfTheShippedModelsJoin) {
+  const TempFolder folder;
+  const std::string clip = INHABIT_SOURCE_DIR "/examples/data/sit.npz",
+                    room = INHABIT_SOURCE_DIR "/examples/data/sit_room.glb";
+  const Tensor truth = read_clip(clip).joints;
+  ASSERT_GT(truth.size(0), 180) << "of more than one window";
+  const std::string out = folder / "filled.npz";
+  const auto largest_change = [](const Tensor& joints, int order) {
+    return joints.diff(order, 0).norm(2, {2}).max().item<double>();
+  };
+  for (const std::string choice : {"--keyframes every:60", "--keyframes every:15 --noisy"}) {
+    const CommandResult r = run_command("inbetween " + clip + " --scene " + room + " " + choice + " -o " + out);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const Tensor filled = read_clip(out).joints;
+    EXPECT_LT(largest_change(filled, 1), 1.5 * largest_change(truth, 1)) << choice << ": no jump of place";
+    EXPECT_LT(largest_change(filled, 2), 3 * largest_change(truth, 2)) << choice << ": nor of velocity";
+  }
 }
 
 TEST(Inbetween, TakesPosesAtTimes) {
