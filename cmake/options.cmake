@@ -4,6 +4,9 @@ target_compile_options(inhabit_options INTERFACE -Wall -Wextra -Wshadow -Wnon-vi
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # GCC 12 finds these, falsely, in "text" + std::to_string(n)
   target_compile_options(inhabit_options INTERFACE -Wno-stringop-overflow -Wno-array-bounds -Wno-restrict)
 endif()
+if(INHABIT_UNITY)  # an unnamed namespace of an included .cpp looks like one of a header
+  target_compile_options(inhabit_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
 if(INHABIT_WERROR)
   target_compile_options(inhabit_options INTERFACE -Werror)
 endif()

@@ -47,12 +47,11 @@ count=${#sources[@]}
 [ "$count" -le "$limit" ] ||
   mapfile -t sources < <(printf '%s\n' "${sources[@]}" | awk -v n="$count" -v l="$limit" 'NR * l % n < l')
 
-# clang takes the commands of the release build, but not its precompiled header and some of its warnings, which are
-# GCC's; what is an error here .clang-tidy says.
-[ -f build/release/compile_commands.json ] || cmake --preset release >/dev/null
-mkdir -p build/lint
-sed -E "s# -(Winvalid-pch|Werror|Wno-restrict|Wno-stringop-overflow)##g; s#-include [^ \"]*/cmake_pch\\.hxx#-include ATen/core/ivalue.h -include $PWD/cmake/pch.h#g" \
-  build/release/compile_commands.json >build/lint/compile_commands.json
+# clang takes the commands of the release build, source by source, but not its precompiled header and some of its
+# warnings, which are GCC's; what is an error here .clang-tidy says.
+cmake --preset release -B build/lint -DINHABIT_UNITY=OFF >/dev/null
+sed -i -E "s# -(Winvalid-pch|Werror|Wno-restrict|Wno-stringop-overflow)##g; s#-include [^ \"]*/cmake_pch\\.hxx#-include ATen/core/ivalue.h -include $PWD/cmake/pch.h#g" \
+  build/lint/compile_commands.json
 printf '%s\n' "${sources[@]}" |
   OMP_NUM_THREADS=1 xargs -P "$(nproc)" -n 1 clang-tidy -p build/lint --quiet 2> >(grep -v -E 'warnings? generated|^Suppressed|^Use -header' >&2)
 echo "clang-tidy: ${#sources[@]} of $count sources"

@@ -13,7 +13,7 @@ namespace {
 using torch::Tensor;
 namespace F = torch::nn::functional;
 
-constexpr const char* kSystem = "motion-autoencoder";
+constexpr const char* kAutoencoder = "motion-autoencoder";
 constexpr int64_t kChannels = (3 + 3 + 1) * kStandardJoints, kWidth = 96;
 constexpr std::array<int64_t, 5> kLengths = {121, 61, 31, 16, 8};  // frames at each level
 
@@ -129,7 +129,7 @@ TrainTask motion_autoencoder_task(MotionAutoencoder network, const Tensor& train
 
 void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half) {
   SafeTensors content;
-  content.metadata = {{"system", kSystem}};
+  content.metadata = {{"system", kAutoencoder}};
   nn::collect_parameters(*network, "", content);
   write_safetensors(path, content, half);
 }
@@ -137,8 +137,8 @@ void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& n
 MotionAutoencoder load_motion_autoencoder(const std::string& path) {
   const SafeTensors content = read_safetensors(path);
   const auto system = content.metadata.find("system");
-  if (system == content.metadata.end() || system->second != kSystem)
-    throw Error(path, std::string("is not a ") + kSystem);
+  if (system == content.metadata.end() || system->second != kAutoencoder)
+    throw Error(path, std::string("is not a ") + kAutoencoder);
   MotionAutoencoder network;
   nn::load_parameters(*network, "", content, path);
   if ((network->deviation <= 0).any().item<bool>()) throw Error(path, "deviation is not positive");

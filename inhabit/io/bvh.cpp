@@ -17,7 +17,7 @@ namespace inhabit {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr int kMostJoints = 2000;
+constexpr int kMostBvhJoints = 2000;
 
 struct Channel {
   bool rotation;
@@ -93,7 +93,7 @@ std::vector<Joint> read_hierarchy(TextLines& lines) {
     if (given.empty()) lines.fail("a joint has no name");
     std::string name = given;
     while (!names.insert(name).second) name = given + "_" + std::to_string(++again[given] + 1);
-    if (joints.size() >= kMostJoints) lines.fail("more than " + std::to_string(kMostJoints) + " joints");
+    if (joints.size() >= kMostBvhJoints) lines.fail("more than " + std::to_string(kMostBvhJoints) + " joints");
     joints.push_back({std::move(name), open.empty() ? -1 : open.back(), Eigen::Vector3d::Zero(), {}});
     words.expect("{");
     open.push_back(static_cast<int>(joints.size()) - 1);

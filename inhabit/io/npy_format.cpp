@@ -14,7 +14,7 @@ constexpr uint64_t kLongestHeader = 1 << 20;
 constexpr uint64_t kMostBytes = uint64_t{4} << 30;  ///< of one array
 
 /// The dictionary in front of the data.
-struct Header {
+struct NpyHeader {
   std::string descr;  ///< as '<f4'; empty for a structured type
   bool fortran_order = false;
   std::vector<int64_t> shape;
@@ -25,8 +25,8 @@ class HeaderParser {
  public:
   HeaderParser(const std::string& header, const std::string& about) : text_(header), subject_(about) {}
 
-  Header parse() {
-    Header header;
+  NpyHeader parse() {
+    NpyHeader header;
     bool descr = false, order = false, shape = false;
     expect('{');
     while (!accept('}')) {
@@ -246,7 +246,7 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   if (length > kLongestHeader || before > size) throw Error(subject, "ends early");
   std::string text(length, '\0');
   read_exactly(source, text.data(), length, subject);
-  const Header header = HeaderParser(text, subject).parse();
+  const NpyHeader header = HeaderParser(text, subject).parse();
 
   const std::string& descr = header.descr;
   if (descr.empty()) {

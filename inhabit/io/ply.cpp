@@ -25,7 +25,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   enum class Format { ascii, little, big } format = Format::ascii;
   std::vector<Element> elements;
 };
@@ -58,8 +58,8 @@ Type type_named(std::string_view name, const std::string& subject) {
 }
 
 /// Cuts the header off `text`.
-Header read_header(std::string_view& text, const std::string& subject) {
-  Header header;
+PlyHeader read_header(std::string_view& text, const std::string& subject) {
+  PlyHeader header;
   bool format_seen = false;
   if (next_line(text) != "ply") throw Error(subject, "does not start with 'ply'");
   while (!text.empty()) {
@@ -72,11 +72,11 @@ Header read_header(std::string_view& text, const std::string& subject) {
     if (key == "format") {
       const std::string_view format = next_token(line);
       if (format == "ascii") {
-        header.format = Header::Format::ascii;
+        header.format = PlyHeader::Format::ascii;
       } else if (format == "binary_little_endian") {
-        header.format = Header::Format::little;
+        header.format = PlyHeader::Format::little;
       } else if (format == "binary_big_endian") {
-        header.format = Header::Format::big;
+        header.format = PlyHeader::Format::big;
       } else {
         throw Error(subject, "PLY format '" + std::string(format.substr(0, 30)) + "' is unknown");
       }
@@ -110,10 +110,10 @@ Header read_header(std::string_view& text, const std::string& subject) {
 /// Values of the body one after the other, ascii or binary.
 class Body {
  public:
-  Body(std::string_view bytes, Header::Format format, const std::string& subject)
-      : bytes_(bytes), ascii_(format == Header::Format::ascii), subject_(subject) {
+  Body(std::string_view bytes, PlyHeader::Format format, const std::string& subject)
+      : bytes_(bytes), ascii_(format == PlyHeader::Format::ascii), subject_(subject) {
     const bool little = std::endian::native == std::endian::little;
-    swap_ = !ascii_ && (format == Header::Format::little) != little;
+    swap_ = !ascii_ && (format == PlyHeader::Format::little) != little;
   }
 
   double next(Type type) {
@@ -256,7 +256,7 @@ void read_faces(Body& body, const Element& element, std::vector<int64_t>& faces,
 }  // namespace
 
 Mesh parse_ply(std::string_view bytes, const std::string& subject) {
-  const Header header = read_header(bytes, subject);
+  const PlyHeader header = read_header(bytes, subject);
   Body body(bytes, header.format, subject);
   Mesh mesh;
   std::vector<int64_t> faces;

@@ -35,7 +35,7 @@ struct Entry {
   uint64_t begin = 0, end = 0;  // bytes, from the end of the header
 };
 
-struct Header {
+struct TensorsHeader {
   std::vector<Entry> entries;  // by place in the file
   std::map<std::string, std::string> metadata;
   uint64_t data_start = 0;
@@ -82,7 +82,7 @@ Entry parse_entry(const std::string& path, const std::string& name, const json& 
   return entry;
 }
 
-Header parse_header(const std::string& path, std::ifstream& in, uint64_t file_size) {
+TensorsHeader parse_header(const std::string& path, std::ifstream& in, uint64_t file_size) {
   unsigned char prefix[8];
   if (file_size < 8 || !in.read(reinterpret_cast<char*>(prefix), 8))
     throw Error(path, "not a safetensors file (shorter than its header)");
@@ -96,7 +96,7 @@ Header parse_header(const std::string& path, std::ifstream& in, uint64_t file_si
   const json root = json::parse(text, nullptr, false);
   if (root.is_discarded() || !root.is_object()) throw Error(path, "not a safetensors file (header is not JSON)");
 
-  Header header;
+  TensorsHeader header;
   header.data_start = 8 + length;
   const uint64_t data_size = file_size - header.data_start;
   for (const auto& [name, value] : root.items()) {
@@ -138,7 +138,7 @@ std::ifstream open(const std::string& path, uint64_t& file_size) {
 SafeTensors read_safetensors(const std::string& path) {
   uint64_t file_size = 0;
   std::ifstream in = open(path, file_size);
-  Header header = parse_header(path, in, file_size);
+  TensorsHeader header = parse_header(path, in, file_size);
   SafeTensors content;
   content.metadata = std::move(header.metadata);
   for (const Entry& entry : header.entries) {

@@ -10,7 +10,7 @@ namespace {
 
 using torch::Tensor;
 
-constexpr int kTaps = 27;
+constexpr int kNeighbours = 27;
 
 /// Voxels (flat, ascending) of one sample (C, G^3) with a channel that is not zero.
 std::vector<int32_t> occupied_voxels(const float* x, int64_t channels, int64_t voxels) {
@@ -40,7 +40,7 @@ Tensor voxel_rows(const float* x, int64_t channels, int64_t voxels, const std::v
 template <class Visit>
 void for_each_output(int64_t v, int64_t grid, const Visit& visit) {
   const int64_t x = v / (grid * grid), y = v / grid % grid, z = v % grid;
-  for (int64_t tap = 0; tap < kTaps; ++tap) {
+  for (int64_t tap = 0; tap < kNeighbours; ++tap) {
     const int64_t ox = x - (tap / 9 - 1), oy = y - (tap / 3 % 3 - 1), oz = z - (tap % 3 - 1);
     if (ox < 0 || oy < 0 || oz < 0 || ox >= grid || oy >= grid || oz >= grid) continue;
     visit(tap, (ox * grid + oy) * grid + oz);
@@ -54,7 +54,7 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
     context->save_for_backward({x, weight});
     const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
     const int64_t voxels = grid * grid * grid;
-    const Tensor taps = weight.detach().permute({1, 2, 3, 4, 0}).reshape({in, kTaps * out}).contiguous();
+    const Tensor taps = weight.detach().permute({1, 2, 3, 4, 0}).reshape({in, kNeighbours * out}).contiguous();
     const Tensor offset = bias.detach().contiguous();
     Tensor result = torch::empty({batch, out, grid, grid, grid}, x.options());
     at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
@@ -65,7 +65,7 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
         const Tensor products = voxel_rows(sample, in, voxels, list).mm(taps);  // (V, 27 O)
         Tensor sums = offset.repeat({voxels, 1});                               // (G^3, O)
         for (size_t i = 0; i < list.size(); ++i) {
-          const float* from = products.data_ptr<float>() + static_cast<int64_t>(i) * kTaps * out;
+          const float* from = products.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
           for_each_output(list[i], grid, [&](int64_t tap, int64_t v) {
             float* to = sums.data_ptr<float>() + v * out;
             for (int64_t c = 0; c < out; ++c) to[c] += from[tap * out + c];
@@ -86,18 +86,18 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
     const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
     const int64_t voxels = grid * grid * grid;
     const bool wants_x = context->needs_input_grad(0);
-    const Tensor back_taps = weight.permute({2, 3, 4, 0, 1}).reshape({kTaps * out, in}).contiguous();
+    const Tensor back_taps = weight.permute({2, 3, 4, 0, 1}).reshape({kNeighbours * out, in}).contiguous();
     Tensor x_gradient = wants_x ? torch::zeros_like(x) : Tensor();
-    Tensor taps_gradient = torch::empty({batch, in, kTaps * out}, x.options());
+    Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, x.options());
     at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
       torch::NoGradGuard no_gradients;
       for (int64_t b = first; b < last; ++b) {
         const float* sample = x.data_ptr<float>() + b * in * voxels;
         const auto list = occupied_voxels(sample, in, voxels);
         const Tensor rows = gradient[b].view({out, voxels}).t().contiguous();  // (G^3, O)
-        Tensor reached = torch::zeros({static_cast<int64_t>(list.size()), kTaps * out}, x.options());
+        Tensor reached = torch::zeros({static_cast<int64_t>(list.size()), kNeighbours * out}, x.options());
         for (size_t i = 0; i < list.size(); ++i) {
-          float* to = reached.data_ptr<float>() + static_cast<int64_t>(i) * kTaps * out;
+          float* to = reached.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
           for_each_output(list[i], grid, [&](int64_t tap, int64_t v) {
             const float* from = rows.data_ptr<float>() + v * out;
             std::copy(from, from + out, to + tap * out);
