@@ -96,7 +96,7 @@ TEST(Inbetween, WindowsOfTheShippedModelsJoin) {
   const auto largest_change = [](const Tensor& joints, int order) {
     return joints.diff(order, 0).norm(2, {2}).max().item<double>();
   };
-  for (const std::string choice : {"--keyframes every:60", "--keyframes every:15 --noisy"}) {
+  for (const std::string choice : {"--keyframes every:60", "--keyframes every:3 --noisy"}) {
     const CommandResult r = run_command("inbetween " + clip + " --scene " + room + " " + choice + " -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const Tensor filled = read_clip(out).joints;
