@@ -114,7 +114,7 @@ void add_eval_inbetween(CLI::App& verb) {
     std::vector<int> t_star;
     std::string split = "test", json;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
-    bool hold_feet = true;
+    bool clean_feet = true;
     inhabit::Sampler sampler = inhabit::Sampler::dpm_solver;
     inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
     inhabit::InbetweenEvaluation evaluation;
@@ -142,7 +142,7 @@ void add_eval_inbetween(CLI::App& verb) {
   add_sampler(*inbetween, o->sampler);
   inbetween->add_option("--t-star", o->t_star, "T* of noise-aware models, a row each (default: the one of training)")
       ->check(CLI::Range(1, 1000));
-  inbetween->add_flag("!--loose-feet", o->hold_feet, "Leave feet as the networks move them");
+  inbetween->add_flag("!--loose-feet", o->clean_feet, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -172,7 +172,7 @@ void add_eval_inbetween(CLI::App& verb) {
                            request.keys = keys;
                            request.seed = seed;
                            request.steps = o->steps;
-                           request.hold_feet = o->hold_feet;
+                           request.clean_feet = o->clean_feet;
                            request.sampler = o->sampler;
                            return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
                          }});

@@ -91,7 +91,7 @@ void add_inbetween(CLI::App& app) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb->add_option("--seed", o->request.seed, "Seed of the noise and of random key frames")->capture_default_str();
-  verb->add_flag("!--loose-feet", o->request.hold_feet, "Leave feet as the network moves them");
+  verb->add_flag("!--loose-feet", o->request.clean_feet, "Leave feet as the network moves them");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {

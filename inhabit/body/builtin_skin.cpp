@@ -7,6 +7,7 @@
 #include "inhabit/body/builtin_surface.h"
 #include "inhabit/body/decimate.h"
 #include "inhabit/body/proportions.h"
+#include "inhabit/math/smooth_step.h"
 
 namespace inhabit {
 namespace {
@@ -15,10 +16,7 @@ using Eigen::Vector3d;
 using JointWeights = std::array<double, kStandardJoints>;
 
 /// Rises smoothly from 0 at x = -1 to 1 at x = 1.
-double rise(double x) {
-  const double t = std::clamp(0.5 * (x + 1), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
+double rise(double x) { return smooth_step(0.5 * (x + 1)); }
 
 /// Moves the share `part` of a joint's weight on to its child.
 void pass_on(JointWeights& w, int from, int to, double part) {

@@ -147,9 +147,9 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
                               std::pair(out.trans, moved.trans)})
       to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
   }
-  if (request.hold_feet) {
+  if (request.clean_feet) {
     const bool met = c.t_star == 0 && !request.given.defined();  // inner keys come out as they went in
-    out = hold_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, floor);
+    out = clean_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, floor);
   }
   out.betas = clip.betas;
   return out;

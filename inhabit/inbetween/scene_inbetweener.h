@@ -21,7 +21,7 @@ struct InbetweenRequest {
   int64_t steps = kInbetweenSteps;
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
-  bool hold_feet = true;                                    ///< feet that come out low and slow stand (motion/feet.h)
+  bool clean_feet = true;                                   ///< feet stand, step and are lifted (motion/feet.h)
   std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
 };
 

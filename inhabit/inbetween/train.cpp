@@ -27,8 +27,8 @@ constexpr double kAverage = 0.9995;   // the paper's 0.9999 averages over as man
                                       // steps as a short run has in all
 constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame is not given
 constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
-constexpr double kContinued = 0.3;    // share of the windows that go on from known frames, as those of long clips do
 constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
+constexpr double kContinued = 0.3;    // share of the windows that go on from known frames, as those of long clips do
 constexpr int kLeastKnown = 8, kMostKnown = 100;  // frames of these
 constexpr int64_t kValidationWindows = 192;
 constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D

@@ -8,6 +8,7 @@
 #include "inhabit/body/two_bone.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
+#include "inhabit/math/smooth_step.h"
 
 namespace inhabit {
 namespace {
@@ -63,8 +64,6 @@ Stance stance(const std::vector<Vector3d>& ball, int64_t first, int64_t last, co
   }
   return out;
 }
-
-double smooth(double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); }
 
 /// Speed, m/s, at which a foot leaves each frame's place.
 std::vector<double> speeds(const std::vector<Vector3d>& ball, double rate) {
@@ -182,16 +181,16 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
       return static_cast<double>(neighbour ? std::min(kBlend, gap) : kBlend);
     };
     for (int64_t t = s.last + 1; t < after; ++t)
-      moves[t] +=
-          s.moves.back() * smooth(1 - static_cast<double>(t - s.last) / reach(after - s.last, i + 1 < stances.size()));
+      moves[t] += s.moves.back() *
+                  smooth_step(1 - static_cast<double>(t - s.last) / reach(after - s.last, i + 1 < stances.size()));
     for (int64_t t = s.first - 1; t > before; --t)
-      moves[t] += s.moves.front() * smooth(1 - static_cast<double>(s.first - t) / reach(s.first - before, i > 0));
+      moves[t] += s.moves.front() * smooth_step(1 - static_cast<double>(s.first - t) / reach(s.first - before, i > 0));
   }
   for (const int64_t f : fixed) {  // moves nothing, and what is near it little, where the foot does not stand in it
     if (std::any_of(stances.begin(), stances.end(), [&](const Stance& s) { return s.first <= f && f <= s.last; }))
       continue;
     for (int64_t t = std::max<int64_t>(0, f - kBlend + 1); t < std::min(frames, f + kBlend); ++t)
-      moves[t] *= smooth(std::abs(static_cast<double>(t - f)) / kBlend);
+      moves[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / kBlend);
   }
   return moves;
 }
@@ -203,15 +202,15 @@ std::vector<double> foot_lifts(const std::vector<Vector3d>& ball, const std::vec
   const auto frames = static_cast<int64_t>(ball.size());
   std::vector<double> lifts(ball.size(), 0);
   for (int64_t t = 0; t < frames; ++t) {
-    const double going = speed[t] >= others[t] ? smooth((speed[t] - kResting) / (kGoing - kResting)) : 0;
+    const double going = speed[t] >= others[t] ? smooth_step((speed[t] - kResting) / (kGoing - kResting)) : 0;
     const double lift = std::max(floor - ball[t].y(), going * (floor + kClear - ball[t].y()));
     if (lift <= 0) continue;
     for (int64_t u = std::max<int64_t>(0, t - kRise + 1); u < std::min(frames, t + kRise); ++u)
-      lifts[u] = std::max(lifts[u], lift * smooth(1 - std::abs(static_cast<double>(u - t)) / kRise));
+      lifts[u] = std::max(lifts[u], lift * smooth_step(1 - std::abs(static_cast<double>(u - t)) / kRise));
   }
   for (const int64_t f : fixed)
     for (int64_t t = std::max<int64_t>(0, f - kSettled + 1); t < std::min(frames, f + kSettled); ++t)
-      lifts[t] *= smooth(std::abs(static_cast<double>(t - f)) / kSettled);
+      lifts[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / kSettled);
   return lifts;
 }
 
@@ -236,7 +235,7 @@ void move_ankle(const Bones& bones, const Limb& limb, const Vector3d& move, cons
 
 }  // namespace
 
-Clip hold_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor) {
+Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor) {
   if (clip.skeleton.size() != kStandardJoints || !clip.rotations.defined() || !clip.trans.defined())
     throw Error("feet: need rotations on the standard skeleton");
   const int64_t frames = clip.frames();

@@ -10,7 +10,7 @@
 namespace inhabit {
 namespace {
 
-constexpr double kCell = 0.2, kSampled = 0.04, kMoved = 0.008;
+constexpr double kCell = 0.2, kSampleSpacing = 0.04, kMoved = 0.008;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ BodySweep::BodySweep(const Clip& clip, const BodyModel& body) {
   for (const Capsule& c : shaped_capsules(body, clip.betas)) {
     if (c.joint >= kStandardJoints) continue;
     const Eigen::Vector3d a(c.a[0], c.a[1], c.a[2]), b(c.b[0], c.b[1], c.b[2]);
-    const int samples = 1 + static_cast<int>(std::ceil((b - a).norm() / kSampled));
+    const int samples = 1 + static_cast<int>(std::ceil((b - a).norm() / kSampleSpacing));
     for (int s = 0; s < samples; ++s) {
       const Eigen::Vector3d own = samples == 1 ? a : Eigen::Vector3d(a + (b - a) * s / (samples - 1));
       Eigen::Vector3d last(1e9, 1e9, 1e9);

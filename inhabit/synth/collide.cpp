@@ -18,12 +18,12 @@ double capsule_in_box(const Vector3d& a, const Vector3d& b, double radius, const
 }
 
 double deepest_collision(const Room& room, const std::vector<Capsule>& capsules, const Performance& performance) {
-  struct Piece {
+  struct SolidBox {
     Box box;
     Eigen::Isometry3d to_own;
     int furniture;
   };
-  std::vector<Piece> solids;
+  std::vector<SolidBox> solids;
   auto add = [&](const Box& box, const Eigen::Isometry3d& pose, int furniture) {
     solids.push_back({box, pose.inverse(), furniture});
   };
@@ -35,7 +35,7 @@ double deepest_collision(const Room& room, const std::vector<Capsule>& capsules,
   double deepest = 0;
   for (size_t t = 0; t < performance.pose.size(); ++t) {
     const Posed& pose = performance.pose[t];
-    for (const Piece& solid : solids) {
+    for (const SolidBox& solid : solids) {
       if (solid.furniture == performance.seat[t]) continue;
       // A box's middle may be far along a wall: distance to the box itself decides.
       const Vector3d root = solid.to_own * pose.position[0];

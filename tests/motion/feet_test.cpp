@@ -34,8 +34,8 @@ Clip drifting(int64_t frames, double drift) {
 
 Clip walk() { return read_clip(std::string(INHABIT_SOURCE_DIR) + "/examples/data/walk.npz"); }
 
-TEST(HoldFeet, AFootThatDriftsStands) {
-  const Clip clip = drifting(20, 0.005), held = hold_feet(clip, {});
+TEST(CleanFeet, AFootThatDriftsStands) {
+  const Clip clip = drifting(20, 0.005), held = clean_feet(clip, {});
   for (const int ball : {10, 11}) {
     const Tensor path = held.joints.select(1, ball);
     EXPECT_LT(largest(path - path.mean(0, true)), 1e-4) << ball;
@@ -48,8 +48,8 @@ TEST(HoldFeet, AFootThatDriftsStands) {
   EXPECT_LT(largest(foot(held) - foot(clip)), 1e-4) << "feet point where they did";
 }
 
-TEST(HoldFeet, FixedFramesStayAndSayWhereAFootStands) {
-  const Clip clip = drifting(20, 0.005), held = hold_feet(clip, {4, 12});
+TEST(CleanFeet, FixedFramesStayAndSayWhereAFootStands) {
+  const Clip clip = drifting(20, 0.005), held = clean_feet(clip, {4, 12});
   for (const int64_t t : {4, 12}) {
     EXPECT_TRUE(torch::equal(held.rotations[t], clip.rotations[t])) << t;
     EXPECT_TRUE(torch::equal(held.joints[t], clip.joints[t])) << t;
@@ -60,22 +60,22 @@ TEST(HoldFeet, FixedFramesStayAndSayWhereAFootStands) {
   EXPECT_LT(largest(x.slice(0, 4, 13) - was.slice(0, 4, 13)), 1e-4) << "from one place to the other";
 }
 
-TEST(HoldFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
+TEST(CleanFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
   // Drifts for ten frames and goes on quickly, in the air, in a fixed one.
   Clip clip = drifting(20, 0.015);
   clip.trans.slice(0, 10).select(1, 0).add_(torch::arange(1, 11) * 0.05);
   clip.trans.slice(0, 10).select(1, 1).add_(0.1);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const Clip held = hold_feet(clip, {10});
+  const Clip held = clean_feet(clip, {10});
   EXPECT_TRUE(torch::equal(held.joints[10], clip.joints[10]));
   const Tensor moves = (held.joints - clip.joints).select(1, 10).select(1, 0);
   EXPECT_GT(largest(moves), 0.005) << "the foot is held where that is not near";
   EXPECT_LT(largest(moves.diff()), 0.02) << "and nothing jumps";
 }
 
-TEST(HoldFeet, APersonWhoGlidesMakesSteps) {
+TEST(CleanFeet, APersonWhoGlidesMakesSteps) {
   for (const double speed : {0.5, 1.5}) {
-    const Clip clip = drifting(90, speed / 30), held = hold_feet(clip, {0, 89});
+    const Clip clip = drifting(90, speed / 30), held = clean_feet(clip, {0, 89});
     EXPECT_GT(foot_skating(clip, 0.05, 0.01).share(), 0.99);
     EXPECT_LT(foot_skating(held).share(), 0.1) << speed;
     std::array<int, 2> standing = {0, 0};
@@ -96,36 +96,36 @@ TEST(HoldFeet, APersonWhoGlidesMakesSteps) {
   }
 }
 
-TEST(HoldFeet, AFootThatGoesIsLiftedAndNoneIsUnderTheFloor) {
+TEST(CleanFeet, AFootThatGoesIsLiftedAndNoneIsUnderTheFloor) {
   Clip clip = walk();
   clip.trans = clip.trans.clone();
   clip.trans.select(1, 1).sub_(0.04);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const Clip held = hold_feet(clip, {});
+  const Clip held = clean_feet(clip, {});
   EXPECT_GT(foot_skating(clip).share(), 0.1);
   EXPECT_LT(foot_skating(held).share(), 0.05);
   EXPECT_LT(clip.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.015);
   EXPECT_GT(held.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.001);
-  const Clip high = transformed(clip, {0, {0, 1, 0}}), high_held = hold_feet(high, {}, 1);
+  const Clip high = transformed(clip, {0, {0, 1, 0}}), high_held = clean_feet(high, {}, 1);
   EXPECT_LT(largest(high_held.joints.select(2, 1) - 1 - held.joints.select(2, 1)), 1e-4) << "floors of any height";
 }
 
-TEST(HoldFeet, WalkingOnFeetThatStandIsHardlyTouched) {
-  const Clip clip = walk(), held = hold_feet(clip, {});
+TEST(CleanFeet, WalkingOnFeetThatStandIsHardlyTouched) {
+  const Clip clip = walk(), held = clean_feet(clip, {});
   EXPECT_LT((held.joints - clip.joints).norm(2, {2}).mean().item<double>(), 0.005);
   EXPECT_LE(foot_skating(held).share(), foot_skating(clip).share());
 }
 
-TEST(HoldFeet, AWalkMadeToSlideSkatesLess) {
+TEST(CleanFeet, AWalkMadeToSlideSkatesLess) {
   Clip clip = walk();
   const Tensor sway = 0.14 * torch::sin(torch::arange(clip.frames()) * 0.25);  // up to 1 m/s
   clip.trans = clip.trans.clone();
   clip.trans.select(1, 0).add_(sway);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const double before = foot_skating(clip).share(), after = foot_skating(hold_feet(clip, {})).share();
+  const double before = foot_skating(clip).share(), after = foot_skating(clean_feet(clip, {})).share();
   EXPECT_GT(before, 0.1);
   EXPECT_LT(after, before / 2);
-  const Tensor acceleration = hold_feet(clip, {}).joints.diff(2, 0).norm(2, {2});
+  const Tensor acceleration = clean_feet(clip, {}).joints.diff(2, 0).norm(2, {2});
   EXPECT_LT(acceleration.max().item<double>(), 2 * clip.joints.diff(2, 0).norm(2, {2}).max().item<double>())
       << "and nothing jumps";
 }
