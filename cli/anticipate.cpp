@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Options {
+struct AnticipateArguments {
   std::string motion, model;
   std::vector<std::string> outputs;
   inhabit::AnticipateOptions anticipate;
@@ -52,7 +52,7 @@ void write(const std::string& path, const inhabit::Anticipation& a, const std::s
 void add_anticipate(CLI::App& app) {
   CLI::App* verb =
       app.add_subcommand("anticipate", "Many plausible futures of a person's motion, up to 30 s and beyond");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<AnticipateArguments>();
   verb->add_option("motion", o->motion, "Motion file")->required();
   verb->add_option(
           "--start", o->anticipate.start,

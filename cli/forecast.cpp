@@ -14,13 +14,14 @@
 
 namespace {
 
-struct Options {
+struct ForecastArguments {
   std::string motion, scene, model;
   std::vector<std::string> outputs;
   inhabit::ForecastClipOptions forecast;
 };
 
-inhabit::Page page_of(const inhabit::ForecastClips& clips, const inhabit::Scene& scene, const std::string& title) {
+inhabit::Page forecast_page(const inhabit::ForecastClips& clips, const inhabit::Scene& scene,
+                            const std::string& title) {
   using Role = inhabit::PagePerson::Role;
   inhabit::Page page;
   page.title = title;
@@ -40,7 +41,7 @@ inhabit::Page page_of(const inhabit::ForecastClips& clips, const inhabit::Scene&
 
 void add_forecast(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("forecast", "Predict the next two seconds of a person's motion in a scene");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ForecastArguments>();
   verb->add_option("motion", o->motion, "Motion file")->required();
   verb->add_option("--scene", o->scene, "Scene file: a mesh or a point cloud (without one, a flat floor is assumed)");
   verb->add_option("--start", o->forecast.start,
@@ -69,7 +70,8 @@ void add_forecast(CLI::App& app) {
     const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
     for (const std::string& out : o->outputs) {
       if (std::filesystem::path(out).extension() == ".html")
-        write_page(out, page_of(clips, scene, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
+        write_page(out,
+                   forecast_page(clips, scene, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
       else
         write_clip(out, clips.prediction, &scene);
       std::printf("%s\n", out.c_str());

@@ -24,7 +24,7 @@ namespace {
 
 using namespace inhabit;
 
-struct Options {
+struct InbetweenArguments {
   std::vector<std::string> motions, outputs;
   std::vector<double> times;
   std::string scene, model, keys, joints;
@@ -34,7 +34,7 @@ struct Options {
 
 /// One-pose files (of longer ones the first pose counts) at the times given, each held until the next: a clip whose key
 /// frames are those times.
-Clip clip_of_poses(const Options& o, double rate, std::vector<int64_t>& keys) {
+Clip clip_of_poses(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys) {
   if (o.times.size() != o.motions.size())
     throw Error("--times", "names " + std::to_string(o.times.size()) + " times for " +
                                std::to_string(o.motions.size()) + " files");
@@ -75,7 +75,7 @@ Clip clip_of_poses(const Options& o, double rate, std::vector<int64_t>& keys) {
 
 void add_inbetween(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("inbetween", "Fill in the motion between key frames, in a scene");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<InbetweenArguments>();
   verb->add_option("motions", o->motions, "A motion file, or several of one pose each, at --times")->required();
   verb->add_option("--scene", o->scene, "Scene file: a mesh or a point cloud (without one, a flat floor is assumed)");
   verb->add_option("--keyframes", o->keys,

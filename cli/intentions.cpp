@@ -17,7 +17,7 @@ using namespace inhabit;
 
 constexpr double kLongestShown = 10;  // seconds of a label's motion
 
-struct Options {
+struct IntentionsArguments {
   std::string data, out = "intentions.html", json;
   std::vector<std::string> settings;
   int labels = 0;
@@ -34,8 +34,8 @@ Clip motion_of(const AnticipateSequence& recording, const LabelSummary& label, c
   return clip;
 }
 
-Page page_of(const IntentionSummary& summary, const std::vector<AnticipateSequence>& recordings,
-             const Skeleton& skeleton, double rate) {
+Page summary_page(const IntentionSummary& summary, const std::vector<AnticipateSequence>& recordings,
+                  const Skeleton& skeleton, double rate) {
   Page page;
   page.note =
       "One motion for each label above, the labels of every recording below, outlined where the motion is from.";
@@ -61,7 +61,7 @@ Page page_of(const IntentionSummary& summary, const std::vector<AnticipateSequen
 
 void add_intentions(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("intentions", "Cluster the intention labels of recordings and show them");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<IntentionsArguments>();
   verb->add_option("data", o->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
   verb->add_option("-o,--out", o->out, "The page")->capture_default_str();
   verb->add_option("--labels", o->labels, "Labels (default: as configured, 8)")->check(CLI::PositiveNumber);
@@ -86,7 +86,7 @@ void add_intentions(CLI::App& app) {
         recordings.push_back(std::move(recording));
       }
     const IntentionSummary summary = summarise_intentions(recordings, clusters, config.rate);
-    Page page = page_of(summary, recordings, skeleton, config.rate);
+    Page page = summary_page(summary, recordings, skeleton, config.rate);
     page.title = "Intentions of " + std::filesystem::path(o->data + "/").parent_path().filename().string();
     write_page(o->out, page);
     if (!o->json.empty()) write_atomically(o->json, summary_json(summary, recordings).dump(1) + "\n");

@@ -12,7 +12,7 @@
 
 namespace {
 
-struct Options {
+struct ViewArguments {
   std::vector<std::string> motions;
   std::string scene, out = "page.html", title, note;
 };
@@ -30,7 +30,7 @@ inhabit::Clip read_for_view(const std::string& path) {
 }  // namespace
 
 void add_view(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ViewArguments>();
   CLI::App* verb = app.add_subcommand("view", "Write a page that shows motions, and the scene they are in");
   verb->add_option("motions", options->motions, "Motion files")->required();
   verb->add_option("--scene", options->scene, "Scene file: a mesh or a point cloud");

@@ -9,6 +9,7 @@
 
 #include "anticipate/small_networks.h"
 #include "inhabit/math/rotation.h"
+#include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using torch::Tensor;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// An untrained model whose decoder changes poses little and is drawn to none.
 AnticipateNetworks gentle() {

@@ -6,13 +6,12 @@
 
 #include "anticipate/small_networks.h"
 #include "inhabit/anticipate/fast_futures.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// An observation of each of `count` people (S, t, F).
 Tensor pasts(const AnticipateConfig& c, int64_t count) {
@@ -66,7 +65,7 @@ struct Compared {
 };
 
 TEST(FastFutures, AreThePlainNetworksFutures) {
-  AnticipateConfig c = small_config();
+  AnticipateConfig c = small_anticipate_config();
   const Compared small(lively(c));
   for (const int64_t samples : {1, 2, 17})
     for (const int64_t frames : {1, 60}) small.expect_alike(samples, frames);
@@ -77,14 +76,14 @@ TEST(FastFutures, AreThePlainNetworksFutures) {
 }
 
 TEST(FastFutures, NeedNoIntention) {
-  AnticipateConfig c = small_config();
+  AnticipateConfig c = small_anticipate_config();
   c.intention = false;
   const Compared small(lively(c));
   for (const int64_t samples : {1, 6}) small.expect_alike(samples, 30);
 }
 
 TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   const FutureNoise few = draw_noise(c, 3, 20, 5), many = draw_noise(c, 40, 20, 5), far = draw_noise(c, 3, 70, 5),
                     other = draw_noise(c, 3, 20, 6);
   EXPECT_EQ(few.z.sizes(), (torch::IntArrayRef{3, c.noise}));
@@ -101,7 +100,7 @@ TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
 }
 
 TEST(Futures, BeginAlikeHoweverManyAndHoweverFar) {
-  const AnticipateNetworks networks = lively(small_config());
+  const AnticipateNetworks networks = lively(small_anticipate_config());
   const AnticipateConfig& c = networks.config;
   const FastFutures fast(networks);
   const Tensor past = pasts(c, 1);

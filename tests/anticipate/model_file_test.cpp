@@ -9,6 +9,7 @@
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/safetensors.h"
+#include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-double largest(const torch::Tensor& x) { return x.abs().max().item<double>(); }
 
 template <class Network>
 void expect_same_parameters(const Network& a, const Network& b, double tolerance = 0) {

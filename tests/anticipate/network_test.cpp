@@ -7,14 +7,13 @@
 
 #include "anticipate/small_networks.h"
 #include "inhabit/anticipate/losses.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
 namespace F = torch::nn::functional;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// Random labels, one-hot (B, T, C).
 Tensor random_labels(int64_t batch, int64_t frames, const AnticipateConfig& c) {
@@ -32,7 +31,7 @@ void expect_gradients_everywhere(const torch::nn::Module& module) {
 
 TEST(AnticipationNetworks, ForecastAnyHorizon) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(1);
   IntentionNetwork intention(c);
   PoseNetwork pose(c);
@@ -55,7 +54,7 @@ TEST(AnticipationNetworks, ForecastAnyHorizon) {
 }
 
 TEST(AnticipationNetworks, GradientsReachEveryParameter) {
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(2);
   const Tensor past = torch::randn({4, 12, kAnticipateFeatures}), mix = torch::randn({4, 9, kAnticipateFeatures});
   PoseNetwork pose(c);
@@ -86,7 +85,7 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
 TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
   const torch::NoGradGuard no_gradients;
   for (const int gamma : {1, 4}) {
-    AnticipateConfig c = small_config();
+    AnticipateConfig c = small_anticipate_config();
     c.gamma = gamma;
     torch::manual_seed(3);
     PoseNetwork pose(c);
@@ -114,7 +113,7 @@ TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
 
 TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(4);
   PoseNetwork pose(c);
   const Tensor past = torch::randn({1, 12, kAnticipateFeatures}).expand({2, -1, -1}),
@@ -130,7 +129,7 @@ TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
 
 TEST(PoseNetwork, GoesOnWhereItStopped) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(5);
   PoseNetwork pose(c);
   const Tensor past = torch::randn({2, 12, kAnticipateFeatures}), z = torch::randn({2, c.noise}),
@@ -144,7 +143,7 @@ TEST(PoseNetwork, GoesOnWhereItStopped) {
 
 TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(6);
   PoseNetwork pose(c);
   Seq2SeqNetwork seq2seq(c);
@@ -161,7 +160,7 @@ TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
 
 TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(11);
   PoseNetwork pose(c);
   const Tensor change = torch::randn({kAnticipateFeatures}), named = torch::randn({kAnticipateFeatures});
@@ -178,7 +177,7 @@ TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
 
 TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(7);
   IntentionNetwork intention(c);
   const Tensor state = intention->encode(torch::randn({1, 12, kAnticipateFeatures})).expand({4000, -1});
@@ -191,7 +190,7 @@ TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
 }
 
 TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(8);
   IntentionNetwork intention(c);
   const Tensor state = torch::randn({5, c.intention_hidden}), mix = torch::randn({5, c.labels});
@@ -205,7 +204,7 @@ TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
 
 TEST(IntentionNetwork, ALabelChangesThoseAfterItAlone) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   torch::manual_seed(9);
   IntentionNetwork intention(c);
   const Tensor code = intention->encode(torch::randn({1, 12, kAnticipateFeatures})), labels = random_labels(1, 8, c);

@@ -31,7 +31,7 @@ TEST(Observation, IsLedInByTheFirstFrame) {
 
 TEST(TestWindows, AreSpreadOverAllRecordingsOfAnAction) {
   // 12 frames observed, a second of 25 to come: `now` from 12 to 75 in 100 frames.
-  const AnticipateConfig c = small_config();
+  const AnticipateConfig c = small_anticipate_config();
   const std::vector<AnticipateSequence> two = {
       {"a", "walk", counted(100)}, {"b", "wave", counted(40)}, {"c", "walk", counted(100)}};
   std::map<size_t, int64_t> count;
@@ -47,7 +47,7 @@ TEST(TestWindows, AreSpreadOverAllRecordingsOfAnAction) {
 }
 
 TEST(TestWindows, OfShortRecordingsSeeWhatThereIsAndTheShortestAreLeftOut) {
-  const AnticipateConfig c = small_config();  // kappa 8
+  const AnticipateConfig c = small_anticipate_config();  // kappa 8
   const auto nows = [&](int64_t frames) {
     std::vector<int64_t> out;
     for (const AnticipateWindow& window : test_windows({{"a", "walk", counted(frames)}}, c, 1000))
@@ -109,7 +109,7 @@ TEST(AnticipateData, WindowsRepeatFramesThatWereNotRecorded) {
 }
 
 TEST(AnticipateData, LabelsGoOnBeyondTheFrames) {
-  AnticipateConfig config = small_config();
+  AnticipateConfig config = small_anticipate_config();
   config.label_frames = 25;
   const AnticipateNetworks networks = untrained(config);
   const auto recording = people(60)[0];

@@ -3,7 +3,7 @@
 #include "inhabit/anticipate/model_file.h"
 
 /// Sizes small enough to build and train in a test.
-inline inhabit::AnticipateConfig small_config() {
+inline inhabit::AnticipateConfig small_anticipate_config() {
   inhabit::AnticipateConfig c;
   c.observed = 12;
   c.future = 16;
@@ -27,7 +27,7 @@ inline inhabit::AnticipateConfig small_config() {
 }
 
 /// All four networks, with weights of no training; scale and intention labels are those of people(60).
-inline inhabit::AnticipateNetworks untrained(const inhabit::AnticipateConfig& config = small_config()) {
+inline inhabit::AnticipateNetworks untrained(const inhabit::AnticipateConfig& config = small_anticipate_config()) {
   using namespace inhabit;
   AnticipateNetworks n;
   n.config = config;

@@ -47,7 +47,7 @@ struct Training : TempFolder {
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
     options.data = write_people(*this / "people", frames);
     options.out = *this / "m.safetensors";
-    options.config = small_config();
+    options.config = small_anticipate_config();
     options.batch = 8;
     options.seed = 3;
   }

@@ -8,13 +8,12 @@
 #include "inhabit/body/proportions.h"
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& t) { return t.abs().max().item<double>(); }
 
 double volume(const Tensor& vertices, const Tensor& faces) {
   const Tensor a = vertices.index_select(0, faces.select(1, 0)), b = vertices.index_select(0, faces.select(1, 1)),

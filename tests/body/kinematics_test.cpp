@@ -5,13 +5,12 @@
 #include "inhabit/body/bones.h"
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& t) { return t.abs().max().item<double>(); }
 
 TEST(Kinematics, IdentityRotationsGiveTheRestPose) {
   const Skeleton& s = builtin_body().skeleton;

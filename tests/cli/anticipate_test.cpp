@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "anticipate/small_networks.h"
+#include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
@@ -16,7 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz";  // 90 frames at 30 Hz
 const std::string kForecastModel = INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors";
 
 json json_of(const std::string& path) { return json::parse(read_whole_file(path)); }
@@ -85,9 +85,9 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
 }
 
 /// A small model, and a folder of its own for outputs, in which refusals must leave nothing.
-struct BadInput : TempFolder {
+struct BadRecordings : TempFolder {
   std::string out = *this / "out", model = *this / "m.safetensors";
-  BadInput() {
+  BadRecordings() {
     std::filesystem::create_directory(out);
     save_anticipate_networks(model, untrained());
   }
@@ -98,7 +98,7 @@ struct BadInput : TempFolder {
 };
 
 TEST(Anticipate, RefusesMotionsThatCannotBeForecast) {
-  const BadInput bad;
+  const BadRecordings bad;
   const std::string given = "--model " + bad.model;
   bad.expect_refusal(bad / "none.bvh", given, {"none.bvh", "no such file"});
   bad.expect_refusal(kWalk, given + " --start 8", {"walk.npz", "has 7 frames at 25 a second", "at least 8"});
@@ -117,7 +117,7 @@ TEST(Anticipate, RefusesMotionsThatCannotBeForecast) {
 }
 
 TEST(Anticipate, RefusesModelsOptionsAndOutputsThatMakeNoSense) {
-  const BadInput bad;
+  const BadRecordings bad;
   bad.expect_refusal(kWalk, "--model " + bad / "none.safetensors", {"none.safetensors", "no such file"});
   bad.expect_refusal(kWalk, "--model " + kForecastModel, {"forecast-compact", "is not a model of intention"});
   SafeTensors some = read_safetensors(bad.model);
@@ -137,7 +137,7 @@ TEST(Anticipate, RefusesModelsOptionsAndOutputsThatMakeNoSense) {
 }
 
 TEST(TrainAnticipateCommand, RefusesSettingsDataAndOutputs) {
-  const BadInput bad;
+  const BadRecordings bad;
   const std::string data = write_people(bad / "people", 30), train = "train anticipate --steps 1 --batch 2 --data ",
                     to = " --out " + bad.out + "/m.safetensors";
   expect_refused(train + data + to + " --set gama=5", {"gama=5", "no setting is called 'gama'"}, bad.out);
@@ -153,7 +153,7 @@ TEST(TrainAnticipateCommand, RefusesSettingsDataAndOutputs) {
 }
 
 TEST(EvalAnticipateCommand, RefusesWhatCannotBeMeasured) {
-  const BadInput bad;
+  const BadRecordings bad;
   const std::string data = write_people(bad / "people", 15), to = " --json " + bad.out + "/t.json",
                     model = " --model " + bad.model, eval = "eval anticipate --data ";
   expect_refused(eval + data + model + to, {"people", "has no recording long enough in split test"}, bad.out);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/io/atomic_file.h"
@@ -17,8 +18,6 @@
 namespace inhabit {
 namespace {
 
-const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz";       // 90 frames at 30 Hz
-const std::string kRoom = INHABIT_SOURCE_DIR "/examples/data/walk_room.glb";  // the room around them
 const std::string kModel = INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors";
 
 /// Two seconds at 30 Hz that begin where `last` (22, 3) left off.
@@ -41,10 +40,11 @@ TEST(Forecast, WritesEveryFormatAtOnceAndEachReadsBack) {
 
   const Clip walk = read_clip(kWalk);
   const torch::Tensor last = walk.joints[59];
-  const Clip npz = read_clip(folder / "f.npz"), json = read_clip(folder / "f.json"), bvh = read_clip(folder / "f.bvh");
+  const Clip npz = read_clip(folder / "f.npz"), written = read_clip(folder / "f.json"),
+             bvh = read_clip(folder / "f.bvh");
   expect_goes_on_from(npz, last);
   ASSERT_TRUE(npz.rotations.defined());
-  EXPECT_LT((json.joints - npz.joints).abs().max().item<float>(), 1e-3F);
+  EXPECT_LT((written.joints - npz.joints).abs().max().item<float>(), 1e-3F);
   EXPECT_EQ(bvh.frames(), 60);
   EXPECT_NEAR(bvh.rate, 30, 1e-3);
   const torch::Tensor fitted = joint_positions(npz.skeleton, npz.rotations, npz.trans);  // bones keep their lengths

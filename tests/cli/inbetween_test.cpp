@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/examples.h"
 #include "cli/refusal.h"
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
@@ -18,13 +19,10 @@ namespace {
 using ::testing::HasSubstr;
 using torch::Tensor;
 
-const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz";  // 90 frames at 30 Hz
-const std::string kRoom = INHABIT_SOURCE_DIR "/examples/data/walk_room.glb";
-
 /// A model file of small sizes and weights of no training, for clips of the usual length.
 std::string model_file(const TempFolder& folder, int t_star = 0) {
   InbetweenNetworks n;
-  n.config = small_config();
+  n.config = small_inbetween_config();
   n.config.frames = 121;
   n.config.padded = 128;
   n.config.anchors = 64;
@@ -88,16 +86,14 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
 
 TEST(Inbetween, WindowsOfTheShippedModelsJoin) {
   const TempFolder folder;
-  const std::string clip = INHABIT_SOURCE_DIR "/examples/data/sit.npz",
-                    room = INHABIT_SOURCE_DIR "/examples/data/sit_room.glb";
-  const Tensor truth = read_clip(clip).joints;
+  const Tensor truth = read_clip(kSit).joints;
   ASSERT_GT(truth.size(0), 180) << "of more than one window";
   const std::string out = folder / "filled.npz";
   const auto largest_change = [](const Tensor& joints, int order) {
     return joints.diff(order, 0).norm(2, {2}).max().item<double>();
   };
   for (const std::string choice : {"--keyframes every:60", "--keyframes every:3 --noisy"}) {
-    const CommandResult r = run_command("inbetween " + clip + " --scene " + room + " " + choice + " -o " + out);
+    const CommandResult r = run_command("inbetween " + kSit + " --scene " + kSitRoom + " " + choice + " -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const Tensor filled = read_clip(out).joints;
     EXPECT_LT(largest_change(filled, 1), 1.5 * largest_change(truth, 1)) << choice << ": no jump of place";

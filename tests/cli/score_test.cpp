@@ -1,15 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
+#include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/io/atomic_file.h"
-
-namespace {
-
-const std::string kWalk = INHABIT_SOURCE_DIR "/examples/data/walk.npz",
-                  kSit = INHABIT_SOURCE_DIR "/examples/data/sit.npz";
-
-}  // namespace
 
 TEST(Score, RealMotionScoresHigherAgainstItselfThanAgainstOther) {
   const TempFolder folder;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cli/examples.h"
 #include "cli/refusal.h"
 #include "cli/tiny_rooms.h"
 #include "inhabit/io/atomic_file.h"
@@ -66,8 +67,7 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   EXPECT_EQ(last_step, (std::map<std::string, int64_t>{
                            {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"trajectory", 4}, {"adapt", 2}}));
 
-  const CommandResult f = run_command("forecast " INHABIT_SOURCE_DIR "/examples/data/walk.npz --model " + model +
-                                      " -o " + folder / "f.npz");
+  const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
   EXPECT_EQ(f.exit_code, 0) << f.err;
 
   // A stage of its own keeps what the file holds of the others.

@@ -12,6 +12,7 @@
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
+#include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -30,8 +31,6 @@ ForecastNetworks untrained() {
   networks.motion->eval();
   return networks;
 }
-
-float largest(const torch::Tensor& difference) { return difference.abs().max().item<float>(); }
 
 struct Observed {
   torch::Tensor past = walker(30, 1.2, 0.4, 1).joints, points;

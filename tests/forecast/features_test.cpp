@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "inhabit/math/dct.h"
+#include "largest.h"
 #include "small_config.h"
 
 using namespace inhabit;
 using torch::Tensor;
 
 namespace {
-
-double largest_difference(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
 
 /// Eq. 1-2 with torch operators: (B, F, J, N).
 Tensor contact_maps(const Tensor& scene, const Tensor& joints, double sigma) {
@@ -21,7 +20,7 @@ Tensor contact_maps(const Tensor& scene, const Tensor& joints, double sigma) {
 }
 
 struct Input {
-  ForecastConfig config = small_config();
+  ForecastConfig config = small_forecast_config();
   Tensor scene, motion, past;
 
   explicit Input(int64_t points, double spread = 1.0) {

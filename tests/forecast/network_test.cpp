@@ -11,6 +11,7 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/io/safetensors.h"
+#include "largest.h"
 #include "refusal_of.h"
 #include "small_config.h"
 #include "temp_folder.h"
@@ -19,8 +20,6 @@ using namespace inhabit;
 using torch::Tensor;
 
 namespace {
-
-double largest_difference(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
 
 /// Batch norms with statistics as if trained.
 void stir(torch::nn::Module& module) {
@@ -41,7 +40,7 @@ Tensor some_past(const ForecastConfig& config, int64_t batch) {
 
 void expect_fast_equals_dense(const Tensor& scene, const std::string& what) {
   torch::NoGradGuard no_gradients;
-  const ForecastConfig config = small_config();
+  const ForecastConfig config = small_forecast_config();
   ContactNetwork network(config);
   stir(*network);
   for (const auto& module : network->modules(false)) {
@@ -91,7 +90,7 @@ TEST(FastContactNetwork, EqualsTheDenseOneOnTheGridsBorder) {
 }
 
 TEST(FastContactNetwork, RefusesWrongShapes) {
-  const ForecastConfig config = small_config();
+  const ForecastConfig config = small_forecast_config();
   ContactNetwork network(config);
   FastContactNetwork fast(network);
   const Tensor past = some_past(config, 1);
@@ -106,7 +105,7 @@ TEST(FastMotionNetwork, EqualsThePlainOneInEveryForm) {
   torch::NoGradGuard no_gradients;
   for (const bool from_past : {false, true}) {
     for (const bool with_contact : {false, true}) {
-      ForecastConfig config = small_config();
+      ForecastConfig config = small_forecast_config();
       config.decode_from_past = from_past;
       MotionNetwork network(config, with_contact);
       stir(*network);
@@ -124,7 +123,7 @@ TEST(FastMotionNetwork, EqualsThePlainOneInEveryForm) {
 TEST(MotionNetwork, TheTwoDecodersDifferFromTheSecondFrameOn) {
   torch::manual_seed(3);
   torch::NoGradGuard no_gradients;
-  ForecastConfig config = small_config();
+  ForecastConfig config = small_forecast_config();
   MotionNetwork paper(config);
   stir(*paper);
   const Tensor past = some_past(config, 1), points = torch::rand({1, config.future, config.joints, 4});
@@ -137,7 +136,7 @@ TEST(MotionNetwork, TheTwoDecodersDifferFromTheSecondFrameOn) {
 
 TEST(MotionNetwork, LearnsToGoWhereContactsAre) {
   torch::manual_seed(4);
-  const ForecastConfig config = small_config();
+  const ForecastConfig config = small_forecast_config();
   MotionNetwork network(config);
   network->train();
   const Tensor past = some_past(config, 16), points = torch::rand({16, config.future, config.joints, 4});
@@ -159,7 +158,7 @@ TEST(ModelFile, RoundTripsNetworksAndConfig) {
   const TempFolder folder;
   const std::string path = folder / "model.safetensors";
   ForecastNetworks networks;
-  networks.config = small_config();
+  networks.config = small_forecast_config();
   networks.contact = ContactNetwork(networks.config);
   networks.no_contact = MotionNetwork(networks.config, false);
   stir(*networks.contact);
@@ -196,16 +195,16 @@ TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
   EXPECT_THAT(message({{{"net.w", torch::ones(2)}}, {{"system", "scene-inbetween"}}}),
               AllOf(HasSubstr(path), HasSubstr("scene-inbetween")));
   EXPECT_THAT(message({{{"net.w", torch::ones(2)}}, {}}), HasSubstr("not a model"));
-  EXPECT_THAT(message({{}, {{"system", "contact-forecast"}, {"config", to_json(small_config())}}}),
+  EXPECT_THAT(message({{}, {{"system", "contact-forecast"}, {"config", to_json(small_forecast_config())}}}),
               HasSubstr("no network"));
   EXPECT_THAT(message({{}, {{"system", "contact-forecast"}, {"config", "{}"}}}), HasSubstr("malformed"));
   EXPECT_THAT(message({{{"motion_net.x", torch::ones(1)}},
-                       {{"system", "contact-forecast"}, {"config", to_json(small_config())}}}),
+                       {{"system", "contact-forecast"}, {"config", to_json(small_forecast_config())}}}),
               HasSubstr("lacks the parameter"));
   EXPECT_THAT(message({{{"contact_net.x", torch::ones(1)}}, {}}), HasSubstr("metadata lacks"));
 
   ForecastNetworks networks;
-  networks.config = small_config();
+  networks.config = small_forecast_config();
   networks.motion = MotionNetwork(networks.config);
   save_forecast_networks(path, networks);
   SafeTensors content = read_safetensors(path);

@@ -2,7 +2,7 @@
 #include "inhabit/forecast/config.h"
 
 /// A network small enough to build in every test.
-inline inhabit::ForecastConfig small_config() {
+inline inhabit::ForecastConfig small_forecast_config() {
   inhabit::ForecastConfig config;
   config.preset = "small";
   config.past = 6;

@@ -35,7 +35,7 @@ TEST(Detour, TheStraightWayIsBlockedAndTheWayAroundIsNot) {
 TEST(Detour, CountsRunsOfAModel) {
   torch::manual_seed(3);
   InbetweenNetworks networks;
-  networks.config = small_config();
+  networks.config = small_inbetween_config();
   networks.config.frames = 32;
   networks.config.padded = 32;
   networks.config.anchors = 64;

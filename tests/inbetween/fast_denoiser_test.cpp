@@ -26,7 +26,7 @@ TEST(FastDenoiser, SaysWhatTheNetworkSays) {
   const int before = at::get_num_threads();
   for (const std::vector<int>& multipliers : {std::vector<int>{1, 2}, {2, 2, 2}, {1, 2, 3, 2}}) {
     for (const bool parts : {true, false}) {
-      InbetweenConfig c = small_config();
+      InbetweenConfig c = small_inbetween_config();
       c.width = 24;  // neither the vectors' nor the column blocks' multiple
       c.multipliers = multipliers;
       c.local_scene = parts;
@@ -49,7 +49,7 @@ TEST(FastDenoiser, SaysWhatTheNetworkSays) {
 
 TEST(FastDenoiser, ForgetsTheLastClip) {
   const torch::NoGradGuard no_gradients;
-  InbetweenConfig c = small_config();
+  InbetweenConfig c = small_inbetween_config();
   InbetweenNetwork network = untrained(c);
   FastDenoiser fast(network);
   for (const int frames : {16, 9, 13}) {  // a longer clip before a shorter one leaves nothing behind its end
@@ -62,7 +62,7 @@ TEST(FastDenoiser, ForgetsTheLastClip) {
 
 TEST(FastDenoiser, GuidesAsTwoCallsDo) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_config();
+  const InbetweenConfig c = small_inbetween_config();
   InbetweenNetwork network = untrained(c);
   FastDenoiser fast(network);
   const NetworkInput in(c, 2);

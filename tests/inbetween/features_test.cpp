@@ -7,6 +7,7 @@
 
 #include "forecast/walker.h"
 #include "inhabit/math/rotation.h"
+#include "largest.h"
 #include "refusal_of.h"
 
 namespace inhabit {
@@ -14,29 +15,27 @@ namespace {
 
 using torch::Tensor;
 
-double apart(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
-
 TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
   const Clip clip = walker(20, 1.1, 0.7, 1, 0.4, -2);
   const Tensor features = inbetween_features(clip);
   ASSERT_EQ(features.sizes(), (torch::IntArrayRef{20, kInbetweenFeatures}));
-  EXPECT_EQ(apart(features.slice(1, 0, 3), clip.root_path()), 0);
-  EXPECT_EQ(apart(features.slice(1, kJointFeature).view({20, 22, 3}), clip.joints), 0);
-  EXPECT_LT(apart(feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
+  EXPECT_EQ(largest_difference(features.slice(1, 0, 3), clip.root_path()), 0);
+  EXPECT_EQ(largest_difference(features.slice(1, kJointFeature).view({20, 22, 3}), clip.joints), 0);
+  EXPECT_LT(largest_difference(feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
   const Clip back = clip_of_features(features, clip);
-  EXPECT_LT(apart(back.joints, clip.joints), 1e-5);
-  EXPECT_LT(apart(back.trans, clip.trans), 1e-6);
-  EXPECT_LT(apart(axis_angle_to_matrix(back.rotations), axis_angle_to_matrix(clip.rotations)), 1e-5);
+  EXPECT_LT(largest_difference(back.joints, clip.joints), 1e-5);
+  EXPECT_LT(largest_difference(back.trans, clip.trans), 1e-6);
+  EXPECT_LT(largest_difference(axis_angle_to_matrix(back.rotations), axis_angle_to_matrix(clip.rotations)), 1e-5);
 }
 
 TEST(InbetweenFeatures, BonesMayDifferInABatch) {
   const Clip clip = walker(4, 1, 0, 1);
   const Tensor features = inbetween_features(clip), bones = clip.skeleton.offsets;
   const Tensor both = feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
-  EXPECT_LT(apart(both[0], clip.joints), 1e-5);
+  EXPECT_LT(largest_difference(both[0], clip.joints), 1e-5);
   // Twice as tall about the same root.
   const Tensor root = clip.root_path().unsqueeze(1);
-  EXPECT_LT(apart(both[1] - root, 2 * (clip.joints - root)), 1e-5);
+  EXPECT_LT(largest_difference(both[1] - root, 2 * (clip.joints - root)), 1e-5);
 }
 
 TEST(InbetweenFeatures, NeedRotationsOnTheStandardSkeleton) {
@@ -57,7 +56,8 @@ TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
   const Tensor turned =
       matrix_to_axis_angle(feature_rotations(clean).transpose(-1, -2).matmul(feature_rotations(noisy)));
   EXPECT_NEAR(turned.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
-  EXPECT_LT(apart(feature_joints(noisy, clip.skeleton.offsets), noisy.slice(1, kJointFeature).view({400, 22, 3})),
+  EXPECT_LT(largest_difference(feature_joints(noisy, clip.skeleton.offsets),
+                               noisy.slice(1, kJointFeature).view({400, 22, 3})),
             1e-5);
   EXPECT_TRUE(torch::equal(noisy_features(clean, clip.skeleton.offsets, 0, random), clean));
 }
@@ -70,11 +70,11 @@ TEST(BodyShapeFeatures, FollowStatureAndGirth) {
   EXPECT_LT(mean.max().item<double>(), 1.1);
   Tensor betas = torch::zeros({body.betas()});
   betas[0] = 2;  // stature, 4 % a unit
-  EXPECT_LT(apart(body_shape_features(body, betas) / mean, torch::full({7}, 1.08)), 0.01);
+  EXPECT_LT(largest_difference(body_shape_features(body, betas) / mean, torch::full({7}, 1.08)), 0.01);
   betas.zero_();
   betas[4] = 2;  // girth: thicker, but no longer
   const Tensor stout = body_shape_features(body, betas);
-  EXPECT_LT(apart(stout.slice(0, 0, 5), mean.slice(0, 0, 5)), 1e-5);
+  EXPECT_LT(largest_difference(stout.slice(0, 0, 5), mean.slice(0, 0, 5)), 1e-5);
   EXPECT_GT((stout - mean).slice(0, 5).min().item<double>(), 0.01);
 }
 

@@ -10,6 +10,7 @@
 #include "inbetween/small_network.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/safetensors.h"
+#include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -20,9 +21,9 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using torch::Tensor;
 
-InbetweenNetworks networks() {
+InbetweenNetworks small_networks() {
   InbetweenNetworks n;
-  n.config = small_config();
+  n.config = small_inbetween_config();
   n.config.partial_keys = true;
   n.config.t_star = 5;
   n.network = untrained(n.config);
@@ -31,12 +32,10 @@ InbetweenNetworks networks() {
   return n;
 }
 
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
-
 TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
   const torch::NoGradGuard no_gradients;
   const TempFolder folder;
-  InbetweenNetworks saved = networks();
+  InbetweenNetworks saved = small_networks();
   saved.network->train();
   save_inbetween_networks(folder / "m.safetensors", saved);
   saved.network->eval();
@@ -52,7 +51,7 @@ TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
 TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
   const torch::NoGradGuard no_gradients;
   const TempFolder folder;
-  const InbetweenNetworks saved = networks();
+  const InbetweenNetworks saved = small_networks();
   save_inbetween_networks(folder / "whole.safetensors", saved);
   save_inbetween_networks(folder / "half.safetensors", saved, /*half=*/true);
   const InbetweenNetworks half = load_inbetween_networks(folder / "half.safetensors");
@@ -66,7 +65,7 @@ TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
 
 TEST(InbetweenModelFile, CompactWeightsStayUnderSixteenMebibytes) {
   const TempFolder folder;
-  InbetweenNetworks n = networks();
+  InbetweenNetworks n = small_networks();
   n.config = inbetween_preset("compact");
   n.network = InbetweenNetwork(n.config);
   save_inbetween_networks(folder / "half.safetensors", n, /*half=*/true);
@@ -76,7 +75,7 @@ TEST(InbetweenModelFile, CompactWeightsStayUnderSixteenMebibytes) {
 TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   const TempFolder folder;
   const std::string path = folder / "m.safetensors";
-  save_inbetween_networks(path, networks());
+  save_inbetween_networks(path, small_networks());
   const SafeTensors good = read_safetensors(path);
   const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_inbetween_networks(file); }); };
   const auto changed = [&](const std::function<void(SafeTensors&)>& change) {

@@ -5,19 +5,18 @@
 #include <gtest/gtest.h>
 
 #include "inbetween/small_network.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
 
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
-
 TEST(InbetweenNetwork, ShapesHoldWhateverPartsThereAre) {
   const torch::NoGradGuard no_gradients;
   for (int parts = 0; parts < 16; ++parts) {
     SCOPED_TRACE(parts);
-    InbetweenConfig c = small_config();
+    InbetweenConfig c = small_inbetween_config();
     c.global_scene = parts & 1;
     c.local_scene = parts & 2;
     c.body_shape = parts & 4;
@@ -45,7 +44,7 @@ TEST(InbetweenNetwork, ShapesHoldWhateverPartsThereAre) {
 }
 
 TEST(InbetweenNetwork, GradientsReachEveryParameter) {
-  InbetweenConfig c = small_config();
+  InbetweenConfig c = small_inbetween_config();
   c.partial_keys = true;
   InbetweenNetwork network = untrained(c);
   const NetworkInput in(c, 2);
@@ -59,13 +58,13 @@ TEST(InbetweenNetwork, GradientsReachEveryParameter) {
 
 TEST(InbetweenNetwork, StartsWithoutAnOpinion) {
   torch::manual_seed(1);
-  const InbetweenConfig c = small_config();
+  const InbetweenConfig c = small_inbetween_config();
   EXPECT_EQ(largest(NetworkInput(c, 2).through(InbetweenNetwork(c))), 0);
 }
 
 TEST(InbetweenNetwork, EveryInputMatters) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_config();
+  const InbetweenConfig c = small_inbetween_config();
   InbetweenNetwork network = untrained(c);
   const NetworkInput in(c, 2);
   const Tensor before = in.through(network);
@@ -86,7 +85,7 @@ TEST(InbetweenNetwork, EveryInputMatters) {
 
 TEST(InbetweenNetwork, AScenesPlaceMatters) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_config();
+  const InbetweenConfig c = small_inbetween_config();
   InbetweenNetwork network = untrained(c);
   const Tensor free = torch::full({1, kSceneHeight, kSceneSide, kSceneSide}, -1.F);
   Tensor ahead = free.clone(), behind = free.clone();
@@ -97,7 +96,7 @@ TEST(InbetweenNetwork, AScenesPlaceMatters) {
 
 TEST(InbetweenNetwork, SamplesOfABatchDoNotSeeEachOther) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_config();
+  const InbetweenConfig c = small_inbetween_config();
   InbetweenNetwork network = untrained(c);
   const NetworkInput in(c, 3);
   NetworkInput one = in;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <set>
 
+#include "largest.h"
 #include "refusal_of.h"
 
 namespace inhabit {
@@ -18,8 +19,6 @@ using ::testing::HasSubstr;
 using torch::Tensor;
 
 constexpr Sampler kSamplers[] = {Sampler::ddpm, Sampler::ddim, Sampler::dpm_solver};
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// Clips of 2 features and 5 frames, normally distributed.
 struct Normal {

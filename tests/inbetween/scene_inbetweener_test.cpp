@@ -12,6 +12,7 @@
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/scene/shapes.h"
+#include "largest.h"
 #include "refusal_of.h"
 
 namespace inhabit {
@@ -42,16 +43,14 @@ InbetweenRequest request(const std::string& keys, int64_t frames) {
   return out;
 }
 
-double apart(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
-
 TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
   const InbetweenRequest r = request("every:60", 121);
   const Clip filled = inbetweener.fill(clip, floor_scene(), r);
   ASSERT_EQ(filled.frames(), 121);
-  for (const int64_t key : r.keys) EXPECT_LT(apart(filled.joints[key], clip.joints[key]), 1e-3) << key;
-  EXPECT_GT(apart(filled.joints[30], clip.joints[30]), 0.01) << "an untrained network knows no better";
+  for (const int64_t key : r.keys) EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 1e-3) << key;
+  EXPECT_GT(largest_difference(filled.joints[30], clip.joints[30]), 0.01) << "an untrained network knows no better";
   Clip other = clip;  // garbage between the keys
   other.joints = clip.joints.clone();
   other.rotations = clip.rotations.clone();
@@ -88,9 +87,9 @@ TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
     EXPECT_GT(all, 4);
     EXPECT_EQ(filled.frames(), 250);
     EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
-    EXPECT_LT(apart(filled.joints[249], clip.joints[249]), 2e-3) << "the end is clean";
+    EXPECT_LT(largest_difference(filled.joints[249], clip.joints[249]), 2e-3) << "the end is clean";
     if (t_star > 0) continue;
-    for (const int64_t key : r.keys) EXPECT_LT(apart(filled.joints[key], clip.joints[key]), 2e-3) << key;
+    for (const int64_t key : r.keys) EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 2e-3) << key;
   }
 }
 
@@ -101,8 +100,8 @@ TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
   r.given = given_groups("pelvis,left_wrist");
   const Clip filled = inbetweener.fill(clip, floor_scene(2, 90, 90), r);
   EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
-  EXPECT_LT(apart(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
-  EXPECT_LT(apart(filled.joints[60], clip.joints[60]), 1e-3) << "ends are whole";
+  EXPECT_LT(largest_difference(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
+  EXPECT_LT(largest_difference(filled.joints[60], clip.joints[60]), 1e-3) << "ends are whole";
 }
 
 TEST(SceneInbetweener, RefusesWhatItCannotFill) {

@@ -2,7 +2,7 @@
 #include "inhabit/inbetween/model_file.h"
 
 /// Sizes small enough to build and run in a test.
-inline inhabit::InbetweenConfig small_config() {
+inline inhabit::InbetweenConfig small_inbetween_config() {
   inhabit::InbetweenConfig c;
   c.preset = "small";
   c.frames = 13;

@@ -8,6 +8,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/expmap_text.h"
+#include "io/replaced.h"
 #include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -32,14 +33,8 @@ const std::string kAmc =
     "#!OML:ASF somewhere.ASF\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 16 2 0 0 0\nback 0 0 0\nshin 0\n"
     "2\nroot 1 16 2 0 90 0\nback 90 0 90\nshin 90\n";
 
-std::string error_of(const std::string& asf, const std::string& amc) {
+std::string asf_error(const std::string& asf, const std::string& amc) {
   return refusal_of([&] { return parse_asf_amc(asf, "a.asf", amc, "a.amc"); });
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const size_t at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what;
-  return text.replace(at, what.size(), by);
 }
 
 }  // namespace
@@ -68,30 +63,30 @@ TEST(AsfAmc, BonesTurnAboutTheirOwnAxes) {
 }
 
 TEST(AsfAmc, SaysInOneLineWhatIsWrongAndWhere) {
-  EXPECT_THAT(error_of("", kAmc), HasSubstr("a.asf: holds no bones"));
-  EXPECT_THAT(error_of(kAsf, ""), HasSubstr("a.amc: holds no frames"));
-  EXPECT_THAT(error_of(std::string("\0\1", 2), kAmc), HasSubstr("a.asf: is binary"));
-  EXPECT_THAT(error_of(kAsf, "hello there\n"), HasSubstr("a.amc: line 1: expected the number of the first frame"));
-  EXPECT_THAT(error_of(kAsf, kAmc.substr(0, kAmc.size() - 9)), HasSubstr("frame 2 lacks bone 'shin'"));
-  EXPECT_THAT(error_of(kAsf, kAmc.substr(0, kAmc.size() - 3)), HasSubstr("bone 'shin' needs 1 numbers"));
-  EXPECT_THAT(error_of(kAsf, replaced(kAmc, "shin 0", "shin 0 3")), HasSubstr("line 7: bone 'shin' has more than 1"));
-  EXPECT_THAT(error_of(kAsf, replaced(kAmc, "shin 0", "tail 0")), HasSubstr("line 7: bone 'tail' is not in a.asf"));
-  EXPECT_THAT(error_of(kAsf, replaced(kAmc, "shin 0", "shin 0,5")), HasSubstr("line 7: '0,5' has a comma"));
-  EXPECT_THAT(error_of(kAsf, replaced(kAmc, "shin 0", "shin NaN")), HasSubstr("line 7: 'NaN'"));
-  EXPECT_THAT(error_of(kAsf, replaced(kAmc, "shin 0", "back 0 0 0")), HasSubstr("stands twice"));
-  EXPECT_THAT(error_of(replaced(kAsf, "thigh shin", "shin thigh"), kAmc), HasSubstr("hangs on two others"));
-  EXPECT_THAT(error_of(replaced(kAsf, "root back thigh", "root back"), kAmc), HasSubstr("does not hang on the root"));
+  EXPECT_THAT(asf_error("", kAmc), HasSubstr("a.asf: holds no bones"));
+  EXPECT_THAT(asf_error(kAsf, ""), HasSubstr("a.amc: holds no frames"));
+  EXPECT_THAT(asf_error(std::string("\0\1", 2), kAmc), HasSubstr("a.asf: is binary"));
+  EXPECT_THAT(asf_error(kAsf, "hello there\n"), HasSubstr("a.amc: line 1: expected the number of the first frame"));
+  EXPECT_THAT(asf_error(kAsf, kAmc.substr(0, kAmc.size() - 9)), HasSubstr("frame 2 lacks bone 'shin'"));
+  EXPECT_THAT(asf_error(kAsf, kAmc.substr(0, kAmc.size() - 3)), HasSubstr("bone 'shin' needs 1 numbers"));
+  EXPECT_THAT(asf_error(kAsf, replaced(kAmc, "shin 0", "shin 0 3")), HasSubstr("line 7: bone 'shin' has more than 1"));
+  EXPECT_THAT(asf_error(kAsf, replaced(kAmc, "shin 0", "tail 0")), HasSubstr("line 7: bone 'tail' is not in a.asf"));
+  EXPECT_THAT(asf_error(kAsf, replaced(kAmc, "shin 0", "shin 0,5")), HasSubstr("line 7: '0,5' has a comma"));
+  EXPECT_THAT(asf_error(kAsf, replaced(kAmc, "shin 0", "shin NaN")), HasSubstr("line 7: 'NaN'"));
+  EXPECT_THAT(asf_error(kAsf, replaced(kAmc, "shin 0", "back 0 0 0")), HasSubstr("stands twice"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "thigh shin", "shin thigh"), kAmc), HasSubstr("hangs on two others"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "root back thigh", "root back"), kAmc), HasSubstr("does not hang on the root"));
   EXPECT_THAT(
-      error_of(replaced(kAsf, "    root back thigh\n    thigh shin", "    root back\n    thigh shin\n    shin thigh"),
-               kAmc),
+      asf_error(replaced(kAsf, "    root back thigh\n    thigh shin", "    root back\n    thigh shin\n    shin thigh"),
+                kAmc),
       HasSubstr("does not hang on the root (or on a cycle)"));
-  EXPECT_THAT(error_of(replaced(kAsf, "thigh shin", "thigh root"), kAmc), HasSubstr("the root cannot hang"));
-  EXPECT_THAT(error_of(replaced(kAsf, "thigh shin", "thigh fin"), kAmc), HasSubstr("unknown bone 'fin'"));
-  EXPECT_THAT(error_of(replaced(kAsf, "name shin", "name back"), kAmc), HasSubstr("two bones are called 'back'"));
-  EXPECT_THAT(error_of(replaced(kAsf, "dof rx ry rz", "dof rx rq"), kAmc), HasSubstr("'rq' is no degree of freedom"));
-  EXPECT_THAT(error_of(replaced(kAsf, "length 8", "length 8,5"), kAmc), HasSubstr("has a comma"));
-  EXPECT_THAT(error_of(replaced(kAsf, "length 0.45", "length 0"), kAmc), HasSubstr("must be positive"));
-  EXPECT_THAT(error_of(kAsf.substr(0, kAsf.find("id 3")), kAmc), HasSubstr("the file ends inside a bone"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "thigh shin", "thigh root"), kAmc), HasSubstr("the root cannot hang"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "thigh shin", "thigh fin"), kAmc), HasSubstr("unknown bone 'fin'"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "name shin", "name back"), kAmc), HasSubstr("two bones are called 'back'"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "dof rx ry rz", "dof rx rq"), kAmc), HasSubstr("'rq' is no degree of freedom"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "length 8", "length 8,5"), kAmc), HasSubstr("has a comma"));
+  EXPECT_THAT(asf_error(replaced(kAsf, "length 0.45", "length 0"), kAmc), HasSubstr("must be positive"));
+  EXPECT_THAT(asf_error(kAsf.substr(0, kAsf.find("id 3")), kAmc), HasSubstr("the file ends inside a bone"));
 }
 
 TEST(AsfAmc, TheSkeletonIsFoundBesideTheMotion) {

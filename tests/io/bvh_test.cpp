@@ -8,6 +8,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "io/replaced.h"
 #include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -27,14 +28,8 @@ std::string small(const std::string& motion, const std::string& joint_channels =
 const std::string kTwoFrames =
     "MOTION\nFrames: 2\nFrame Time: 0.0333\n10 95 20 0 0 0  0 0 0\n10\t95  20 0 0 90   0  90 0\n\n";
 
-std::string error_of(const std::string& text) {
+std::string bvh_error(const std::string& text) {
   return refusal_of([&] { return parse_bvh(text, "walk.bvh"); });
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const size_t at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what;
-  return text.replace(at, what.size(), by);
 }
 
 void expect_near(const torch::Tensor& found, std::vector<float> expected, double tolerance = 1e-5) {
@@ -103,8 +98,8 @@ TEST(Bvh, UnitsFollowThePersonOrTheGivenScale) {
   EXPECT_DOUBLE_EQ(scaled("-16", "-7"), 0.0254 / 0.45);
   EXPECT_DOUBLE_EQ(scaled("-5000", "-4000", 0.002), 0.002);
   EXPECT_THROW(scaled("-90", "-40", -1), Error);
-  EXPECT_THAT(error_of(replaced(small(kTwoFrames), "-90", "-90000")), HasSubstr("give the scale"));
-  EXPECT_THAT(error_of(replaced(replaced(small(kTwoFrames), "-90", "0"), "-40", "0")), HasSubstr("give the scale"));
+  EXPECT_THAT(bvh_error(replaced(small(kTwoFrames), "-90", "-90000")), HasSubstr("give the scale"));
+  EXPECT_THAT(bvh_error(replaced(replaced(small(kTwoFrames), "-90", "0"), "-40", "0")), HasSubstr("give the scale"));
 }
 
 TEST(Bvh, RatesAreThoseTheDigitsStandFor) {
@@ -119,36 +114,36 @@ TEST(Bvh, RatesAreThoseTheDigitsStandFor) {
 
 TEST(Bvh, SaysInOneLineWhatIsWrongAndWhere) {
   const std::string good = small(kTwoFrames);
-  EXPECT_EQ(error_of(""), "walk.bvh: is empty");
-  EXPECT_THAT(error_of(std::string("BVH\0\1\2", 6)), HasSubstr("binary"));
-  EXPECT_THAT(error_of("solid cube\n facet\n"), HasSubstr("line 1: expected 'HIERARCHY', found 'solid'"));
-  EXPECT_THAT(error_of(good.substr(0, 54)), HasSubstr("the file ends inside the hierarchy"));
-  EXPECT_THAT(error_of(good.substr(0, good.find("MOTION"))), HasSubstr("expected 'MOTION'"));
-  EXPECT_THAT(error_of(good.substr(0, good.size() - 12)), HasSubstr("line"));
-  EXPECT_THAT(error_of(replaced(good, "Frames: 2", "Frames: 0")), HasSubstr("no frames"));
-  EXPECT_THAT(error_of(replaced(good, "Frames: 2", "Frames: -2")), HasSubstr("line 16: '-2' is not in"));
-  EXPECT_THAT(error_of(replaced(good, "Frames: 2", "Frames: 90000000")), HasSubstr("the file is shorter"));
-  EXPECT_THAT(error_of(replaced(good, "Frames: 2", "Frames: 1")), HasSubstr("go on after the last of 1 frames"));
-  EXPECT_THAT(error_of(replaced(good, "0.0333", "0")), HasSubstr("line 17: frame time 0"));
-  EXPECT_THAT(error_of(replaced(good, "0.0333", "-0.0333")), HasSubstr("frame time"));
-  EXPECT_THAT(error_of(replaced(good, "0.0333", "1e9")), HasSubstr("frame time"));
-  EXPECT_THAT(error_of(replaced(good, "0.0333", "0,0333")),
+  EXPECT_EQ(bvh_error(""), "walk.bvh: is empty");
+  EXPECT_THAT(bvh_error(std::string("BVH\0\1\2", 6)), HasSubstr("binary"));
+  EXPECT_THAT(bvh_error("solid cube\n facet\n"), HasSubstr("line 1: expected 'HIERARCHY', found 'solid'"));
+  EXPECT_THAT(bvh_error(good.substr(0, 54)), HasSubstr("the file ends inside the hierarchy"));
+  EXPECT_THAT(bvh_error(good.substr(0, good.find("MOTION"))), HasSubstr("expected 'MOTION'"));
+  EXPECT_THAT(bvh_error(good.substr(0, good.size() - 12)), HasSubstr("line"));
+  EXPECT_THAT(bvh_error(replaced(good, "Frames: 2", "Frames: 0")), HasSubstr("no frames"));
+  EXPECT_THAT(bvh_error(replaced(good, "Frames: 2", "Frames: -2")), HasSubstr("line 16: '-2' is not in"));
+  EXPECT_THAT(bvh_error(replaced(good, "Frames: 2", "Frames: 90000000")), HasSubstr("the file is shorter"));
+  EXPECT_THAT(bvh_error(replaced(good, "Frames: 2", "Frames: 1")), HasSubstr("go on after the last of 1 frames"));
+  EXPECT_THAT(bvh_error(replaced(good, "0.0333", "0")), HasSubstr("line 17: frame time 0"));
+  EXPECT_THAT(bvh_error(replaced(good, "0.0333", "-0.0333")), HasSubstr("frame time"));
+  EXPECT_THAT(bvh_error(replaced(good, "0.0333", "1e9")), HasSubstr("frame time"));
+  EXPECT_THAT(bvh_error(replaced(good, "0.0333", "0,0333")),
               HasSubstr("line 17: '0,0333' has a comma where a decimal point is expected"));
-  EXPECT_THAT(error_of(replaced(good, "10 95 20", "10 95,5 20")), HasSubstr("line 18: '95,5' has a comma"));
-  EXPECT_THAT(error_of(replaced(good, "10 95 20", "10 nan 20")), HasSubstr("line 18: 'nan' is not a finite number"));
-  EXPECT_THAT(error_of(replaced(good, "10 95 20", "10 1e99 20")), HasSubstr("line 18: '1e99' is too large"));
-  EXPECT_THAT(error_of(replaced(good, "0  -90   0", "0 -inf 0")), HasSubstr("line 7"));
-  EXPECT_THAT(error_of(replaced(good, "Xposition", "Wposition")), HasSubstr("line 5: unknown channel 'Wposition'"));
-  EXPECT_THAT(error_of(replaced(good, "Yposition", "Xposition")), HasSubstr("one channel twice"));
-  EXPECT_THAT(error_of(replaced(good, "CHANNELS 6", "CHANNELS 60")), HasSubstr("line 5: '60' is not in [0, 6]"));
-  EXPECT_THAT(error_of(replaced(good, "End Site", "End")), HasSubstr("expected 'Site'"));
+  EXPECT_THAT(bvh_error(replaced(good, "10 95 20", "10 95,5 20")), HasSubstr("line 18: '95,5' has a comma"));
+  EXPECT_THAT(bvh_error(replaced(good, "10 95 20", "10 nan 20")), HasSubstr("line 18: 'nan' is not a finite number"));
+  EXPECT_THAT(bvh_error(replaced(good, "10 95 20", "10 1e99 20")), HasSubstr("line 18: '1e99' is too large"));
+  EXPECT_THAT(bvh_error(replaced(good, "0  -90   0", "0 -inf 0")), HasSubstr("line 7"));
+  EXPECT_THAT(bvh_error(replaced(good, "Xposition", "Wposition")), HasSubstr("line 5: unknown channel 'Wposition'"));
+  EXPECT_THAT(bvh_error(replaced(good, "Yposition", "Xposition")), HasSubstr("one channel twice"));
+  EXPECT_THAT(bvh_error(replaced(good, "CHANNELS 6", "CHANNELS 60")), HasSubstr("line 5: '60' is not in [0, 6]"));
+  EXPECT_THAT(bvh_error(replaced(good, "End Site", "End")), HasSubstr("expected 'Site'"));
   EXPECT_THROW(read_bvh("/nowhere/walk.bvh"), Error);
 }
 
 TEST(Bvh, DeepAndCrowdedHierarchiesAreRefusedWithoutHarm) {
   std::string text = "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n";
   for (int k = 0; k < 5000; ++k) text += "JOINT j\n{\nOFFSET 0 1 0\n";
-  EXPECT_THAT(error_of(text), HasSubstr("more than 2000 joints"));
+  EXPECT_THAT(bvh_error(text), HasSubstr("more than 2000 joints"));
 }
 
 TEST(Bvh, OneFrameIsAMotion) {

@@ -22,7 +22,7 @@ Clip small_clip() {
   return clip;
 }
 
-std::string error_of(const std::string& text) {
+std::string json_error(const std::string& text) {
   return refusal_of([&] { return parse_clip_json(text, "file"); });
 }
 
@@ -57,18 +57,18 @@ TEST(ClipJson, BadFilesAreNamedWithTheirFault) {
   auto changed = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     text.replace(text.find(from), from.size(), to);
-    return error_of(text);
+    return json_error(text);
   };
-  EXPECT_NE(error_of("").find("not JSON"), std::string::npos);
-  EXPECT_NE(error_of("[1, 2]").find("not a clip"), std::string::npos);
-  EXPECT_NE(error_of(good.substr(0, good.size() / 2)).find("cut short"), std::string::npos);
+  EXPECT_NE(json_error("").find("not JSON"), std::string::npos);
+  EXPECT_NE(json_error("[1, 2]").find("not a clip"), std::string::npos);
+  EXPECT_NE(json_error(good.substr(0, good.size() / 2)).find("cut short"), std::string::npos);
   EXPECT_NE(changed("29.97", "-1"), "");
   EXPECT_NE(changed("29.97", "\"fast\"").find("rate"), std::string::npos);
   EXPECT_NE(changed("\"parent\": 1", "\"parent\": 7").find("parent"), std::string::npos);
   EXPECT_NE(changed("\"joints\": [[[", "\"joints\": [[[0,").find("length"), std::string::npos);
   EXPECT_NE(changed("\"joints\": [[[", "\"joints\": [[[\"x\",").find("joints"), std::string::npos);
-  EXPECT_NE(error_of(std::string(100000, '[')), "");
-  EXPECT_NE(error_of("{\"format\": \"inhabit clip\", \"skeleton\": [], \"rate\": 30}"), "");
+  EXPECT_NE(json_error(std::string(100000, '[')), "");
+  EXPECT_NE(json_error("{\"format\": \"inhabit clip\", \"skeleton\": [], \"rate\": 30}"), "");
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ Npz amass(const torch::Tensor& pose, const torch::Tensor& trans) {
   return npz;
 }
 
-std::string error_of(const Npz& npz, const ClipReadOptions& options = {}) {
+std::string npz_error(const Npz& npz, const ClipReadOptions& options = {}) {
   return refusal_of([&] { return clip_from_npz(npz, "file", options); });
 }
 
@@ -174,7 +174,7 @@ TEST(ClipNpz, BadFilesAreNamedWithTheirFault) {
   auto changed = [&](const std::function<void(Npz&)>& change) {
     Npz npz = amass(body, trans);
     change(npz);
-    return error_of(npz);
+    return npz_error(npz);
   };
   auto expect = [](const std::string& message, const char* part) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
@@ -201,7 +201,7 @@ TEST(ClipNpz, BadFilesAreNamedWithTheirFault) {
   auto own = [](const std::function<void(Npz&)>& change) {
     Npz npz = npz_from_clip(full_clip(), "x");
     change(npz);
-    return error_of(npz);
+    return npz_error(npz);
   };
   expect(own([](Npz& n) { n.tensors["parents"][3] = 7; }), "before its parent");
   expect(own([](Npz& n) { n.tensors["parents"][3] = 99; }), "does not exist");

@@ -18,7 +18,7 @@ std::string row(int columns, const std::string& value = "0.1", const std::string
   return out + "\n";
 }
 
-std::string error_of(const std::string& text) {
+std::string text_error(const std::string& text) {
   return refusal_of([&] { return parse_expmap_channels(text, "walk.txt"); });
 }
 
@@ -32,23 +32,23 @@ TEST(ExpmapText, ReadsCommasBlanksAndWindowsLineEnds) {
 }
 
 TEST(ExpmapText, SaysInOneLineWhatIsWrongAndWhere) {
-  EXPECT_EQ(error_of(""), "walk.txt: holds no frames");
-  EXPECT_EQ(error_of("\n \n"), "walk.txt: holds no frames");
-  EXPECT_THAT(error_of(row(98)), testing::HasSubstr("walk.txt: line 1: 98 columns"));
-  EXPECT_THAT(error_of(row(117) + row(116)), testing::HasSubstr("line 2: 116 columns, the first line has 117"));
-  EXPECT_THAT(error_of(row(117) + row(117).substr(0, 200)), testing::HasSubstr("line 2"));
-  EXPECT_THAT(error_of(row(234, "1")), testing::HasSubstr("decimal points"));
-  EXPECT_THAT(error_of(row(117, "0,1", ";")), testing::HasSubstr("line 1"));
-  EXPECT_THAT(error_of(row(117) + row(117, "nan")), testing::HasSubstr("line 2: 'nan' is not a finite number"));
-  EXPECT_THAT(error_of(row(117, "inf")), testing::HasSubstr("line 1"));
-  EXPECT_THAT(error_of(row(117, "1e60")), testing::HasSubstr("too large"));
-  EXPECT_THAT(error_of(row(117, "")), testing::HasSubstr("line 1: '' is not a number"));
-  EXPECT_THAT(error_of(row(200000)), testing::HasSubstr("more than 1000 columns"));
-  EXPECT_THAT(error_of(std::string("\x7f"
-                                   "ELF\0\0\1",
-                                   7)),
+  EXPECT_EQ(text_error(""), "walk.txt: holds no frames");
+  EXPECT_EQ(text_error("\n \n"), "walk.txt: holds no frames");
+  EXPECT_THAT(text_error(row(98)), testing::HasSubstr("walk.txt: line 1: 98 columns"));
+  EXPECT_THAT(text_error(row(117) + row(116)), testing::HasSubstr("line 2: 116 columns, the first line has 117"));
+  EXPECT_THAT(text_error(row(117) + row(117).substr(0, 200)), testing::HasSubstr("line 2"));
+  EXPECT_THAT(text_error(row(234, "1")), testing::HasSubstr("decimal points"));
+  EXPECT_THAT(text_error(row(117, "0,1", ";")), testing::HasSubstr("line 1"));
+  EXPECT_THAT(text_error(row(117) + row(117, "nan")), testing::HasSubstr("line 2: 'nan' is not a finite number"));
+  EXPECT_THAT(text_error(row(117, "inf")), testing::HasSubstr("line 1"));
+  EXPECT_THAT(text_error(row(117, "1e60")), testing::HasSubstr("too large"));
+  EXPECT_THAT(text_error(row(117, "")), testing::HasSubstr("line 1: '' is not a number"));
+  EXPECT_THAT(text_error(row(200000)), testing::HasSubstr("more than 1000 columns"));
+  EXPECT_THAT(text_error(std::string("\x7f"
+                                     "ELF\0\0\1",
+                                     7)),
               testing::HasSubstr("binary"));
-  EXPECT_THAT(error_of("hello\nworld\n"), testing::HasSubstr("line 1: 'hello' is not a number"));
+  EXPECT_THAT(text_error("hello\nworld\n"), testing::HasSubstr("line 1: 'hello' is not a number"));
   EXPECT_THROW(read_expmap_channels("/nowhere/walk.txt"), Error);
 }
 

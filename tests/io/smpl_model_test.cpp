@@ -30,7 +30,7 @@ Npz generated_model(int64_t joints, int64_t betas) {
   return npz;
 }
 
-std::string error_of(const std::function<void(Npz&)>& change) {
+std::string model_error(const std::function<void(Npz&)>& change) {
   Npz npz = generated_model(24, 10);
   change(npz);
   return refusal_of([&] { return smpl_model_from_npz(npz, "model"); });
@@ -82,17 +82,17 @@ TEST(SmplModel, BadModelsAreNamedWithTheirFault) {
   auto expect = [](const std::string& message, const char* part) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  expect(error_of([](Npz& n) {
+  expect(model_error([](Npz& n) {
            n.tensors.erase("J_regressor");
            n.skipped["J_regressor"] = "a pickled Python object";
          }),
          "pickled");
-  expect(error_of([](Npz& n) { n.tensors.erase("weights"); }), "no array weights");
-  expect(error_of([](Npz& n) { n.tensors["weights"] *= 2; }), "sum to 1");
-  expect(error_of([](Npz& n) { n.tensors["f"][0][0] = 1000; }), "face");
-  expect(error_of([](Npz& n) { n.tensors["kintree_table"][0][5] = 9; }), "tree");
-  expect(error_of([](Npz& n) { n.tensors["posedirs"] = torch::zeros({96, 3, 5}); }), "posedirs");
-  expect(error_of([](Npz& n) { n.tensors["v_template"][0][0] = NAN; }), "not finite");
+  expect(model_error([](Npz& n) { n.tensors.erase("weights"); }), "no array weights");
+  expect(model_error([](Npz& n) { n.tensors["weights"] *= 2; }), "sum to 1");
+  expect(model_error([](Npz& n) { n.tensors["f"][0][0] = 1000; }), "face");
+  expect(model_error([](Npz& n) { n.tensors["kintree_table"][0][5] = 9; }), "tree");
+  expect(model_error([](Npz& n) { n.tensors["posedirs"] = torch::zeros({96, 3, 5}); }), "posedirs");
+  expect(model_error([](Npz& n) { n.tensors["v_template"][0][0] = NAN; }), "not finite");
   EXPECT_THROW(read_smpl_model("model.pkl"), Error);
 }
 

@@ -4,6 +4,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
@@ -15,8 +16,6 @@ Tensor random_axis_angles(int64_t n, double most) {
   const Tensor axis = torch::randn({n, 3}, torch::kDouble);
   return axis / axis.norm(2, -1, true) * torch::rand({n, 1}, torch::kDouble) * most;
 }
-
-double largest(const Tensor& t) { return t.abs().max().item<double>(); }
 
 /// Largest difference between autograd and central differences of a scalar function of x.
 template <typename F>

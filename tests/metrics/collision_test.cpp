@@ -6,34 +6,17 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/scene/shapes.h"
+#include "metrics/standing.h"
 #include "refusal_of.h"
 
 namespace inhabit {
 namespace {
-
-// The built-in body at rest, arms along x, feet on the floor.
-Clip standing(int64_t frames) {
-  const BodyModel& body = builtin_body();
-  Clip clip;
-  clip.skeleton = shaped_skeleton(body, {});
-  clip.rotations = torch::zeros({frames, kStandardJoints, 3});
-  clip.trans = torch::zeros({frames, 3});
-  clip.trans.select(1, 1).fill_(-body.template_vertices.select(1, 1).min().item<float>());
-  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  return clip;
-}
 
 Clip moved(Clip clip, int64_t frame, const std::vector<float>& by) {
   clip.trans = clip.trans.clone();
   clip.trans[frame] += torch::tensor(by);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   return clip;
-}
-
-Mesh block(const std::string& name, const Eigen::Vector3d& center, const Eigen::Vector3d& half) {
-  MeshBuilder builder;
-  builder.box(center, half);
-  return builder.mesh(name, {1, 1, 1});
 }
 
 Scene scene_with(std::vector<Mesh> meshes) {

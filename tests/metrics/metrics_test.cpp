@@ -8,32 +8,15 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/scene/shapes.h"
+#include "metrics/standing.h"
 
 namespace inhabit {
 namespace {
-
-// The built-in body at rest, feet on the floor, for some frames.
-Clip standing(int64_t frames) {
-  const BodyModel& body = builtin_body();
-  Clip clip;
-  clip.skeleton = shaped_skeleton(body, {});
-  clip.rotations = torch::zeros({frames, kStandardJoints, 3});
-  clip.trans = torch::zeros({frames, 3});
-  clip.trans.select(1, 1).fill_(-body.template_vertices.select(1, 1).min().item<float>());
-  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  return clip;
-}
 
 Clip shifted(Clip clip, const torch::Tensor& by) {  // by (T, 3)
   clip.trans = clip.trans + by;
   clip.joints = clip.joints + by.unsqueeze(1);
   return clip;
-}
-
-Mesh block(const std::string& name, const Eigen::Vector3d& center, const Eigen::Vector3d& half) {
-  MeshBuilder builder;
-  builder.box(center, half);
-  return builder.mesh(name, {1, 1, 1});
 }
 
 TEST(FootSkating, CountsFramesInWhichALowFootMoves) {

@@ -9,13 +9,12 @@
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/motion/canonical.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// Stands with bent knees, balls of the feet 2 cm above the floor, and drifts along x by `drift` metres a frame.
 Clip drifting(int64_t frames, double drift) {

@@ -7,13 +7,12 @@
 #include "forecast/walker.h"
 #include "inhabit/anticipate/features.h"
 #include "inhabit/math/rotation.h"
+#include "largest.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 /// A walker who turns as well, by 3 degrees a frame, all the way round.
 Tensor turning_walker(int64_t frames = 130) {

@@ -8,13 +8,12 @@
 #include "inhabit/nn/gru_kernel.h"
 #include "inhabit/nn/row_layers.h"
 #include "inhabit/nn/trajectory_graph.h"
+#include "largest.h"
 
 using namespace inhabit;
 using torch::Tensor;
 
 namespace {
-
-double largest_difference(const Tensor& a, const Tensor& b) { return (a - b).abs().max().item<double>(); }
 
 /// A grid whose voxels are mostly empty.
 Tensor sparse_grid(int64_t batch, int64_t channels, int64_t grid, double share) {

@@ -1,5 +1,6 @@
 // Protects the passes of a group norm and its activation against tensor operators, with widths that fill no vector.
 #include "inhabit/nn/norm_kernel.h"
+#include "largest.h"
 
 #include <gtest/gtest.h>
 #include <torch/torch.h>
@@ -8,8 +9,6 @@ namespace inhabit::nn {
 namespace {
 
 using torch::Tensor;
-
-double largest(const Tensor& x) { return x.abs().max().item<double>(); }
 
 TEST(NormKernel, SumsColumns) {
   torch::manual_seed(1);

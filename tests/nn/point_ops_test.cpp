@@ -1,5 +1,6 @@
 // Each operator against the plainest loop that says what it means.
 #include "inhabit/nn/point_ops.h"
+#include "largest.h"
 
 #include <gtest/gtest.h>
 #include <torch/csrc/autograd/autograd.h>
@@ -11,10 +12,6 @@ using namespace inhabit;
 using torch::Tensor;
 
 namespace {
-
-double largest_difference(const Tensor& a, const Tensor& b) {
-  return (a.to(torch::kFloat64) - b.to(torch::kFloat64)).abs().max().item<double>();
-}
 
 double squared_distance(const Tensor& points, int64_t b, int64_t i, const Tensor& others, int64_t j) {
   return (points[b][i] - others[b][j]).to(torch::kFloat64).square().sum().item<double>();
