@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
@@ -12,28 +13,54 @@ namespace inhabit {
 
 using torch::Tensor;
 
+namespace {
+
+/// Where what is given holds at every step (B, F, T).
+Tensor held(const GivenFeatures& given) {
+  if (given.t_star == 0) return given.mask;
+  if (given.always.defined()) return given.always;
+  Tensor ends = torch::zeros_like(given.mask);
+  for (const int64_t end : {int64_t{0}, ends.size(2) - 1}) ends.select(2, end).copy_(given.mask.select(2, end));
+  return ends;
+}
+
+/// Of every place in a mask (B, F, T) the frame of the last set one up to it, -1 where there is none, and of the next
+/// from it on, T where there is none; int64.
+std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
+  const int64_t frames = mask.size(2);
+  const Tensor here = torch::arange(frames).expand(mask.sizes()), set = mask > 0;
+  const Tensor none_before = torch::full({}, -1, torch::kInt64), none_after = torch::full({}, frames, torch::kInt64);
+  return {std::get<0>(torch::where(set, here, none_before).cummax(2)),
+          std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2)};
+}
+
+}  // namespace
+
 Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) {
   const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
-  Tensor always = given.always;
-  if (!always.defined()) {
-    always = torch::zeros_like(given.mask);
-    for (const int64_t end : {int64_t{0}, always.size(2) - 1}) always.select(2, end).copy_(given.mask.select(2, end));
-  }
-  return torch::where(torch::maximum(given.mask * inside, always) > 0, given.values, x);
+  return torch::where(torch::maximum(given.mask * inside, held(given)) > 0, given.values, x);
 }
 
 Tensor interpolate_given(const GivenFeatures& given) {
   const int64_t frames = given.mask.size(2);
-  const Tensor here = torch::arange(frames).expand(given.mask.sizes()), set = given.mask > 0;
-  const Tensor none_before = torch::full({}, -1, torch::kInt64), none_after = torch::full({}, frames, torch::kInt64);
-  Tensor before = std::get<0>(torch::where(set, here, none_before).cummax(2));
-  Tensor after = std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2);
-  const Tensor found = before.clone();
-  before = torch::where(before < 0, after, before).clamp(0, frames - 1);
-  after = torch::where(after >= frames, found, after).clamp(0, frames - 1);
+  const auto [last, next] = nearest_set(given.mask);
+  const Tensor before = torch::where(last < 0, next, last).clamp(0, frames - 1),
+               after = torch::where(next >= frames, last, next).clamp(0, frames - 1);
   const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
-  const Tensor share = (here - before).to(torch::kFloat32) / (after - before).clamp_min(1);
-  return torch::where(set.any(2, true), torch::lerp(from, to, share), torch::zeros({}));
+  const Tensor share = (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1);
+  return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, share), torch::zeros({}));
+}
+
+Tensor lead_to_given(const Tensor& predicted, const GivenFeatures& given) {
+  const int64_t all = predicted.size(2);
+  const Tensor set = held(given);
+  const auto [last, next] = nearest_set(set);
+  const Tensor here = torch::arange(all), far = torch::full({}, given.lead, torch::kInt64);
+  const Tensor away =
+      torch::minimum(torch::where(last < 0, far, here - last), torch::where(next >= all, far, next - here));
+  const Tensor x = (1 - away.to(predicted.scalar_type()) / given.lead).clamp_min(0);
+  const Tensor share = x * x * (3 - 2 * x);
+  return torch::where(set > 0, given.values, predicted + share * interpolate_given({given.values - predicted, set}));
 }
 
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
@@ -95,7 +122,7 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
     }
     if (progress) progress(count - i);
   }
-  return impute(x, given, batch_of);
+  return lead_to_given(x, given);
 }
 
 }  // namespace inhabit

@@ -262,7 +262,30 @@ TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
   const Tensor expected =
       torch::tensor({1.F, 1.F, 3.F, 5.F, 7.F, 7.F, 5.F, 5.F, 5.F, 5.F, 5.F, 5.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F})
           .view({1, 3, 6});
-  EXPECT_LT((interpolate_given(given) - expected).abs().max().item<double>(), 1e-6);
+  EXPECT_LT(largest_difference(interpolate_given(given), expected), 1e-6);
+}
+
+TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
+  torch::manual_seed(5);
+  const Tensor predicted = torch::randn({2, 3, 20});
+  GivenFeatures given{torch::randn({2, 3, 20}), torch::zeros({2, 3, 20})};
+  given.mask.select(2, 6).fill_(1);
+  given.lead = 4;
+  const Tensor led = lead_to_given(predicted, given), moved = led - predicted;
+  EXPECT_TRUE(torch::equal(led.select(2, 6), given.values.select(2, 6)));
+  const std::vector<double> shares = {0.84375, 0.5, 0.15625, 0};  // 1 - smooth step of 1/4, 2/4, ...
+  for (int64_t away = 1; away <= 4; ++away)
+    for (const int64_t frame : {6 - away, 6 + away})
+      EXPECT_LT(largest_difference(moved.select(2, frame), moved.select(2, 6) * shares[static_cast<size_t>(away - 1)]),
+                1e-6)
+          << frame;
+  EXPECT_EQ(largest(moved.slice(2, 11)), 0);
+  given.lead = 1;
+  EXPECT_EQ(largest((lead_to_given(predicted, given) - predicted).slice(2, 7)), 0);
+  given.t_star = 20;  // the key in the middle is cleaned, too: only the ends hold
+  given.mask.fill_(1);
+  EXPECT_TRUE(torch::equal(lead_to_given(predicted, given).slice(2, 1, 19), predicted.slice(2, 1, 19)));
+  EXPECT_TRUE(torch::equal(lead_to_given(predicted, given).select(2, 19), given.values.select(2, 19)));
 }
 
 }  // namespace
