@@ -14,7 +14,7 @@ struct GivenFeatures {
   torch::Tensor mask;         ///< (B, F, T), 1 where `values` hold, else 0
   int64_t t_star = 0;         ///< T*: they hold at steps t >= T* only,
   torch::Tensor always = {};  ///< (B, F, T), but where this is 1 at every step; undefined: at the clip's two ends
-  int64_t lead = 1;           ///< frames from what holds at every step to the first that is not moved along with it
+  int64_t lead = 1;  ///< frames from what holds at every step to the first that it does not move; 1: none is moved
 };
 
 /// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64
@@ -25,8 +25,9 @@ torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const t
 torch::Tensor interpolate_given(const GivenFeatures& given);
 
 /// What is given in the places where it holds at every step; the frames around them are moved along by what the
-/// prediction missed it by, less and less. @param predicted (B, F, T)
-torch::Tensor lead_to_given(const torch::Tensor& predicted, const GivenFeatures& given);
+/// prediction missed it by, less and less. With t_star > 0 all frames are moved first by what the prediction misses the
+/// noisy keys by in the mean. @param found (B, F, T)
+torch::Tensor lead_to_given(const torch::Tensor& found, const GivenFeatures& given);
 
 enum class Sampler {
   ddpm,       ///< ancestral: draws from the posterior of every step

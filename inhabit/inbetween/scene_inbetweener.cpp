@@ -25,7 +25,7 @@ namespace {
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
 constexpr double kLevel = 0.1;        // metres: lowest feet nearer to the floor y = 0 than this stand on it
-constexpr int64_t kLead = 8;          // frames around a clean key that make up for what was missed of it
+constexpr int64_t kLead = 60;         // frames around a clean key that make up for what was missed of it
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
 
 void check(const Clip& clip, const InbetweenRequest& request, const InbetweenConfig& config) {

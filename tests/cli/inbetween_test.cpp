@@ -92,7 +92,8 @@ TEST(Inbetween, WindowsOfTheShippedModelsJoin) {
   const auto largest_change = [](const Tensor& joints, int order) {
     return joints.diff(order, 0).norm(2, {2}).max().item<double>();
   };
-  for (const std::string choice : {"--keyframes every:60", "--keyframes every:3 --noisy"}) {
+  for (const std::string choice :
+       {"--keyframes every:60", "--keyframes every:15 --noisy", "--keyframes every:3 --noisy"}) {
     const CommandResult r = run_command("inbetween " + kSit + " --scene " + kSitRoom + " " + choice + " -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const Tensor filled = read_clip(out).joints;

@@ -288,5 +288,22 @@ TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
   EXPECT_TRUE(torch::equal(lead_to_given(predicted, given).select(2, 19), given.values.select(2, 19)));
 }
 
+TEST(LeadToGiven, TakesAwayWhatIsOffAtNoisyKeysAllAlongAndNoNoise) {
+  torch::manual_seed(6);
+  const int64_t frames = 121;
+  const Tensor truth = torch::randn({1, 400, 1}).expand({1, 400, frames}), noise = 0.1 * torch::randn({1, 400, frames});
+  Tensor off = torch::zeros({1, 400, 1});
+  off.slice(1, 0, 200).fill_(0.5);  // half of the features are half a unit off, the others right
+  GivenFeatures given{truth + noise, torch::zeros({1, 400, frames}), 20};
+  given.mask.slice(2, 0, frames, 5).fill_(1);
+  given.lead = 2;
+  const Tensor left = (lead_to_given(truth + off, given) - truth).slice(2, 10, 110);
+  EXPECT_LT(left.slice(1, 0, 200).abs().mean().item<double>(), 0.03) << "25 keys tell the mean to a fiftieth";
+  EXPECT_LT(left.slice(1, 200).abs().mean().item<double>(), 0.01) << "and most of chance is not believed";
+  given.mask.slice(2, 6, 115).fill_(0);
+  EXPECT_EQ(largest_difference(lead_to_given(truth + off, given).slice(2, 10, 110), (truth + off).slice(2, 10, 110)), 0)
+      << "three keys tell nothing";
+}
+
 }  // namespace
 }  // namespace inhabit
