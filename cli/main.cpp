@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   add_view(app);
   add_synth(app);
   add_score(app);
+  add_average(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

@@ -32,3 +32,4 @@ void add_info(CLI::App& app);
 void add_view(CLI::App& app);
 void add_synth(CLI::App& app);
 void add_score(CLI::App& app);
+void add_average(CLI::App& app);

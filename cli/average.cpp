@@ -1,0 +1,29 @@
+#include <cstdio>
+#include <memory>
+
+#include "inhabit/train/model_mean.h"
+#include "verbs.h"
+
+namespace {
+
+struct Average {
+  std::vector<std::string> models;
+  std::vector<double> weights;
+  std::string out;
+};
+
+}  // namespace
+
+void add_average(CLI::App& app) {
+  CLI::App* verb =
+      app.add_subcommand("average", "The mean of models of one training, which often does better than each");
+  auto o = std::make_shared<Average>();
+  verb->add_option("models", o->models, "Model files (.safetensors) of the same configuration")->required();
+  verb->add_option("--weights", o->weights, "How much each counts (default: all alike)")->expected(1, 100);
+  verb->add_option("-o,--out", o->out, "Model file to write (.safetensors)")->required();
+  verb->callback([o] {
+    if (o->weights.empty()) o->weights.assign(o->models.size(), 1);
+    inhabit::write_safetensors(o->out, inhabit::mean_of_models(o->models, o->weights));
+    std::printf("%s: the mean of %zu models\n", o->out.c_str(), o->models.size());
+  });
+}

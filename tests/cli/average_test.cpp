@@ -1,0 +1,75 @@
+// Protects `inhabit average`: the mean of two models is one that loads and has the configuration, number types and
+// weighted mean of theirs, and models that have no mean are refused.
+#include <gtest/gtest.h>
+
+#include "anticipate/small_networks.h"
+#include "cli/refusal.h"
+#include "inhabit/anticipate/model_file.h"
+#include "inhabit/io/safetensors.h"
+#include "largest.h"
+
+namespace inhabit {
+namespace {
+
+TEST(Average, OfTwoModelsIsTheirWeightedMean) {
+  const TempFolder folder;
+  const std::string a = folder / "a.safetensors", b = folder / "b.safetensors", out = folder / "mean.safetensors";
+  save_anticipate_networks(a, untrained());
+  SafeTensors first = read_safetensors(a), second = first;
+  torch::manual_seed(2);
+  for (auto& [name, tensor] : second.tensors)
+    if (tensor.is_floating_point()) tensor = tensor + torch::rand_like(tensor);
+  const std::string some = first.tensors.begin()->first;
+  first.tensors[some] = first.tensors[some].to(torch::kFloat16);
+  write_safetensors(a, first);
+  write_safetensors(b, second);
+  const CommandResult r = run_command("average " + a + " " + b + " --weights 3 1 -o " + out);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const SafeTensors mean = read_safetensors(out);
+  EXPECT_EQ(mean.metadata, first.metadata);
+  ASSERT_EQ(mean.tensors.size(), first.tensors.size());
+  for (const auto& [name, tensor] : mean.tensors) {
+    EXPECT_EQ(tensor.scalar_type(), first.tensors[name].scalar_type()) << name;
+    const torch::Tensor expected = 0.75 * first.tensors[name].to(torch::kFloat64) + 0.25 * second.tensors[name];
+    EXPECT_LT(largest_difference(tensor, expected), name == some ? 2e-3 : 1e-6) << name;
+  }
+  load_anticipate_networks(out);
+}
+
+TEST(Average, RefusesModelsThatHaveNone) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder.path / "out");
+  const std::string a = folder / "a.safetensors", out = folder / "out", to = " -o " + out + "/m.safetensors";
+  save_anticipate_networks(a, untrained());
+  const SafeTensors model = read_safetensors(a);
+  const std::string some = model.tensors.begin()->first;
+  const auto changed = [&](const std::string& name, const std::function<void(SafeTensors&)>& change) {
+    SafeTensors other = model;
+    change(other);
+    write_safetensors(folder / name, other);
+    return folder / name;
+  };
+  const auto refused = [&](const std::string& other, const std::vector<std::string>& parts,
+                           const std::string& more = "") {
+    expect_refused("average " + a + " " + other + more + to, parts, out);
+  };
+  refused(folder / "none.safetensors", {"none.safetensors", "no such file"});
+  refused("", {"needs two or more"});
+  refused(a, {"1 weights for 2 models"}, " --weights 1");
+  refused(a, {"weights must be"}, " --weights 1 nan");
+  refused(a, {"weights must be"}, " --weights 0 0");
+  refused(changed("config.safetensors", [](SafeTensors& m) { m.metadata["config"] += " "; }),
+          {"config.safetensors", "another configuration"});
+  refused(changed("fewer.safetensors", [&](SafeTensors& m) { m.tensors.erase(some); }),
+          {"fewer.safetensors", "other tensors"});
+  refused(changed("shape.safetensors",
+                  [&](SafeTensors& m) {
+                    m.tensors[some] = torch::zeros({2, 2, 2, 2});
+                  }),
+          {"shape.safetensors", some, "of another shape"});
+  refused(changed("nan.safetensors", [&](SafeTensors& m) { m.tensors[some] = m.tensors[some] * NAN; }),
+          {"nan.safetensors", some, "not finite"});
+}
+
+}  // namespace
+}  // namespace inhabit
