@@ -4,7 +4,7 @@
 # usage: scripts/ablations.sh DATA OUT [STEPS]     DATA as `inhabit train anticipate --data` takes it
 set -euo pipefail
 cd "$(dirname "$0")/.."
-data=$1 out=$2 steps=${3:-3000}
+data=$1 out=$2 steps=${3:-320}
 inhabit=build/release/cli/inhabit
 mkdir -p "$out"
 configurations=(
@@ -25,12 +25,12 @@ for configuration in "${configurations[@]}"; do
   if [ ! -e "$out/$name.json" ]; then
     resume=""
     [ -e "$model.checkpoint.safetensors" ] && resume=--resume
-    $inhabit train anticipate --data "$data" --stage intention --steps "$steps" --out "$model" $resume \
+    $inhabit train anticipate --data "$data" --stage intention --steps "$steps" --batch 32 --out "$model" $resume \
       ${setting:+--set "$setting"}
-    $inhabit eval anticipate --data "$data" --model "$model" --seconds 4 --json "$out/$name.json"
+    $inhabit eval anticipate --data "$data" --model "$model" --seconds 10 --json "$out/$name.json"
   fi
 done
-node scripts/plot_ndms.mjs "$out/losses.svg" "Loss terms (Fig. 4)" "$out"/{full,no_intention,no_label_adversary,no_pose_adversary}.json
-node scripts/plot_ndms.mjs "$out/rec.svg" "tau_rec (Fig. 5a)" "$out"/{full,rec_30,rec_always}.json
-node scripts/plot_ndms.mjs "$out/clusters.svg" "Clustering (Fig. 5b)" "$out"/{full,naive_clusters}.json
-node scripts/plot_ndms.mjs "$out/gamma.svg" "gamma (Fig. 5c)" "$out"/{gamma_1,gamma_5,full,gamma_20}.json
+node scripts/plot_ndms.mjs "$out/ablation-losses.svg" "Loss terms (Fig. 4)" "$out"/{full,no_intention,no_label_adversary,no_pose_adversary}.json
+node scripts/plot_ndms.mjs "$out/ablation-rec.svg" "tau_rec (Fig. 5a)" "$out"/{full,rec_30,rec_always}.json
+node scripts/plot_ndms.mjs "$out/ablation-clusters.svg" "Clustering (Fig. 5b)" "$out"/{full,naive_clusters}.json
+node scripts/plot_ndms.mjs "$out/ablation-gamma.svg" "gamma (Fig. 5c)" "$out"/{gamma_1,gamma_5,full,gamma_20}.json
