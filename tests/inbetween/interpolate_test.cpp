@@ -96,7 +96,8 @@ TEST_P(Baselines, RefuseWhatIsNoKeyFrames) {
   EXPECT_THAT(refusal_of([&] { GetParam()(positions, {0, 10}); }), HasSubstr("no rotations"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, Baselines, testing::Values(&interpolate_linear, &interpolate_spline));
+INSTANTIATE_TEST_SUITE_P(Both, Baselines, testing::Values(&interpolate_linear, &interpolate_spline),
+                         [](const auto& info) { return info.index == 0 ? "Linear" : "Spline"; });
 
 TEST(InterpolateLinear, TurnsEvenly) {
   Clip clip = still(7);
