@@ -11,9 +11,8 @@
 
 namespace inhabit {
 
-/// Evaluations of the denoiser for a window. To be the fewest whose metrics stay within 5 % of those of 1000; not yet
-/// chosen by that (docs/inbetweening.md).
-inline constexpr int64_t kInbetweenSteps = 20;
+/// Evaluations of the denoiser for a window: few, as none of the metrics gets better with more (docs/inbetweening.md).
+inline constexpr int64_t kInbetweenSteps = 5;
 
 struct InbetweenRequest {
   std::vector<int64_t> keys;  ///< frames that are given, in order: at least the first and the last (see key_frames)
