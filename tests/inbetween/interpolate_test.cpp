@@ -97,7 +97,7 @@ TEST_P(Baselines, RefuseWhatIsNoKeyFrames) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, Baselines, testing::Values(&interpolate_linear, &interpolate_spline),
-                         [](const auto& info) { return info.index == 0 ? "Linear" : "Spline"; });
+                         [](const auto& which) { return which.index == 0 ? "Linear" : "Spline"; });
 
 TEST(InterpolateLinear, TurnsEvenly) {
   Clip clip = still(7);
