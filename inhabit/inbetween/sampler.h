@@ -26,7 +26,7 @@ torch::Tensor interpolate_given(const GivenFeatures& given);
 
 /// What is given in the places where it holds at every step; the frames around them are moved along by what the
 /// prediction missed it by, less and less. With t_star > 0 all frames are moved first by what the prediction misses the
-/// noisy keys by in the mean. @param found (B, F, T)
+/// noisy keys by in the mean. With lead = 1 nothing is moved. @param found (B, F, T)
 torch::Tensor lead_to_given(const torch::Tensor& found, const GivenFeatures& given);
 
 enum class Sampler {

@@ -11,7 +11,8 @@
 
 namespace inhabit {
 
-/// Evaluations of the denoiser for a window: few, as none of the metrics gets better with more (docs/inbetweening.md).
+/// Evaluations of the denoiser for a window: few, as more collide more and are else no better beyond the spread of
+/// seeds (docs/inbetweening.md).
 inline constexpr int64_t kInbetweenSteps = 5;
 
 struct InbetweenRequest {
