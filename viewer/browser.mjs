@@ -3,7 +3,6 @@ import { existsSync } from 'node:fs';
 import { mkdtemp, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { chromium } from 'playwright-core';
 
 export const findChromium = () => process.env.CHROMIUM ??
   ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((path) => existsSync(path));
@@ -12,6 +11,7 @@ export const findChromium = () => process.env.CHROMIUM ??
 export async function withBrowser(options, use) {
   const executablePath = findChromium();
   if (!executablePath) throw new Error('chromium was not found (Debian: apt-get install chromium; or set CHROMIUM)');
+  const { chromium } = await import('playwright-core');
   const profile = await mkdtemp(join(tmpdir(), 'inhabit-chromium-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath,
