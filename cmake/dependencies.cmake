@@ -4,7 +4,7 @@ find_package(Torch REQUIRED)
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(nlohmann_json 3 REQUIRED)
 find_package(spdlog REQUIRED)
-find_package(embree 3 REQUIRED)
+find_package(embree REQUIRED)  # 3 or 4
 find_package(ZLIB REQUIRED)
 find_package(libzip REQUIRED)
 find_package(Threads REQUIRED)

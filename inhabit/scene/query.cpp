@@ -1,11 +1,11 @@
 #include "inhabit/scene/query.h"
 
 #include <ATen/Parallel.h>
-#include <embree3/rtcore.h>
 
 #include <nanoflann.hpp>
 
 #include "inhabit/error.h"
+#include "inhabit/scene/embree.h"
 #include "inhabit/scene/triangle.h"
 
 namespace inhabit {
@@ -69,7 +69,7 @@ struct Windings {
 };
 
 struct CrossingContext {
-  RTCIntersectContext context;  // first, for Embree hands back its address
+  RayContext context;  // first, for Embree hands back its address
   const Solid* solid;
   Windings* windings;
 };
@@ -206,7 +206,7 @@ struct SceneQuery::Impl {
     device = rtcNewDevice(nullptr);
     if (device == nullptr) throw Error("Embree cannot start");
     scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | kFilteredRays);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), solid.vertices.size()));
@@ -260,14 +260,12 @@ struct SceneQuery::Impl {
     const auto count = static_cast<int>(winding_directions().size());
     for (int k = 0; k < count; ++k) {
       CrossingContext context{};
-      rtcInitIntersectContext(&context.context);
-      context.context.filter = count_crossing;
       context.solid = &solid;
       context.windings = &windings;
       RTCRayHit ray{};
       ray.ray = make_ray(at, winding_directions()[static_cast<size_t>(k)], HUGE_VALF);
       ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect1(scene, &context.context, &ray);
+      every_hit(scene, ray, context.context, count_crossing);
       if (k == 5 && windings.largest() == 0) return false;
       if (k == 5 && windings.largest() >= 6) return true;
     }
@@ -362,12 +360,10 @@ RayHits SceneQuery::cast(const torch::Tensor& origins, const torch::Tensor& dire
     for (int64_t i = begin; i < end; ++i) {
       const Vector3f origin = row(from, i), direction = row(along, i).normalized();
       if (!origin.allFinite() || !direction.allFinite() || !(direction.squaredNorm() > 0)) continue;
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
       RTCRayHit ray{};
       ray.ray = make_ray(origin, direction, static_cast<float>(max_distance));
       ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect1(impl_->scene, &context, &ray);
+      first_hit(impl_->scene, ray);
       if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
       hit[i] = true;
       distances[i] = ray.ray.tfar;
@@ -390,10 +386,8 @@ torch::Tensor SceneQuery::occluded(const torch::Tensor& from, const torch::Tenso
     for (int64_t i = begin; i < end; ++i) {
       const Vector3f origin = row(begin_at, i), direction = row(end_at, i) - origin;
       if (!origin.allFinite() || !direction.allFinite() || !(direction.squaredNorm() > 0)) continue;
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
       RTCRay ray = make_ray(origin, direction, 1);
-      rtcOccluded1(impl_->scene, &context, &ray);
+      any_hit(impl_->scene, ray);
       result[i] = ray.tfar < 0;
     }
   });
