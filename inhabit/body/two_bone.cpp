@@ -51,4 +51,24 @@ LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaternio
   return pose;
 }
 
+void move_limb_end(const Bones& bones, const Limb& limb, const Eigen::Vector3d& move, const BonesPose& pose,
+                   std::vector<Eigen::Quaterniond>& local) {
+  const Eigen::Vector3d &start = pose.positions[limb.start], &mid = pose.positions[limb.mid],
+                        &end = pose.positions[limb.end];
+  const Eigen::Vector3d straight = end - start;
+  Eigen::Vector3d pole =
+      mid - start - straight * ((mid - start).dot(straight) / std::max(1e-12, straight.squaredNorm()));
+  if (pole.norm() < 1e-3) pole = pose.rotations[limb.start] * limb.rest_pole;
+  const TwoBone solved =
+      solve_two_bone(start, bones.offsets[limb.mid].norm(), bones.offsets[limb.end].norm(), end + move, pole, 0);
+  const Eigen::Quaterniond upper = Eigen::Quaterniond::FromTwoVectors(mid - start, solved.mid - start) *
+                                   pose.rotations[limb.start],
+                           lower = Eigen::Quaterniond::FromTwoVectors(end - mid, solved.end - solved.mid) *
+                                   pose.rotations[limb.mid];
+  const int parent = bones.parents[limb.start];
+  local[limb.start] = (pose.rotations[parent].conjugate() * upper).normalized();
+  local[limb.mid] = (upper.conjugate() * lower).normalized();
+  local[limb.end] = (lower.conjugate() * pose.rotations[limb.end]).normalized();
+}
+
 }  // namespace inhabit

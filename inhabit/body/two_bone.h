@@ -43,4 +43,9 @@ LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaternio
                     const Eigen::Vector3d& start, const Eigen::Vector3d& target, const Eigen::Vector3d& pole,
                     double softness = 0.01);
 
+/// Moves the end of a posed limb by `move`, as near as the limb reaches: its bones turn by the least that does, what
+/// hangs on the end stays turned as it is. @param local rotations that `pose` is of; changed.
+void move_limb_end(const Bones& bones, const Limb& limb, const Eigen::Vector3d& move, const BonesPose& pose,
+                   std::vector<Eigen::Quaterniond>& local);
+
 }  // namespace inhabit

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -64,8 +65,8 @@ InbetweenScores scores_of(const std::string& method, const std::string& keyframe
   out.keyframes = keyframes;
   out.runs = static_cast<int64_t>(runs.size());
   const auto over = [&](const auto& value) {
-    std::vector<double> values;
-    for (const Run& run : runs) values.push_back(value(run));
+    std::vector<double> values(runs.size());
+    std::transform(runs.begin(), runs.end(), values.begin(), value);
     return estimate(values);
   };
   const auto mean = [&](double Run::*sum) { return over([&](const Run& r) { return ratio(r.*sum, r.windows); }); };

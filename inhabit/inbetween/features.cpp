@@ -19,6 +19,34 @@ double depth_of(const BodyModel& model, const Tensor& vertices, int64_t part) {
   return (z.max() - z.min()).item<double>();
 }
 
+// Of features (B, 201, T) the rotations (B, 132, T), and of what is the same for a rotation's six numbers one (B, 22,
+// T).
+Tensor rotations_of(const Tensor& x) { return x.slice(1, kOrientFeature, kJointFeature); }
+Tensor one_of_six(const Tensor& x) { return x.slice(1, kOrientFeature, kJointFeature, 6); }
+
+/// Rotations as matrices (B, 22, T, 3, 3) and back, (B, 132, T) standardised by `mean` and `deviation` (201).
+struct Turns {
+  const Tensor &mean, &deviation;
+
+  Tensor matrices(const Tensor& features) const {
+    const Tensor six = rotations_of(features * deviation.view({1, -1, 1}) + mean.view({1, -1, 1}));
+    return rotation6d_to_matrix(six.unflatten(1, {kStandardJoints, 6}).transpose(2, 3));
+  }
+  Tensor features(const Tensor& matrices) const {
+    const Tensor six = matrix_to_rotation6d(matrices).transpose(2, 3).flatten(1, 2);
+    return (six - rotations_of(mean.view({1, -1, 1}))) / rotations_of(deviation.view({1, -1, 1}));
+  }
+};
+
+/// Matrices (B, 22, T, 3, 3) that hold in given frames, by slerp in those between.
+Tensor between_given(const Tensor& matrices, const GivenNeighbours& n) {
+  const Tensor turns = matrix_to_quaternion(matrices);
+  const auto at = [&](const Tensor& frames) {
+    return turns.gather(2, one_of_six(frames).unsqueeze(3).expand(turns.sizes()));
+  };
+  return quaternion_to_matrix(slerp(at(n.before), at(n.after), one_of_six(n.share)));
+}
+
 }  // namespace
 
 Tensor inbetween_features(const Clip& clip) {
@@ -60,6 +88,29 @@ Tensor with_rest_turned(const Tensor& features, const Tensor& turns, Tensor& bon
   return torch::cat(
       {features.slice(1, 0, kOrientFeature), matrix_to_rotation6d(turned).flatten(1), features.slice(1, kJointFeature)},
       1);
+}
+
+Tensor interpolate_given_poses(const GivenFeatures& given, const Tensor& mean, const Tensor& deviation) {
+  const Turns turns{mean, deviation};
+  Tensor out = interpolate_given(given);
+  const Tensor arcs = turns.features(between_given(turns.matrices(given.values), given_neighbours(given.mask)));
+  rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
+  return out;
+}
+
+Tensor lead_poses_to_given(const Tensor& found, GivenFeatures given, int64_t lead, const Tensor& mean,
+                           const Tensor& deviation) {
+  const Turns turns{mean, deviation};
+  given.lead = lead;
+  const Tensor set = held_places(given), predicted = turns.matrices(nearer_to_noisy_keys(found, given));
+  const Tensor missed = matrix_to_quaternion(
+      between_given(torch::matmul(turns.matrices(given.values), predicted.transpose(-1, -2)), given_neighbours(set)));
+  const Tensor none = torch::tensor({1.F, 0.F, 0.F, 0.F}).expand(missed.sizes());
+  const Tensor made_up = quaternion_to_matrix(slerp(none, missed, one_of_six(lead_share(set, lead))));
+  Tensor out = lead_to_given(found, given);
+  rotations_of(out).copy_(torch::where(rotations_of(set) > 0, rotations_of(given.values),
+                                       turns.features(torch::matmul(made_up, predicted))));
+  return out;
 }
 
 Tensor noisy_features(const Tensor& features, const Tensor& bones, double level, std::mt19937_64& random) {

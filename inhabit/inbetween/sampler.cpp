@@ -15,15 +15,6 @@ using torch::Tensor;
 
 namespace {
 
-/// Where what is given holds at every step (B, F, T).
-Tensor held(const GivenFeatures& given) {
-  if (given.t_star == 0) return given.mask;
-  if (given.always.defined()) return given.always;
-  Tensor ends = torch::zeros_like(given.mask);
-  for (const int64_t end : {int64_t{0}, ends.size(2) - 1}) ends.select(2, end).copy_(given.mask.select(2, end));
-  return ends;
-}
-
 /// Of every place in a mask (B, F, T) the frame of the last set one up to it, -1 where there is none, and of the next
 /// from it on, T where there is none; int64.
 std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
@@ -38,7 +29,7 @@ std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
 /// steps only: the mean of what it misses them by, as far as that is more than noise would make it (James and Stein's
 /// estimate).
 Tensor bias_at_noisy_keys(const Tensor& predicted, const GivenFeatures& given) {
-  const Tensor noisy = given.mask * (1 - held(given)), count = noisy.sum(2, true);
+  const Tensor noisy = given.mask * (1 - held_places(given)), count = noisy.sum(2, true);
   const Tensor missed = (given.values - predicted) * noisy, mean = missed.sum(2, true) / count.clamp_min(1);
   const Tensor variance = ((missed - mean) * noisy).square().sum(2, true) / (count * (count - 1)).clamp_min(1);
   const Tensor sure = (1 - variance / mean.square().clamp_min(1e-12)).clamp_min(0);
@@ -47,32 +38,51 @@ Tensor bias_at_noisy_keys(const Tensor& predicted, const GivenFeatures& given) {
 
 }  // namespace
 
+Tensor held_places(const GivenFeatures& given) {
+  if (given.t_star == 0) return given.mask;
+  if (given.always.defined()) return given.always;
+  Tensor ends = torch::zeros_like(given.mask);
+  for (const int64_t end : {int64_t{0}, ends.size(2) - 1}) ends.select(2, end).copy_(given.mask.select(2, end));
+  return ends;
+}
+
 Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) {
   const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
-  return torch::where(torch::maximum(given.mask * inside, held(given)) > 0, given.values, x);
+  return torch::where(torch::maximum(given.mask * inside, held_places(given)) > 0, given.values, x);
+}
+
+GivenNeighbours given_neighbours(const Tensor& mask) {
+  const int64_t frames = mask.size(2);
+  const auto [last, next] = nearest_set(mask);
+  const Tensor before = torch::where(last < 0, next, last).clamp(0, frames - 1),
+               after = torch::where(next >= frames, last, next).clamp(0, frames - 1);
+  return {before, after, (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1)};
 }
 
 Tensor interpolate_given(const GivenFeatures& given) {
-  const int64_t frames = given.mask.size(2);
-  const auto [last, next] = nearest_set(given.mask);
-  const Tensor before = torch::where(last < 0, next, last).clamp(0, frames - 1),
-               after = torch::where(next >= frames, last, next).clamp(0, frames - 1);
+  const auto [before, after, share] = given_neighbours(given.mask);
   const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
-  const Tensor share = (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1);
   return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, share), torch::zeros({}));
 }
 
-Tensor lead_to_given(const Tensor& found, const GivenFeatures& given) {
-  const int64_t all = found.size(2);
-  const Tensor predicted = given.lead > 1 && given.t_star > 0 ? found + bias_at_noisy_keys(found, given) : found;
-  const Tensor set = held(given);
-  const auto [last, next] = nearest_set(set);
-  const Tensor here = torch::arange(all), far = torch::full({}, given.lead, torch::kInt64);
+Tensor lead_share(const Tensor& mask, int64_t lead) {
+  const int64_t frames = mask.size(2);
+  const auto [last, next] = nearest_set(mask);
+  const Tensor here = torch::arange(frames), far = torch::full({}, lead, torch::kInt64);
   const Tensor away =
-      torch::minimum(torch::where(last < 0, far, here - last), torch::where(next >= all, far, next - here));
-  const Tensor x = (1 - away.to(predicted.scalar_type()) / given.lead).clamp_min(0);
-  const Tensor share = x * x * (3 - 2 * x);
-  return torch::where(set > 0, given.values, predicted + share * interpolate_given({given.values - predicted, set}));
+      torch::minimum(torch::where(last < 0, far, here - last), torch::where(next >= frames, far, next - here));
+  const Tensor x = (1 - away.to(torch::kFloat32) / lead).clamp_min(0);
+  return x * x * (3 - 2 * x);
+}
+
+Tensor nearer_to_noisy_keys(const Tensor& found, const GivenFeatures& given) {
+  return given.t_star > 0 ? found + bias_at_noisy_keys(found, given) : found;
+}
+
+Tensor lead_to_given(const Tensor& found, const GivenFeatures& given) {
+  const Tensor predicted = given.lead > 1 ? nearer_to_noisy_keys(found, given) : found, set = held_places(given);
+  const Tensor missed = interpolate_given({given.values - predicted, set});
+  return torch::where(set > 0, given.values, predicted + lead_share(set, given.lead) * missed);
 }
 
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
@@ -134,7 +144,7 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
     }
     if (progress) progress(count - i);
   }
-  return lead_to_given(x, given);
+  return given.lead == 0 ? x : lead_to_given(x, given);
 }
 
 }  // namespace inhabit

@@ -14,15 +14,34 @@ struct GivenFeatures {
   torch::Tensor mask;         ///< (B, F, T), 1 where `values` hold, else 0
   int64_t t_star = 0;         ///< T*: they hold at steps t >= T* only,
   torch::Tensor always = {};  ///< (B, F, T), but where this is 1 at every step; undefined: at the clip's two ends
-  int64_t lead = 1;  ///< frames from what holds at every step to the first that it does not move; 1: none is moved
+  int64_t lead = 1;  ///< frames from what holds at every step to the first that it does not move; 1: none is moved, 0:
+                     ///< not even the given ones, so that what the samples miss them by can be seen
 };
+
+/// Where what is given holds at every step (B, F, T).
+torch::Tensor held_places(const GivenFeatures& given);
 
 /// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64
 torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const torch::Tensor& steps);
 
+/// Where between given frames each place of a mask (B, F, T) lies.
+struct GivenNeighbours {
+  torch::Tensor before,
+      after;            ///< (B, F, T) int64: the given frames around it, one twice beyond the first and the last
+  torch::Tensor share;  ///< (B, F, T) in [0, 1], how far from the one to the other
+};
+GivenNeighbours given_neighbours(const torch::Tensor& mask);
+
 /// Each feature of each clip between the frames that give it, on straight lines, and held before the first and behind
 /// the last: (B, F, T). A feature that no frame gives is 0.
 torch::Tensor interpolate_given(const GivenFeatures& given);
+
+/// How much of a correction in the places set in a mask (B, F, T) each place takes: 1 in them, smoothly less with the
+/// frames to the nearest, none from `lead` on.
+torch::Tensor lead_share(const torch::Tensor& mask, int64_t lead);
+
+/// With t_star > 0, `found` (B, F, T) moved, all frames alike, by what it misses the noisy keys by in the mean.
+torch::Tensor nearer_to_noisy_keys(const torch::Tensor& found, const GivenFeatures& given);
 
 /// What is given in the places where it holds at every step; the frames around them are moved along by what the
 /// prediction missed it by, less and less. With t_star > 0 all frames are moved first by what the prediction misses the

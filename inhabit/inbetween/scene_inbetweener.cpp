@@ -7,6 +7,7 @@
 #include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/reach.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/way_around.h"
 #include "inhabit/inbetween/windows.h"
@@ -24,7 +25,6 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr double kLevel = 0.1;        // metres: lowest feet nearer to the floor y = 0 than this stand on it
 constexpr int64_t kLead = 60;         // frames around a clean key that make up for what was missed of it
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
 
@@ -45,12 +45,6 @@ void check(const Clip& clip, const InbetweenRequest& request, const InbetweenCon
   for (const Tensor& t : {clip.joints, clip.rotations, clip.trans})
     if (!t.index_select(0, torch::tensor(keys)).isfinite().all().item<bool>())
       throw Error("in-betweening", "a key pose is not finite");
-}
-
-/// The floor's height, metres, by the lowest ball of a foot in the poses, which stands some 2 cm above it.
-double floor_height(const Clip& poses) {
-  const double lowest = poses.joints.slice(1, 10, 12).select(2, 1).min().item<double>() - 0.02;
-  return std::abs(lowest) < kLevel ? 0 : lowest;
 }
 
 }  // namespace
@@ -82,7 +76,7 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
   out.trans = clip.trans.clone();
   const Clip key_poses = frames_at(clip, request.keys);
   out.betas = body_betas(key_poses);
-  const double floor = floor_height(key_poses);
+  const double floor = floor_under(key_poses);
   const Tensor whole = torch::ones({kKeyGroups});
   const Tensor shape = c.body_shape ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
                                     : torch::zeros({1, c.width});
@@ -114,7 +108,7 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     given.mask = feature_mask(groups).t().unsqueeze(0);
     given.always = given.mask * always;
     given.t_star = c.t_star;
-    given.lead = kLead;
+    given.lead = 0;
 
     const Tensor occupancy = c.global_scene ? scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw) : Tensor();
     const Tensor occupied = c.global_scene ? network->embed_scene(occupancy.unsqueeze(0)) : Tensor();
@@ -123,7 +117,8 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
       offsets.index_copy_(0, places,
                           basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
     Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
-    Tensor between = c.from_interpolation ? interpolate_given(given) : torch::zeros({});
+    Tensor between =
+        c.from_interpolation ? interpolate_given_poses(given, networks_.mean, networks_.deviation) : torch::zeros({});
     if (c.from_interpolation && c.around_obstacles && c.global_scene) {
       const Tensor root = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
       const Tensor squares = scene_floor(query, poses.joints[0][0], -to_canonical.yaw, floor);
@@ -142,15 +137,20 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
         request.progress(static_cast<int64_t>(w) * request.steps + done,
                          static_cast<int64_t>(windows.size()) * request.steps);
     });
-    const Tensor found = filled[0].t() * networks_.deviation + networks_.mean;
+    const Tensor met = lead_poses_to_given(filled, given, kLead, networks_.mean, networks_.deviation);
+    const Tensor found = met[0].t() * networks_.deviation + networks_.mean;
     const Clip moved = transformed(clip_of_features(found, out), to_canonical.inverse());
     const int64_t from = w == 0 ? 0 : window.known + 1;
     for (auto [to, source] : {std::pair(out.joints, moved.joints), std::pair(out.rotations, moved.rotations),
                               std::pair(out.trans, moved.trans)})
       to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
   }
+  if (request.given.defined()) out = reach_given(out, clip, request.keys, request.given);
   if (request.clean_feet) {
-    const bool met = c.t_star == 0 && !request.given.defined();  // inner keys come out as they went in
+    // Feet that keys between the ends give stay.
+    const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
+    const bool met =
+        c.t_star == 0 && (!request.given.defined() || request.given.index_select(0, feet).any().item<bool>());
     out = clean_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, floor);
   }
   out.betas = clip.betas;

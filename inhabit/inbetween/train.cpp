@@ -167,8 +167,10 @@ Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedu
   given.always = given.mask * b[kEnds].unsqueeze(1);
   given.t_star = c.t_star;
   const Tensor x = impute(noisy, given, b[kSteps]);
-  const Tensor between =
-      c.from_interpolation ? along_ways(interpolate_given(given), b[kWays], given.mask, networks.deviation) : Tensor();
+  const Tensor between = c.from_interpolation
+                             ? along_ways(interpolate_given_poses(given, networks.mean, networks.deviation), b[kWays],
+                                          given.mask, networks.deviation)
+                             : Tensor();
   Tensor predicted = predict(networks, b, x, between, bfloat16);
   if (between.defined()) predicted = predicted + between;
   return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);

@@ -31,6 +31,9 @@ FreeSpace clearance_of(const Tensor& floor) {
   const auto reach = static_cast<int>(FreeSpace::kFarthest / kCell);
   const int side = kSide;
   std::vector<float> coarse(kSide * kSide);
+  const auto clearance = [&](int x, int z) -> float& {
+    return coarse[static_cast<size_t>(z) * kSide + static_cast<size_t>(x)];
+  };
   for (int x = 0; x < side; ++x)
     for (int z = 0; z < side; ++z) {
       int nearest = reach * reach;
@@ -38,8 +41,7 @@ FreeSpace clearance_of(const Tensor& floor) {
         for (int k = std::max(0, z - reach); k <= std::min(side - 1, z + reach); ++k)
           if (occupied[i * side + k] != 0) nearest = std::min(nearest, (i - x) * (i - x) + (k - z) * (k - z));
       // From the middle of one square to the edge of the other.
-      coarse[static_cast<size_t>(z * side + x)] =
-          static_cast<float>(std::sqrt(static_cast<double>(nearest)) * kCell - kCell / 2);
+      clearance(x, z) = static_cast<float>(std::sqrt(static_cast<double>(nearest)) * kCell - kCell / 2);
     }
   FreeSpace out;
   out.cell = kCell / 2;
@@ -47,7 +49,7 @@ FreeSpace clearance_of(const Tensor& floor) {
   out.origin = Vector2d::Constant(-0.5 * kCell * (side - 1));
   for (int k = 0; k < out.nz; ++k)
     for (int i = 0; i < out.nx; ++i) {
-      const auto at = [&](int di, int dk) { return coarse[static_cast<size_t>(((k + dk) / 2) * side + (i + di) / 2)]; };
+      const auto at = [&](int di, int dk) { return clearance((i + di) / 2, (k + dk) / 2); };
       out.clearance.push_back((at(0, 0) + at(i % 2, 0) + at(0, k % 2) + at(i % 2, k % 2)) / 4);
     }
   return out;

@@ -95,5 +95,46 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
                               torch::matmul(feature_rotations(features).select(1, 0), turns[0]), 1e-4, 1e-5));
 }
 
+/// Features (1, 201, T) whose left knee is bent by `degrees` (T) and nothing else turned; standardised by mean 0.1 and
+/// deviation 0.3.
+Tensor knee_bent(const Tensor& degrees) {
+  Tensor turns = torch::zeros({degrees.size(0), kStandardJoints, 3});
+  turns.select(1, 4).select(1, 0).copy_(degrees * (M_PI / 180));
+  Tensor features = torch::zeros({1, kInbetweenFeatures, degrees.size(0)});
+  features[0]
+      .slice(0, kOrientFeature, kJointFeature)
+      .copy_(matrix_to_rotation6d(axis_angle_to_matrix(turns)).flatten(1).t());
+  return (features - 0.1) / 0.3;
+}
+
+/// How far the left knee of such features is bent: (T) degrees.
+Tensor knee_bend(const Tensor& features) {
+  const Tensor turns = matrix_to_axis_angle(feature_rotations(features[0].t() * 0.3 + 0.1));
+  return turns.select(1, 4).select(1, 0) * (180 / M_PI);
+}
+
+const Tensor kMean = torch::full({kInbetweenFeatures}, 0.1), kDeviation = torch::full({kInbetweenFeatures}, 0.3);
+
+TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
+  GivenFeatures given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kInbetweenFeatures, 11})};
+  for (const int64_t key : {0, 10}) given.mask.select(2, key).fill_(1);
+  const Tensor between = interpolate_given_poses(given, kMean, kDeviation);
+  EXPECT_LT(largest_difference(knee_bend(between), torch::linspace(0, 170, 11)), 0.1);
+  EXPECT_LT(
+      largest_difference(between.slice(1, 0, kOrientFeature), interpolate_given(given).slice(1, 0, kOrientFeature)),
+      1e-6);
+}
+
+TEST(GivenPoses, WhatAPredictionMissesByMuchIsMadeUpForAsATurn) {
+  const Tensor truth = torch::full({61}, 150.F);
+  GivenFeatures given{knee_bent(truth), torch::zeros({1, kInbetweenFeatures, 61})};
+  given.mask.select(2, 0).fill_(1);
+  const Tensor led = knee_bend(lead_poses_to_given(knee_bent(torch::zeros({61})), given, 30, kMean, kDeviation));
+  EXPECT_NEAR(led[0].item<double>(), 150, 0.1);
+  EXPECT_NEAR(led[15].item<double>(), 75, 0.5) << "half of it half way";
+  EXPECT_LT(largest(led.slice(0, 30)), 0.1);
+  EXPECT_LT(largest(led.diff()), 1.5 * 150 / 30 + 0.1) << "no faster than the smooth step";
+}
+
 }  // namespace
 }  // namespace inhabit

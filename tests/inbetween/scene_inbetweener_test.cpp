@@ -7,6 +7,7 @@
 
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
+#include "inhabit/body/kinematics.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/math/rotation.h"
@@ -102,6 +103,26 @@ TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
   EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
   EXPECT_LT(largest_difference(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
   EXPECT_LT(largest_difference(filled.joints[60], clip.joints[60]), 1e-3) << "ends are whole";
+}
+
+TEST(SceneInbetweener, JointsThatPartialKeysGiveAreReached) {
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(91, 1, 0, 1);
+  for (const std::string joints :
+       {"head", "pelvis,left_wrist", "left_wrist,right_wrist", "left_foot", "right_ankle,left_wrist,neck"}) {
+    InbetweenRequest r = request("every:30", 91);
+    r.given = given_groups(joints);
+    const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+    for (const int64_t key : {30, 60})
+      for (int64_t j = 0; j < kStandardJoints; ++j) {
+        if (r.given[kJointGroups + j].item<float>() == 0) continue;
+        EXPECT_LT((filled.joints[key][j] - clip.joints[key][j]).norm().item<double>(), 0.03)
+            << joints << ", frame " << key << ", " << standard_joint_names()[static_cast<size_t>(j)];
+      }
+    EXPECT_LT(largest_difference(joint_positions(filled.skeleton, filled.rotations, filled.trans), filled.joints), 1e-3)
+        << "bones keep their lengths";
+    for (const int64_t end : {0, 90}) EXPECT_LT(largest_difference(filled.joints[end], clip.joints[end]), 1e-3);
+  }
 }
 
 TEST(SceneInbetweener, RefusesWhatItCannotFill) {
