@@ -10,6 +10,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/files.h"
 #include "inhabit/view/futures_page.h"
+#include "inputs.h"
 #include "models.h"
 #include "outputs.h"
 #include "verbs.h"
@@ -57,7 +58,7 @@ void add_anticipate(CLI::App& app) {
   verb->add_option(
           "--start", o->anticipate.start,
           "First frame to forecast, in the file's frames; the two seconds before it are observed (default: the end)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number);
   verb->add_option("--samples", o->anticipate.samples, "How many futures")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -65,7 +66,7 @@ void add_anticipate(CLI::App& app) {
       ->check(positive_number)
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
-  verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->capture_default_str();
+  verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->check(whole_number)->capture_default_str();
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
@@ -73,10 +74,12 @@ void add_anticipate(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "futures.html", "an anticipation");
-    const Clip clip = read_clip(o->motion);
+    Notes notes;
+    const Clip clip = read_motion(o->motion, notes);
     const auto anticipator =
         IntentionAnticipator::load(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
     const Anticipation a = anticipator.anticipate(clip, o->anticipate, o->motion);
+    say(notes);
     for (const std::string& out : o->outputs) {
       write(out, a, "Futures of " + fs::path(o->motion).filename().string());
       std::printf("%s\n", out.c_str());

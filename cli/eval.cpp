@@ -33,7 +33,7 @@ void add_eval_forecast(CLI::App& verb) {
       ->capture_default_str();
   forecast->add_option("--model", o->model, "Model file (default: the one that ships)");
   forecast->add_option("--stride", o->stride, "Frames from one window to the next")
-      ->check(CLI::PositiveNumber)
+      ->check(whole_over_zero)
       ->capture_default_str();
   forecast->add_option("--json", o->json, "Also write the table as JSON");
   forecast->callback([o] {
@@ -74,7 +74,9 @@ void add_eval_anticipate(CLI::App& verb) {
       ->check(positive_number)
       ->check(CLI::Range(0.4, 30.0))
       ->capture_default_str();
-  anticipate->add_option("--seed", o->evaluation.seed, "Seed of the futures")->capture_default_str();
+  anticipate->add_option("--seed", o->evaluation.seed, "Seed of the futures")
+      ->check(whole_number)
+      ->capture_default_str();
   anticipate->add_option("--json", o->json, "Also write the table as JSON");
   anticipate->callback([o] {
     using namespace inhabit;
@@ -134,7 +136,7 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
       ->check(CLI::Range(0.0, 90.0));
   inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
-      ->check(CLI::PositiveNumber)
+      ->check(whole_over_zero)
       ->capture_default_str();
   inbetween->add_option("--steps", o->steps, "Evaluations of the denoiser")
       ->check(CLI::Range(1, 1000))
@@ -146,7 +148,7 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  inbetween->add_option("--seed", o->evaluation.seed, "First seed")->capture_default_str();
+  inbetween->add_option("--seed", o->evaluation.seed, "First seed")->check(whole_number)->capture_default_str();
   using inhabit::InbetweenLayout;
   inbetween
       ->add_option("--layout", o->layout,
@@ -216,7 +218,7 @@ void add_eval_detour(CLI::App& verb) {
   detour->add_option("--seeds", o->runs, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  detour->add_option("--seed", o->request.seed, "First seed")->capture_default_str();
+  detour->add_option("--seed", o->request.seed, "First seed")->check(whole_number)->capture_default_str();
   detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

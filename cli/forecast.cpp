@@ -6,8 +6,8 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
-#include "inhabit/io/scene_file.h"
 #include "inhabit/view/page.h"
+#include "inputs.h"
 #include "models.h"
 #include "outputs.h"
 #include "verbs.h"
@@ -15,7 +15,8 @@
 namespace {
 
 struct ForecastArguments {
-  std::string motion, scene, model;
+  std::string motion, model;
+  SceneInput scene;
   std::vector<std::string> outputs;
   inhabit::ForecastClipOptions forecast;
 };
@@ -43,31 +44,35 @@ void add_forecast(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("forecast", "Predict the next two seconds of a person's motion in a scene");
   auto o = std::make_shared<ForecastArguments>();
   verb->add_option("motion", o->motion, "Motion file")->required();
-  verb->add_option("--scene", o->scene, "Scene file: a mesh or a point cloud (without one, a flat floor is assumed)");
+  add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--start", o->forecast.start,
                    "First frame to predict, in the file's frames; the second before it is observed (default: the end)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number);
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_option("--points", o->forecast.points, "Scene points to look at (default: as the model was trained)")
-      ->check(CLI::Range(16, 200000));
-  verb->add_option("--seed", o->forecast.seed, "Seed of the points")->capture_default_str();
+      ->check(CLI::Range(16, 60000));
+  verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
+  verb->add_flag("!--loose-feet", o->forecast.clean_feet, "Leave feet as the network moves them");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");
-    const Clip clip = read_clip(o->motion);
+    Notes notes;
+    const Clip clip = read_motion(o->motion, notes);
     Scene scene;
-    if (o->scene.empty()) {
+    if (o->scene.file.empty()) {
       scene = assumed_floor(clip);
-      std::printf("no scene given: a flat floor under the feet is assumed\n");
+      notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     } else {
-      scene = read_scene_file(o->scene).scene;
-      scene.name = o->scene;  // named in errors
+      scene = read_scene(o->scene, notes);
     }
-    const auto forecaster =
-        ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    const std::string model = o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model;
+    const auto forecaster = ContactForecaster::load(model);
+    if (forecaster.config().joints != kStandardJoints)
+      throw Error(model, "observes " + std::to_string(forecaster.config().joints) + " joints, not the standard 22");
     const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
+    say(notes);
     for (const std::string& out : o->outputs) {
       if (std::filesystem::path(out).extension() == ".html")
         write_page(out,

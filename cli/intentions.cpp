@@ -64,9 +64,9 @@ void add_intentions(CLI::App& app) {
   auto o = std::make_shared<IntentionsArguments>();
   verb->add_option("data", o->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
   verb->add_option("-o,--out", o->out, "The page")->capture_default_str();
-  verb->add_option("--labels", o->labels, "Labels (default: as configured, 8)")->check(CLI::PositiveNumber);
+  verb->add_option("--labels", o->labels, "Labels (default: as configured, 8)")->check(whole_over_zero);
   verb->add_option("--set", o->settings, "Settings of the configuration, KEY=VALUE, such as naive_clusters=true");
-  verb->add_option("--seed", o->seed, "Seed of the clusters")->capture_default_str();
+  verb->add_option("--seed", o->seed, "Seed of the clusters")->check(whole_number)->capture_default_str();
   verb->add_option("--json", o->json, "Also write the table as JSON");
   verb->callback([o] {
     AnticipateConfig config;

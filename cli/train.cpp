@@ -36,20 +36,21 @@ void add_train_forecast(CLI::App& verb) {
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();
   forecast->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  forecast->add_option("--seed", options->seed, "Seed of weights, order and augmentation")->capture_default_str();
+  forecast->add_option("--seed", options->seed, "Seed of weights, order and augmentation")
+      ->check(whole_number)
+      ->capture_default_str();
   forecast
       ->add_option("--contact-steps", options->contact_steps,
                    "Optimiser steps of the contact stage (default: the preset's)")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_over_zero);
   forecast
       ->add_option("--motion-steps", options->motion_steps,
                    "Optimiser steps of each motion stage (default: the preset's)")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_over_zero);
   forecast
       ->add_option("--adapt-steps", options->adapt_steps, "Optimiser steps of the last stage (default: the preset's)")
-      ->check(CLI::PositiveNumber);
-  forecast->add_option("--batch", options->batch, "Windows in a batch (default: the preset's)")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_over_zero);
+  forecast->add_option("--batch", options->batch, "Windows in a batch (default: the preset's)")->check(whole_over_zero);
   forecast->callback([options, device] {
     if (*device == "cuda" && !torch::cuda::is_available())
       throw inhabit::Error("--device cuda", "this LibTorch sees no CUDA device");
@@ -76,11 +77,13 @@ void add_train_anticipate(CLI::App& verb) {
                                                            {"trajectory", AnticipateTraining::Stage::trajectory},
                                                            {"all", AnticipateTraining::Stage::all}}));
   anticipate->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")->capture_default_str();
+  anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")
+      ->check(whole_number)
+      ->capture_default_str();
   anticipate->add_option("--steps", options->steps, "Optimiser steps of each stage (default: as for the shipped model)")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_over_zero);
   anticipate->add_option("--batch", options->batch, "Windows in a batch")
-      ->check(CLI::PositiveNumber)
+      ->check(whole_over_zero)
       ->capture_default_str();
   anticipate->callback([options, settings] {
     for (const std::string& setting : *settings) inhabit::set_field(options->config, setting);
@@ -115,15 +118,13 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_option("--from", options->from, "Model file of the same preset whose weights training starts from");
   inbetween->add_flag("--features", *features, "Train the motion features of the Frechet distance instead");
   inbetween->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")->capture_default_str();
-  inbetween->add_option("--steps", options->steps, "Optimiser steps")
-      ->check(CLI::PositiveNumber)
+  inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")
+      ->check(whole_number)
       ->capture_default_str();
-  inbetween->add_option("--batch", options->batch, "Windows in a batch")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  inbetween->add_option("--steps", options->steps, "Optimiser steps")->check(whole_over_zero)->capture_default_str();
+  inbetween->add_option("--batch", options->batch, "Windows in a batch")->check(whole_over_zero)->capture_default_str();
   inbetween->add_option("--stride", options->stride, "Frames from one window to the next")
-      ->check(CLI::PositiveNumber)
+      ->check(whole_over_zero)
       ->capture_default_str();
   inbetween->add_flag("--half", options->half, "Write weights in half precision");
   inbetween->add_flag("--bfloat16", options->bfloat16, "Faster products on CPUs with AMX, of 8 bits' precision");

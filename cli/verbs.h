@@ -14,8 +14,22 @@ inline std::string positive_number(const std::string& text) {
   return CLI::detail::lexical_cast(text, value) && value > 0 && value < 1e12 ? "" : text + " is not a number over 0";
 }
 
-inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up) {
-  verb.add_option("--up", up, "Up axis of the file, y or z (default: detected)")
+/// For check(): whole numbers from 0 on, and from 1 on.
+inline std::string whole_number(const std::string& text) {
+  uint64_t value = 0;
+  const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return digits && CLI::detail::lexical_cast(text, value) && value <= INT64_MAX ? "" : text + " is no whole number";
+}
+inline std::string whole_over_zero(const std::string& text) {
+  const std::string refusal = whole_number(text);
+  return refusal.empty() && text.find_first_not_of('0') == std::string::npos ? "0 is too few" : refusal;
+}
+
+inline std::string not_empty(const std::string& text) { return text.empty() ? "is empty" : ""; }
+
+inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& option = "--up",
+                        const std::string& what = "the file") {
+  verb.add_option(option, up, "Up axis of " + what + ", y or z (default: detected)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}));
 }

@@ -5,21 +5,21 @@
 #include <memory>
 
 #include "inhabit/error.h"
-#include "inhabit/io/files.h"
-#include "inhabit/io/scene_file.h"
 #include "inhabit/motion/retarget.h"
+#include "inputs.h"
 #include "verbs.h"
 
 namespace {
 
 struct ViewArguments {
   std::vector<std::string> motions;
-  std::string scene, out = "page.html", title, note;
+  std::string out = "page.html", title, note;
+  SceneInput scene;
 };
 
 /// The motion on the standard body where its skeleton can be mapped to it, as it is (a bare skeleton) otherwise.
-inhabit::Clip read_for_view(const std::string& path) {
-  const inhabit::Clip clip = inhabit::read_clip(path);
+inhabit::Clip read_for_view(const std::string& path, inhabit::Notes& notes) {
+  const inhabit::Clip clip = read_motion(path, notes);
   try {
     return inhabit::retarget(clip, path);
   } catch (const inhabit::Error&) {
@@ -33,26 +33,28 @@ void add_view(CLI::App& app) {
   auto options = std::make_shared<ViewArguments>();
   CLI::App* verb = app.add_subcommand("view", "Write a page that shows motions, and the scene they are in");
   verb->add_option("motions", options->motions, "Motion files")->required();
-  verb->add_option("--scene", options->scene, "Scene file: a mesh or a point cloud");
+  add_scene(*verb, options->scene);
   verb->add_option("-o,--out", options->out, "The page (page.html)");
   verb->add_option("--title", options->title, "Title (the first motion's name)");
   verb->add_option("--note", options->note, "Caption below the title");
   verb->callback([options] {
+    inhabit::Notes notes;
     inhabit::Page page;
     for (const std::string& path : options->motions) {
       inhabit::PagePerson person;
-      person.clip = read_for_view(path);
+      person.clip = read_for_view(path, notes);
       person.name = std::filesystem::path(path).stem().string();
       page.people.push_back(std::move(person));
     }
     inhabit::Scene scene;
-    if (!options->scene.empty()) {
-      scene = inhabit::read_scene_file(options->scene).scene;
+    if (!options->scene.file.empty()) {
+      scene = read_scene(options->scene, notes);
       page.scene = &scene;
     }
     page.title = options->title.empty() ? page.people.front().name : options->title;
     page.note = options->note;
     inhabit::write_page(options->out, page);
+    say(notes);
     std::printf("%s: %zu motion%s, %.1f s\n", options->out.c_str(), page.people.size(),
                 page.people.size() == 1 ? "" : "s", page.people.front().clip.seconds());
   });

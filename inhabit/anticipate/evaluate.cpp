@@ -139,6 +139,7 @@ std::vector<AnticipateScores> means_by_method(const std::vector<std::vector<Anti
   std::vector<AnticipateScores> out;
   for (size_t method = 0; method < all.front().size(); ++method) {
     std::vector<const AnticipateScores*> same;
+    same.reserve(all.size());
     for (const auto& rows : all) same.push_back(&rows[method]);
     out.push_back(mean_scores(same));
   }
@@ -181,7 +182,7 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
         rows.back().method = method;
       };
       Tensor held = past.slice(0, past.size(0) - 1).expand({frames, -1}).clone();
-      held.slice(1, kAnticipateFeatures - 4, kAnticipateFeatures - 1).zero_();  // no step, no turn
+      held.slice(1, kPoseFeatures, kPoseFeatures + 3).zero_();  // no step, no turn
       add("last pose held", held.unsqueeze(0));
       if (!networks.seq2seq.is_empty()) add("seq2seq", seq2seq_future(networks, past.unsqueeze(0), frames));
       if (!networks.trajectory.is_empty()) add("LTD", trajectory_future(networks, past.unsqueeze(0), frames));

@@ -6,10 +6,6 @@ namespace inhabit {
 
 using torch::Tensor;
 
-namespace {
-constexpr int64_t kPose = 63;
-}
-
 Tensor anticipate_features(const Tensor& joints) {
   return torch::cat({local_poses(joints).narrow(-2, 1, 21).flatten(-2), root_motion(joints)}, -1);
 }
@@ -21,25 +17,25 @@ Tensor mirrored_features(const Tensor& features) {
       out.push_back(j - 1);
     return out;
   }());
-  const Tensor pose =
-      features.narrow(-1, 0, kPose).unflatten(-1, {21, 3}).index_select(-2, order) * torch::tensor({-1.F, 1.F, 1.F});
-  const Tensor way = features.narrow(-1, kPose, 4) * torch::tensor({-1.F, 1.F, -1.F, 1.F});
+  const Tensor pose = features.narrow(-1, 0, kPoseFeatures).unflatten(-1, {21, 3}).index_select(-2, order) *
+                      torch::tensor({-1.F, 1.F, 1.F});
+  const Tensor way = features.narrow(-1, kPoseFeatures, 4) * torch::tensor({-1.F, 1.F, -1.F, 1.F});
   return torch::cat({pose.flatten(-2), way}, -1);
 }
 
 Tensor feature_poses(const Tensor& features) {
-  const Tensor pose = features.narrow(-1, 0, kPose).unflatten(-1, {21, 3});
+  const Tensor pose = features.narrow(-1, 0, kPoseFeatures).unflatten(-1, {21, 3});
   return torch::cat({torch::zeros_like(pose.narrow(-2, 0, 1)), pose}, -2);
 }
 
 Tensor feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
-  return placed_poses(feature_poses(features), features.narrow(-1, kPose, 4), root, heading);
+  return placed_poses(feature_poses(features), features.narrow(-1, kPoseFeatures, 4), root, heading);
 }
 
 FeatureScale feature_scale(const Tensor& features) {
   Tensor deviation = features.std(0).clone();
-  deviation.narrow(0, 0, kPose).clamp_min_(0.05);
-  deviation.narrow(0, kPose, 4).clamp_min_(1e-3);
+  deviation.narrow(0, 0, kPoseFeatures).clamp_min_(0.05);
+  deviation.narrow(0, kPoseFeatures, 4).clamp_min_(1e-3);
   return {features.mean(0), deviation};
 }
 

@@ -6,11 +6,10 @@ using torch::Tensor;
 namespace F = torch::nn::functional;
 
 namespace {
-constexpr int64_t kPose = kAnticipateFeatures - 4;
 
 /// Mean over frames of the distance of poses, all joints together: (N) metres.
 Tensor pose_distance(const Tensor& a, const Tensor& b, const FeatureScale& scale) {
-  const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPose);
+  const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPoseFeatures);
   return (difference.square().sum(2) + 1e-9).sqrt().mean(1);
 }
 
@@ -23,12 +22,13 @@ Tensor reconstruction_weights(int64_t frames, int64_t rec_frames) {
 
 Tensor pose_reconstruction_loss(const Tensor& features, const Tensor& truth, const Tensor& weights,
                                 const FeatureScale& scale) {
-  const Tensor difference = ((features - truth) * scale.deviation).slice(2, 0, kPose).unflatten(2, {kPose / 3, 3});
+  const Tensor difference =
+      ((features - truth) * scale.deviation).slice(2, 0, kPoseFeatures).unflatten(2, {kPoseFeatures / 3, 3});
   return ((difference.square().sum(3) + 1e-12).sqrt().mean(2) * weights).mean();
 }
 
 Tensor root_reconstruction_loss(const Tensor& features, const Tensor& truth, const Tensor& weights) {
-  return ((features - truth).slice(2, kPose).abs().mean(2) * weights).mean();
+  return ((features - truth).slice(2, kPoseFeatures).abs().mean(2) * weights).mean();
 }
 
 Tensor intention_loss(const Tensor& logits, const Tensor& labels, const Tensor& weights) {

@@ -64,7 +64,7 @@ AnticipateNetworks load_anticipate_networks(const std::string& path) {
   n.scale = {required(content, "scale.mean", {kAnticipateFeatures}, path),
              required(content, "scale.deviation", {kAnticipateFeatures}, path)};
   if ((n.scale.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
-  n.clusters.poses = required(content, "clusters.poses", {-1, kAnticipateFeatures - 4}, path);
+  n.clusters.poses = required(content, "clusters.poses", {-1, kPoseFeatures}, path);
   if (!n.config.naive_clusters)
     n.clusters.labels = required(content, "clusters.labels", {n.config.labels, 2 * n.clusters.poses.size(1)}, path);
   if (nn::has_parameters(content, "intention_net."))

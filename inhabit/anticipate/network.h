@@ -7,9 +7,9 @@
 
 namespace inhabit {
 
-/// Numbers a frame that the networks see (F): 21 joints of the local pose, root left out (63), and the root's way (4),
-/// each less its mean and over its deviation in the training set.
-inline constexpr int64_t kAnticipateFeatures = 67;
+/// Numbers a frame that the networks see (F): 21 joints of the local pose, root left out, and the root's way (4), each
+/// less its mean and over its deviation in the training set.
+inline constexpr int64_t kPoseFeatures = 63, kAnticipateFeatures = kPoseFeatures + 4;
 
 /// Forecasts the intention (3.1): a recurrent encoder over the observation and an autoregressive decoder over labels.
 struct IntentionNetworkImpl : torch::nn::Module {

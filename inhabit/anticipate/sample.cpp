@@ -42,7 +42,7 @@ Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::
   throw Error(source, "has no training recording");
 }
 
-Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kAnticipateFeatures - 4).contiguous(); }
+Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kPoseFeatures).contiguous(); }
 
 IntentionClusters cluster_recordings(const std::vector<AnticipateSequence>& recordings, const AnticipateConfig& config,
                                      uint64_t seed) {

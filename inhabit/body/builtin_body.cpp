@@ -98,6 +98,7 @@ BodyModel build() {
   body.name = "inhabit";
   body.joint_template = tensor_of(builtin_rest_joints());
   std::vector<Tensor> directions;
+  directions.reserve(kBuiltinBetas);
   for (int b = 0; b < kBuiltinBetas; ++b)
     directions.push_back(tensor_of(builtin_joint_direction(static_cast<BuiltinBeta>(b))));
   body.joint_dirs = torch::stack(directions, -1);

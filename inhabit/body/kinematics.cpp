@@ -88,6 +88,7 @@ Pose forward_kinematics(const std::vector<int>& parents, const Tensor& offsets, 
   std::vector<int64_t> place(joints), order;
   for (const auto& level : levels) {
     std::vector<int64_t> above;
+    above.reserve(level.size());
     for (int64_t j : level) above.push_back(parents[j] < 0 ? 0 : place[parents[j]]);
     for (size_t i = 0; i < level.size(); ++i) place[level[i]] = static_cast<int64_t>(i);
     order.insert(order.end(), level.begin(), level.end());

@@ -32,6 +32,7 @@ std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& 
       found[std::stoi(number)] = it->path();
   }
   std::vector<fs::path> out;
+  out.reserve(found.size());
   for (const auto& [number, path] : found) out.push_back(path);
   return out;
 }

@@ -1,12 +1,32 @@
 #include "inhabit/forecast/forecast_clip.h"
 
+#include <numeric>
+
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
+#include "inhabit/motion/feet.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/sampling.h"
 
 namespace inhabit {
+namespace {
+
+constexpr double kStep = 0.1;  // metres below the feet observed: who puts them there sat with feet up, or steps down
+
+/// The prediction with clean feet, which go on from where they were observed.
+Clip with_clean_feet(const Clip& past, const Clip& prediction) {
+  Clip whole = prediction;
+  whole.joints = torch::cat({past.joints, prediction.joints});
+  whole.rotations = torch::cat({past.rotations, prediction.rotations});
+  whole.trans = torch::cat({past.trans, prediction.trans});
+  std::vector<int64_t> observed(static_cast<size_t>(past.frames()));
+  std::iota(observed.begin(), observed.end(), 0);
+  const double before = floor_under(past), after = floor_under(prediction);
+  return slice(clean_feet(whole, observed, after < before - kStep ? after : before), past.frames(), whole.frames());
+}
+
+}  // namespace
 
 ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene,
                             const ForecastClipOptions& options, const std::string& subject) {
@@ -42,6 +62,7 @@ ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& cli
   out.prediction.rotations = body.rotations;
   out.prediction.trans = body.trans;
   out.prediction.betas = body.betas;
+  if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction);
   return out;
 }
 

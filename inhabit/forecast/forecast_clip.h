@@ -12,15 +12,17 @@ namespace inhabit {
 /// A forecast as motion: what was observed, what is predicted, what really happened where the clip goes on.
 struct ForecastClips {
   Clip past;                  ///< P frames
-  Clip prediction;            ///< T frames: the network's joints; rotations, trans and betas of the body fitted to them
+  Clip prediction;            ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
+                              ///< betas of the body fitted to them
   std::optional<Clip> truth;  ///< as many of the T frames as the clip has
   Forecast forecast;
 };
 
 struct ForecastClipOptions {
-  int64_t start = -1;  ///< first predicted frame, counted in `clip`; -1: its end
-  int64_t points = 0;  ///< scene points looked at; 0: as the model was trained
-  uint64_t seed = 1;   ///< draws the points
+  int64_t start = -1;      ///< first predicted frame, counted in `clip`; -1: its end
+  int64_t points = 0;      ///< scene points looked at; 0: as the model was trained
+  uint64_t seed = 1;       ///< draws the points
+  bool clean_feet = true;  ///< feet stand and are lifted (motion/feet.h); `forecast` stays as the network says
 };
 
 /// Observes the second before frame `start` of a clip on any skeleton that maps to the standard one, at any rate, and

@@ -245,14 +245,13 @@ bool train_forecast(const ForecastTraining& options) {
   torch::manual_seed(options.seed);
   ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
                          MotionNetwork(config, /*with_contact=*/false), make_trajectory_network(config)};
-  const bool keep =
-      std::filesystem::exists(options.out) && (options.resume || options.stage == Choice::motion ||
-                                               options.stage == Choice::trajectory || options.stage == Choice::adapt);
+  const bool keep = std::filesystem::exists(options.out) && (options.resume || options.stage != Choice::both);
   for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first)
                                         ? load_forecast_networks(options.out)
                                         : ForecastNetworks{};
+    if (keep && !(before.config == config)) throw Error(options.out, "holds networks of another configuration");
     if (stages[s] == "adapt") {
       if (before.contact.is_empty() || before.motion.is_empty())
         throw Error(options.out, "lacks the contact or the motion network that stage adapt goes on from");

@@ -357,6 +357,8 @@ bool holds_clip(const Npz& npz) {
 }
 
 Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  if (npz.has("parents") && npz.has("offsets") && options.scale > 0)
+    throw Error(subject, "was written by inhabit, in metres: a scale given by hand is for foreign files");
   if (npz.has("parents") && npz.has("offsets")) return own_clip(npz, subject, options, notes);
   const bool posed = first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
                                     "human_pose"}) != nullptr;
@@ -416,6 +418,7 @@ void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
   if (clips.empty()) throw Error(path, "no motion to write");
   Npz all = npz_from_clip(clips.front(), path);
   std::vector<Npz> each;
+  each.reserve(clips.size());
   for (const Clip& clip : clips) each.push_back(npz_from_clip(clip, path));
   for (const char* name : kFrameArrays) {
     if (!all.has(name)) continue;

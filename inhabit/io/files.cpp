@@ -35,6 +35,8 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   if (extension == "npz" || extension == "npy") return read_clip_npz(path, options, notes);
   if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
   if (extension == "amc") return finished(read_asf_amc(path, "", unit), path, options, notes);
+  if (unit && (extension == "txt" || extension == "json"))
+    throw Error(path, "has a unit of its own: a scale given by hand is for .bvh, .amc and foreign .npz");
   if (extension == "txt") return finished(read_expmap_text(path), path, options, notes);
   if (extension == "json") {
     SourceMotion motion;

@@ -19,7 +19,7 @@ using Archive = std::unique_ptr<zip_t, ArchiveCloser>;
 struct EntryCloser {
   void operator()(zip_file_t* entry) const { zip_fclose(entry); }
 };
-using Entry = std::unique_ptr<zip_file_t, EntryCloser>;
+using ZipEntry = std::unique_ptr<zip_file_t, EntryCloser>;
 
 std::string message(zip_error_t& error) {
   std::string text = zip_error_strerror(&error);
@@ -48,13 +48,14 @@ Npz read_archive(zip_t* archive, uint64_t archive_size, const std::string& subje
       continue;
     }
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
-    const std::string where = subject + ": " + name;
+    std::string where = subject;
+    where.append(": ").append(name);
     packed += stat.comp_size;
     if (stat.comp_size > archive_size || packed > archive_size) throw Error(where, "is larger than the file");
     // Deflate packs 1032 bytes into one at best.
     if (stat.size / 1032 > stat.comp_size + 64 || (stat.comp_method == ZIP_CM_STORE && stat.size != stat.comp_size))
       throw Error(where, "declares an absurd size");
-    const Entry entry(zip_fopen_index(archive, static_cast<zip_uint64_t>(i), 0));
+    const ZipEntry entry(zip_fopen_index(archive, static_cast<zip_uint64_t>(i), 0));
     if (!entry) throw Error(where, std::string("cannot be unpacked: ") + zip_strerror(archive));
     const ByteSource source = [&](char* to, uint64_t size) -> uint64_t {
       const zip_int64_t n = zip_fread(entry.get(), to, size);

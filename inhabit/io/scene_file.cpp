@@ -74,7 +74,8 @@ double upness(const torch::Tensor& points, int axis) {
   for (int64_t i = 0; i < n; ++i) {
     const int height = place(i, axis, layers);
     layer[static_cast<size_t>(height)] += 1.0 / static_cast<double>(n);
-    const auto cell = static_cast<size_t>(place(i, (axis + 1) % 3, cells) * cells + place(i, (axis + 2) % 3, cells));
+    const size_t cell = static_cast<size_t>(place(i, (axis + 1) % 3, cells)) * cells +
+                        static_cast<size_t>(place(i, (axis + 2) % 3, cells));
     if (height < 3) covered[0][cell] = true;
     if (height >= layers - 3) covered[1][cell] = true;
   }

@@ -34,8 +34,8 @@ Clip slice(const Clip& clip, int64_t first, int64_t last) {
 
 void validate(const Clip& clip, const std::string& subject) {
   clip.skeleton.validate(subject);
-  if (!(clip.rate > 0 && clip.rate <= 1000))
-    throw Error(subject, "frame rate " + std::to_string(clip.rate) + " is not in (0, 1000]");
+  if (!(clip.rate >= 0.1 && clip.rate <= 1000))
+    throw Error(subject, "frame rate " + std::to_string(clip.rate) + " is not in [0.1, 1000]");
   if (clip.frames() == 0) throw Error(subject, "no frames");
   const int64_t T = clip.frames(), J = clip.skeleton.size();
   auto check = [&](const char* name, const torch::Tensor& t, std::vector<int64_t> shape) {
@@ -45,6 +45,7 @@ void validate(const Clip& clip, const std::string& subject) {
       throw Error(subject, std::string(name) + " has a value that is not finite");
   };
   check("joints", clip.joints, {T, J, 3});
+  if (!(clip.joints.abs().max().item<double>() < 1e5)) throw Error(subject, "a joint is over 100 km from the origin");
   check("rotations", clip.rotations, {T, J, 3});
   check("trans", clip.trans, {T, 3});
   check("action", clip.action, {T});

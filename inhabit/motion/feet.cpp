@@ -19,18 +19,22 @@ using Eigen::Vector3d;
 constexpr double kHigh = 0.07;                  // metres above the floor: the ball of a foot in the air
 constexpr double kSlow = 0.9, kQuick = 1.2;     // m/s: a foot stands; it stands no longer
 constexpr double kTogether = 0.5;               // m/s: feet that differ by less move as one
-constexpr int64_t kShortest = 4;                // frames that a foot stands for at least
-constexpr int64_t kBlend = 9;                   // frames in which a move of a foot comes and goes
+constexpr double kShortest = 0.13;              // seconds that a foot stands for at least
+constexpr double kBlend = 0.3;                  // seconds in which a move of a foot comes and goes
 constexpr double kClear = 0.055;                // metres above the floor: the ball of a foot that goes
 constexpr double kResting = 0.5, kGoing = 0.7;  // m/s: a foot may be on the floor; it is to be kClear above it
-constexpr int64_t kRise = 6;                    // frames in which a foot is lifted
-constexpr int64_t kSettled = 4;                 // frames from a fixed one to those that may be lifted wholly
+constexpr double kRise = 0.2;                   // seconds in which a foot is lifted
+constexpr double kSettled = 0.13;               // seconds from a fixed frame to those that may be lifted wholly
 constexpr double kReach = 0.15;  // metres from its place to which a foot may have glided and still be held there
 constexpr double kStride = 0.4, kStrideTime = 0.4;  // metres, seconds: feet that glide at v m/s each step once on
                                                     // kStride + v kStrideTime metres
 constexpr double kSwing = 0.4;                      // share of a stride in which a foot is on its way
 constexpr double kLongest = 0.4;                    // seconds that it is on its way for at most
+constexpr double kLevel = 0.1;                      // metres: lowest feet nearer to the floor y = 0 stand on it
 constexpr std::array<int, 2> kBalls = {10, 11};
+
+/// Frames that `seconds` last, one at least.
+int64_t frames_in(double seconds, double rate) { return std::max<int64_t>(1, std::llround(seconds * rate)); }
 
 /// Frames [first, last] whose foot is moved by `moves`, one each.
 struct Stance {
@@ -98,7 +102,7 @@ std::vector<bool> glides(const std::array<std::vector<Vector3d>, 2>& balls, doub
 std::vector<bool> step_times(const std::array<std::vector<Vector3d>, 2>& balls, size_t side, double rate,
                              const std::vector<int64_t>& fixed) {
   const auto frames = static_cast<int64_t>(balls[0].size());
-  const auto longest = static_cast<int64_t>(std::lround(kLongest * rate));
+  const int64_t longest = frames_in(kLongest, rate);
   std::vector<bool> out(balls[0].size(), false);
   double strides = side == 0 ? 0 : 0.5;
   int64_t first = -1;
@@ -156,6 +160,7 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
                                  const std::vector<int64_t>& fixed, const std::vector<bool>& gliding,
                                  const std::vector<bool>& steps) {
   const auto frames = static_cast<int64_t>(ball.size());
+  const int64_t shortest = frames_in(kShortest, rate), blend = frames_in(kBlend, rate);
   const std::vector<Vector3d> velocity = velocities(ball, rate);
   const auto stands = [&](int64_t t, double speed) {
     return ball[t].y() < floor + kHigh && (velocity[t].norm() < speed || gliding[t]);
@@ -167,18 +172,18 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
     int64_t first = t, last = t;
     while (first - 1 > done && stands(first - 1, kQuick)) --first;
     while (last + 1 < frames && stands(last + 1, kQuick)) ++last;
-    if (last - first + 1 >= kShortest) add_stances(ball, first, last, fixed, steps, stances);
+    if (last - first + 1 >= shortest) add_stances(ball, first, last, fixed, steps, stances);
     t = done = last;
   }
   std::vector<Vector3d> moves(ball.size(), Vector3d::Zero());
   for (size_t i = 0; i < stances.size(); ++i) {
     const Stance& s = stances[i];
     std::copy(s.moves.begin(), s.moves.end(), moves.begin() + s.first);
-    // Each side's move fades over kBlend frames, or until the next stance begins.
+    // Each side's move fades over kBlend, or until the next stance begins.
     const int64_t before = i == 0 ? -1 : stances[i - 1].last,
                   after = i + 1 < stances.size() ? stances[i + 1].first : frames;
     const auto reach = [&](int64_t gap, bool neighbour) {
-      return static_cast<double>(neighbour ? std::min(kBlend, gap) : kBlend);
+      return static_cast<double>(neighbour ? std::min(blend, gap) : blend);
     };
     for (int64_t t = s.last + 1; t < after; ++t)
       moves[t] += s.moves.back() *
@@ -189,8 +194,8 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
   for (const int64_t f : fixed) {  // moves nothing, and what is near it little, where the foot does not stand in it
     if (std::any_of(stances.begin(), stances.end(), [&](const Stance& s) { return s.first <= f && f <= s.last; }))
       continue;
-    for (int64_t t = std::max<int64_t>(0, f - kBlend + 1); t < std::min(frames, f + kBlend); ++t)
-      moves[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / kBlend);
+    for (int64_t t = std::max<int64_t>(0, f - blend + 1); t < std::min(frames, f + blend); ++t)
+      moves[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / static_cast<double>(blend));
   }
   return moves;
 }
@@ -198,42 +203,31 @@ std::vector<Vector3d> foot_moves(const std::vector<Vector3d>& ball, double floor
 /// How far each frame's foot is to be lifted: one that goes does not drag along the floor, where the other one is not
 /// quicker, and none is under it.
 std::vector<double> foot_lifts(const std::vector<Vector3d>& ball, const std::vector<double>& speed,
-                               const std::vector<double>& others, double floor, const std::vector<int64_t>& fixed) {
+                               const std::vector<double>& others, double floor, double rate,
+                               const std::vector<int64_t>& fixed) {
+  const int64_t rise = frames_in(kRise, rate), settled = frames_in(kSettled, rate);
   const auto frames = static_cast<int64_t>(ball.size());
   std::vector<double> lifts(ball.size(), 0);
   for (int64_t t = 0; t < frames; ++t) {
     const double going = speed[t] >= others[t] ? smooth_step((speed[t] - kResting) / (kGoing - kResting)) : 0;
     const double lift = std::max(floor - ball[t].y(), going * (floor + kClear - ball[t].y()));
     if (lift <= 0) continue;
-    for (int64_t u = std::max<int64_t>(0, t - kRise + 1); u < std::min(frames, t + kRise); ++u)
-      lifts[u] = std::max(lifts[u], lift * smooth_step(1 - std::abs(static_cast<double>(u - t)) / kRise));
+    for (int64_t u = std::max<int64_t>(0, t - rise + 1); u < std::min(frames, t + rise); ++u)
+      lifts[u] =
+          std::max(lifts[u], lift * smooth_step(1 - std::abs(static_cast<double>(u - t)) / static_cast<double>(rise)));
   }
   for (const int64_t f : fixed)
-    for (int64_t t = std::max<int64_t>(0, f - kSettled + 1); t < std::min(frames, f + kSettled); ++t)
-      lifts[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / kSettled);
+    for (int64_t t = std::max<int64_t>(0, f - settled + 1); t < std::min(frames, f + settled); ++t)
+      lifts[t] *= smooth_step(std::abs(static_cast<double>(t - f)) / static_cast<double>(settled));
   return lifts;
 }
 
-/// Brings the ankle of a posed leg to `target`: thigh and shin turn by the least that does, the foot stays turned as it
-/// is.
-void move_ankle(const Bones& bones, const Limb& limb, const Vector3d& move, const BonesPose& pose,
-                std::vector<Quaterniond>& local) {
-  const Vector3d &hip = pose.positions[limb.start], &knee = pose.positions[limb.mid], &ankle = pose.positions[limb.end];
-  const Vector3d straight = ankle - hip;
-  Vector3d pole = knee - hip - straight * ((knee - hip).dot(straight) / std::max(1e-12, straight.squaredNorm()));
-  if (pole.norm() < 1e-3) pole = pose.rotations[limb.start] * limb.rest_pole;
-  const TwoBone solved =
-      solve_two_bone(hip, bones.offsets[limb.mid].norm(), bones.offsets[limb.end].norm(), ankle + move, pole, 0);
-  const Quaterniond thigh = Quaterniond::FromTwoVectors(knee - hip, solved.mid - hip) * pose.rotations[limb.start],
-                    shin =
-                        Quaterniond::FromTwoVectors(ankle - knee, solved.end - solved.mid) * pose.rotations[limb.mid];
-  const int parent = bones.parents[limb.start];
-  local[limb.start] = (pose.rotations[parent].conjugate() * thigh).normalized();
-  local[limb.mid] = (thigh.conjugate() * shin).normalized();
-  local[limb.end] = (shin.conjugate() * pose.rotations[limb.end]).normalized();
-}
-
 }  // namespace
+
+double floor_under(const Clip& poses) {
+  const double lowest = poses.joints.slice(1, 10, 12).select(2, 1).min().item<double>() - 0.02;
+  return std::abs(lowest) < kLevel ? 0 : lowest;
+}
 
 Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor) {
   if (clip.skeleton.size() != kStandardJoints || !clip.rotations.defined() || !clip.trans.defined())
@@ -259,7 +253,7 @@ Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floo
     speed[side] = speeds(balls[side], clip.rate);
   }
   for (size_t side = 0; side < 2; ++side) {
-    const std::vector<double> lifts = foot_lifts(balls[side], speed[side], speed[1 - side], floor, fixed);
+    const std::vector<double> lifts = foot_lifts(balls[side], speed[side], speed[1 - side], floor, clip.rate, fixed);
     for (int64_t t = 0; t < frames; ++t) moves[side][t].y() = lifts[t];
   }
 
@@ -273,16 +267,17 @@ Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floo
     const torch::Tensor place = clip.trans[t].to(torch::kFloat64);
     const Vector3d trans(place[0].item<double>(), place[1].item<double>(), place[2].item<double>());
     pose_bones(bones, local, trans, pose);
+    const std::vector<Vector3d> before = pose.positions;
     for (const Side side : {Side::left, Side::right})
-      move_ankle(bones, leg(side), moves[side == Side::left ? 0 : 1][t], pose, local);
+      move_limb_end(bones, leg(side), moves[side == Side::left ? 0 : 1][t], pose, local);
     pose_bones(bones, local, trans, pose);
     for (const int joint : {1, 4, 7, 2, 5, 8}) {
       const Vector3d v = axis_angle_of(local[joint]);
       out.rotations[t][joint] = torch::tensor({v.x(), v.y(), v.z()}, torch::kFloat32);
     }
     for (const int joint : {4, 7, 10, 5, 8, 11}) {
-      const Vector3d& p = pose.positions[joint];
-      out.joints[t][joint] = torch::tensor({p.x(), p.y(), p.z()}, torch::kFloat32);
+      const Vector3d v = pose.positions[joint] - before[joint];
+      out.joints[t][joint] += torch::tensor({v.x(), v.y(), v.z()}, torch::kFloat32);
     }
   }
   return out;

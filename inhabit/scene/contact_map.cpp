@@ -20,6 +20,12 @@ struct Cells {
   std::vector<int32_t> first;  ///< of every cell, and one past the last
   std::vector<int32_t> index;  ///< into the points as given
   std::array<std::vector<float>, 3> at;
+
+  /// The cell at x = 0; those along x follow each other.
+  size_t row(int y, int z) const {
+    return (static_cast<size_t>(z) * static_cast<size_t>(count[1]) + static_cast<size_t>(y)) *
+           static_cast<size_t>(count[0]);
+  }
 };
 
 Cells sort_into_cells(const float* points, int64_t n, float size) {
@@ -43,9 +49,9 @@ Cells sort_into_cells(const float* points, int64_t n, float size) {
       const float at = (points[3 * i + static_cast<int64_t>(axis)] - cells.origin[axis]) / size;
       k[axis] = at > 0 ? std::min(static_cast<int>(at), cells.count[axis] - 1) : 0;
     }
-    return static_cast<size_t>((k[2] * cells.count[1] + k[1]) * cells.count[0] + k[0]);
+    return cells.row(k[1], k[2]) + static_cast<size_t>(k[0]);
   };
-  cells.first.assign(static_cast<size_t>(cells.count[0] * cells.count[1] * cells.count[2]) + 1, 0);
+  cells.first.assign(cells.row(0, cells.count[2]) + 1, 0);
   for (int64_t i = 0; i < n; ++i) ++cells.first[cell_of(i) + 1];
   for (size_t c = 1; c < cells.first.size(); ++c) cells.first[c] += cells.first[c - 1];
   std::vector<int32_t> next(cells.first.begin(), cells.first.end() - 1);
@@ -89,8 +95,7 @@ void fill_row(const Cells& cells, const float* joint, float reach, float factor,
   }
   for (int z = low[2]; z <= high[2]; ++z) {
     for (int y = low[1]; y <= high[1]; ++y) {
-      // Cells along x follow each other, and so do their points.
-      const auto row = static_cast<size_t>((z * cells.count[1] + y) * cells.count[0]);
+      const size_t row = cells.row(y, z);  // points follow each other as the cells do
       if (low[0] > high[0]) continue;
       const int32_t begin = cells.first[row + static_cast<size_t>(low[0])];
       const int32_t n = cells.first[row + static_cast<size_t>(high[0]) + 1] - begin;

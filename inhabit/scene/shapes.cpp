@@ -30,11 +30,12 @@ void MeshBuilder::box(const Eigen::Vector3d& center, const Eigen::Vector3d& half
     const Eigen::Vector3d inner = p.cwiseMax(-inner_half).cwiseMin(inner_half);
     return inner + r * (p - inner).normalized();
   };
-  std::vector<int64_t> known(rounded ? static_cast<size_t>(n * n * n) : 0, -1);
+  const auto edge = static_cast<size_t>(n);
+  std::vector<int64_t> known(rounded ? edge * edge * edge : 0, -1);
   auto at = [&](int i, int j, int k) {
     const Eigen::Vector3d p(coordinate(i, half.x()), coordinate(j, half.y()), coordinate(k, half.z()));
     if (!rounded) return vertex(center + p);
-    int64_t& id = known[static_cast<size_t>((i * n + j) * n + k)];
+    int64_t& id = known[(static_cast<size_t>(i) * edge + static_cast<size_t>(j)) * edge + static_cast<size_t>(k)];
     if (id < 0) id = vertex(center + on_surface(p));
     return id;
   };

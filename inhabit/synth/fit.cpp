@@ -103,6 +103,7 @@ struct Rest {
 
 std::vector<Rest> find_rests(const Motion& m, const BodySweep& sweep) {
   std::vector<double> heights;
+  heights.reserve(static_cast<size_t>(m.frames));
   for (int t = 0; t < m.frames; ++t) heights.push_back(m.joints[t][0].y());
   const double leg = (m.joints[0][1] - m.joints[0][4]).norm() + (m.joints[0][4] - m.joints[0][7]).norm();
   const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.4 * kRate), [&](int t) {
@@ -335,6 +336,7 @@ double floor_height(const Clip& clip) {
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
   Clip clip = retarget(source, subject);
   if (std::abs(clip.rate - kRate) > 1e-6) clip = resample(clip, kRate);
+  if (clip.frames() < 2) throw Error(subject, "is one pose, no motion");
   clip = transformed(clip, {0, {0, -floor_height(clip), 0}});
   std::vector<Clip> out;
   const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kRate)), least = std::llround(2 * kRate);
@@ -421,6 +423,8 @@ Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
       throw Error(file, "is given both for training and for testing");
     recordings.push_back({file, "test"});
   }
+  for (const Recording& r : recordings)
+    if (!std::filesystem::exists(r.file)) throw Error(r.file, "there is no such file");
   Dataset out = create_dataset(folder, kActions);
   std::vector<std::vector<DatasetClip>> made(recordings.size());
   const BodyModel& body = builtin_body();
@@ -450,9 +454,17 @@ Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
 #pragma omp critical(inhabit_fit)
     if (options.progress) options.progress(++done, static_cast<int64_t>(recordings.size()));
   }
-  if (failed) std::rethrow_exception(failed);
   for (const std::vector<DatasetClip>& clips : made) out.clips.insert(out.clips.end(), clips.begin(), clips.end());
-  if (out.clips.empty()) throw Error(folder, "no room could be fitted around any recording");
+  if (failed || out.clips.empty()) {  // nothing half-written
+    for (const DatasetClip& clip : out.clips)
+      for (const std::string& file : {clip.file, clip.scene}) std::filesystem::remove(folder + "/" + file);
+    for (const char* sub : {"/clips", "/scenes", ""}) {
+      std::error_code kept;  // where there was something before
+      std::filesystem::remove(folder + sub, kept);
+    }
+    if (failed) std::rethrow_exception(failed);
+    throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
+  }
   nlohmann::json sources = nlohmann::json::array();
   for (const Recording& r : recordings) sources.push_back(std::filesystem::path(r.file).filename().string());
   out.provenance = {{"command", "inhabit synth fit"},

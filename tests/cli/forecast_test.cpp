@@ -14,6 +14,7 @@
 #include "inhabit/io/npz.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
+#include "inhabit/metrics/foot_skating.h"
 
 namespace inhabit {
 namespace {
@@ -88,6 +89,36 @@ TEST(Forecast, StartIsTheFirstPredictedFrameAndTheEndWhereNoneIsGiven) {
   const Clip end = forecast(" --start 90");
   expect_goes_on_from(end, walk[89]);
   EXPECT_LT((forecast("").joints - end.joints).abs().max().item<float>(), 1e-4F);  // and a seed gives one forecast
+}
+
+TEST(Forecast, FeetThatAreWrittenStand) {
+  const TempFolder folder;
+  for (const auto& [clip, room] : {std::pair(kWalk, kRoom), {kSit, kSitRoom}}) {
+    const auto skating = [&,
+                          line = "forecast " + clip + " --scene " + room + " --start 45"](const std::string& options) {
+      const CommandResult r = run_command(line + options + " -o " + folder / "f.npz");
+      EXPECT_EQ(r.exit_code, 0) << r.err;
+      return foot_skating(read_clip(folder / "f.npz")).skating;
+    };
+    EXPECT_GT(skating(" --loose-feet"), 4) << "as the network moves them";
+    EXPECT_LT(skating(""), 3);
+  }
+}
+
+TEST(Forecast, SaysWhatWasDetectedAndTakesWhatIsGiven) {
+  const TempFolder folder;
+  SceneFile room = read_scene_file(kRoom);
+  for (Mesh& mesh : room.scene.meshes) mesh.vertices = mesh.vertices * 100;
+  write_scene(folder / "room.ply", room.scene);
+  const std::string line = "forecast " + kWalk + " --scene " + folder / "room.ply" + " -o " + folder / "f.npz";
+  const CommandResult detected = run_command(line);
+  EXPECT_EQ(detected.exit_code, 0) << detected.err;
+  EXPECT_THAT(detected.out, ::testing::HasSubstr("0.01 m per unit"));
+  const Clip walk = read_clip(folder / "f.npz");
+  ASSERT_EQ(run_command(line + " --scene-scale 0.01 --scene-up y").exit_code, 0);
+  EXPECT_TRUE(torch::equal(read_clip(folder / "f.npz").joints, walk.joints));
+  ASSERT_EQ(run_command(line + " --scene-scale 1").exit_code, 0);
+  EXPECT_FALSE(torch::equal(read_clip(folder / "f.npz").joints, walk.joints)) << "a room a hundred times as large";
 }
 
 TEST(Forecast, WithoutASceneSaysThatAFloorIsAssumed) {

@@ -52,6 +52,47 @@ TEST(Inbetween, FillsAMotionAndWritesEveryFormat) {
   EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("\"keys\":[0,30,60,89]"));
 }
 
+TEST(Inbetween, KeyFramesAreTheFilesOwnAtAnyRate) {
+  const TempFolder folder;
+  const std::string model = model_file(folder);
+  const std::vector<int64_t> keys = {0, 31, 61, 89};
+  for (const double rate : {24.0, 25.0, 60.0, 120.0}) {
+    Clip clip = read_clip(kWalk), elsewhere = clip;
+    clip.rate = elsewhere.rate = rate;
+    elsewhere.joints = clip.joints + 5;  // between keys nothing is looked at
+    elsewhere.trans = clip.trans + 5;
+    for (const int64_t key : keys) {
+      elsewhere.joints[key] = clip.joints[key];
+      elsewhere.trans[key] = clip.trans[key];
+    }
+    const std::string in = folder / "in.npz", out = folder / "out.npz";
+    write_clip(in, elsewhere);
+    const CommandResult r =
+        run_command("inbetween " + in + " --keyframes 31,61 --steps 2 --model " + model + " -o " + out);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const Clip filled = read_clip(out);
+    EXPECT_EQ(filled.rate, 30);
+    for (const int64_t key : keys) {
+      const int64_t at = std::llround(static_cast<double>(key) * 30 / rate);
+      EXPECT_LT((filled.joints[at] - clip.joints[key]).norm(2, {1}).max().item<double>(), 0.01) << rate << ", " << key;
+    }
+  }
+}
+
+TEST(Inbetween, WarnsOfKeyPosesInsideTheScene) {
+  const TempFolder folder;
+  Clip clip = read_clip(kSit);
+  clip.trans = clip.trans - torch::tensor({0.F, 0.3F, 0.F});
+  clip.joints = clip.joints - torch::tensor({0.F, 0.3F, 0.F});
+  write_clip(folder / "low.npz", clip);
+  const CommandResult r =
+      run_command("inbetween " + folder / "low.npz" + " --scene " + kSitRoom +
+                  " --keyframes every:30 --steps 2 --model " + model_file(folder) + " -o " + folder / "out.npz");
+  EXPECT_EQ(r.exit_code, 0);
+  EXPECT_THAT(r.err, HasSubstr("key poses are inside the scene"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out.npz"));
+}
+
 TEST(Inbetween, FromADataSetToAModelToItsTable) {
   const TempFolder folder;
   Dataset data = create_dataset(folder / "data", {});

@@ -80,6 +80,12 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
     EXPECT_TRUE(torch::equal(after.tensors.at(name), tensor)) << name;
   EXPECT_FALSE(
       torch::equal(after.tensors.at("motion_net.x_enc.weight"), trained.tensors.at("motion_net.x_enc.weight")));
+  ASSERT_EQ(run_command("train forecast --stage contact --contact-steps 1 --batch 2 --data " + data + " --out " + model)
+                .exit_code,
+            0);
+  const SafeTensors last = read_safetensors(model);
+  for (const auto& [name, tensor] : of_network(after, "motion_net."))
+    EXPECT_TRUE(torch::equal(last.tensors.at(name), tensor)) << name;
 }
 
 /// Trains once straight and once with an interrupt after two validations of `stage`, then resumed: same log, same

@@ -47,6 +47,32 @@ TEST(CleanFeet, AFootThatDriftsStands) {
   EXPECT_LT(largest(foot(held) - foot(clip)), 1e-4) << "feet point where they did";
 }
 
+TEST(CleanFeet, JointsBesideTheSkeletonsMoveAsThoseDo) {
+  const Clip clip = drifting(20, 0.005);
+  Clip beside = clip;
+  beside.joints = clip.joints + torch::tensor({0.004, 0.002, -0.003});
+  const Tensor moves = clean_feet(clip, {}).joints - clip.joints,
+               others = clean_feet(beside, {}).joints - beside.joints;
+  EXPECT_GT(largest(moves), 0.02);
+  EXPECT_LT(largest(moves - others), 1e-4);
+}
+
+TEST(CleanFeet, FramesOfAnyLength) {
+  const Clip clip = drifting(40, 0.0025), half = drifting(20, 0.005);
+  Clip quick = clip;
+  quick.rate = 60;
+  const Tensor every_other = torch::arange(0, 40, 2),
+               held = clean_feet(quick, {8, 24}).joints.index_select(0, every_other);
+  EXPECT_LT(largest(held - clean_feet(half, {4, 12}).joints), 2e-3);
+}
+
+TEST(CleanFeet, TheFloorIsUnderTheLowestFoot) {
+  const Clip clip = drifting(5, 0);
+  EXPECT_EQ(floor_under(clip), 0);
+  EXPECT_EQ(floor_under(transformed(clip, {0, {0, 0.05, 0}})), 0) << "a floor this near is y = 0";
+  EXPECT_NEAR(floor_under(transformed(clip, {0, {0, 1, 0}})), 1, 1e-3);
+}
+
 TEST(CleanFeet, FixedFramesStayAndSayWhereAFootStands) {
   const Clip clip = drifting(20, 0.005), held = clean_feet(clip, {4, 12});
   for (const int64_t t : {4, 12}) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/synth/person.h"
@@ -93,6 +94,7 @@ TEST(PrepareRecording, CutsEvenPiecesAndDropsShortOnes) {
   }
   EXPECT_EQ(frames, life.frames());
   EXPECT_TRUE(prepare_recording(slice(life, 0, 40), "life", 5).empty());
+  EXPECT_THROW(prepare_recording(slice(life, 0, 1), "life", 5), Error) << "one pose";
 }
 
 TEST(FitRecordings, CmuBvhAmcAndAmassBecomeSceneData) {
@@ -141,7 +143,13 @@ TEST(FitRecordings, BadInputIsRefused) {
   EXPECT_THROW(fit_recordings(folder / "a", options), Error);
   options.train = {folder / "missing.bvh"};
   EXPECT_THROW(fit_recordings(folder / "b", options), Error);
-  EXPECT_FALSE(std::filesystem::exists(folder / "b/dataset.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b"));
+  const std::string good = INHABIT_SOURCE_DIR "/examples/data/walk.npz", bad = folder / "bad.bvh";
+  write_atomically(bad, "no motion");
+  options.train = {good, bad};
+  EXPECT_THROW(fit_recordings(folder / "d", options), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "d")) << "nothing half-written";
+  options.train = {folder / "missing.bvh"};
   options.test = options.train;
   EXPECT_THROW(fit_recordings(folder / "c", options), Error);
 }

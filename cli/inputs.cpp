@@ -1,0 +1,34 @@
+#include "inputs.h"
+
+#include <cstdio>
+
+#include "inhabit/io/files.h"
+#include "verbs.h"
+
+void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise) {
+  verb.add_option("--scene", scene.file, "Scene file: a mesh or a point cloud" + otherwise);
+  add_up_axis(verb, scene.up, "--scene-up", "the scene");
+  verb.add_option("--scene-scale", scene.scale, "Metres per unit of the scene (default: detected)")
+      ->check(positive_number);
+}
+
+inhabit::Scene read_scene(const SceneInput& input, inhabit::Notes& notes) {
+  inhabit::SceneReadOptions options;
+  options.up = input.up;
+  if (input.scale > 0) options.scale = input.scale;
+  inhabit::SceneFile read = inhabit::read_scene_file(input.file, options);
+  if (read.report.up_detected || read.report.scale_detected) notes.push_back(input.file + ": " + describe(read.report));
+  read.scene.name = input.file;
+  return std::move(read.scene);
+}
+
+inhabit::Clip read_motion(const std::string& path, inhabit::Notes& notes) {
+  inhabit::Notes own;
+  inhabit::Clip clip = inhabit::read_clip(path, {}, &own);
+  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  return clip;
+}
+
+void say(const inhabit::Notes& notes) {
+  for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+}

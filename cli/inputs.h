@@ -1,0 +1,26 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "inhabit/io/read_options.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/motion/clip.h"
+
+/// A scene file and how a verb's user wants it understood.
+struct SceneInput {
+  std::string file;  ///< empty: none is given
+  inhabit::UpAxis up = inhabit::UpAxis::automatic;
+  double scale = 0;  ///< metres per unit; 0: detected
+};
+
+/// Adds --scene, --scene-up and --scene-scale. @param otherwise what happens without a scene, in brackets, or nothing
+void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise = "");
+
+/// The scene, named after its file. @param notes what was detected of axes and units is added to it
+inhabit::Scene read_scene(const SceneInput& scene, inhabit::Notes& notes);
+
+/// The motion in a file. @param notes what was detected and assumed is added to it
+inhabit::Clip read_motion(const std::string& path, inhabit::Notes& notes);
+
+/// Prints notes, a line each: once nothing can be refused any more.
+void say(const inhabit::Notes& notes);
