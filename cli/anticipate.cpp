@@ -8,6 +8,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/clip_npz.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/view/futures_page.h"
 #include "inputs.h"
@@ -21,6 +22,7 @@ namespace {
 
 struct AnticipateArguments {
   std::string motion, model;
+  inhabit::ClipReadOptions reading;
   std::vector<std::string> outputs;
   inhabit::AnticipateOptions anticipate;
 };
@@ -33,10 +35,10 @@ std::string numbered(const std::string& path, size_t number, size_t count) {
 }
 
 void write(const std::string& path, const inhabit::Anticipation& a, const std::string& title) {
-  const std::string extension = fs::path(path).extension();
-  if (extension == ".npz") {
+  const std::string extension = inhabit::extension_of(path);
+  if (extension == "npz") {
     inhabit::write_clips_npz(path, a.futures, {{"intention", a.labels}});
-  } else if (extension == ".html") {
+  } else if (extension == "html") {
     std::vector<torch::Tensor> labels;
     for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
     inhabit::Page page = inhabit::futures_page(a.past, a.futures, labels);
@@ -55,6 +57,7 @@ void add_anticipate(CLI::App& app) {
       app.add_subcommand("anticipate", "Many plausible futures of a person's motion, up to 30 s and beyond");
   auto o = std::make_shared<AnticipateArguments>();
   verb->add_option("motion", o->motion, "Motion file")->required();
+  add_reading(*verb, o->reading);
   verb->add_option(
           "--start", o->anticipate.start,
           "First frame to forecast, in the file's frames; the two seconds before it are observed (default: the end)")
@@ -75,7 +78,7 @@ void add_anticipate(CLI::App& app) {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "futures.html", "an anticipation");
     Notes notes;
-    const Clip clip = read_motion(o->motion, notes);
+    const Clip clip = read_motion(o->motion, o->reading, notes);
     const auto anticipator =
         IntentionAnticipator::load(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
     const Anticipation a = anticipator.anticipate(clip, o->anticipate, o->motion);

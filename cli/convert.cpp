@@ -8,23 +8,21 @@
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inputs.h"
 #include "verbs.h"
 
 namespace {
 
 struct Convert {
   std::string in, out, scene, body;
-  inhabit::UpAxis up = inhabit::UpAxis::automatic;
-  double rate = 0, input_rate = 0, scale = 0;
+  inhabit::ClipReadOptions reading;
+  double rate = 0;
   bool retarget = false;
 };
 
 void convert_motion(const Convert& given) {
   using namespace inhabit;
-  ClipReadOptions options;
-  options.up = given.up;
-  options.rate = given.input_rate;
-  options.scale = given.scale;
+  ClipReadOptions options = given.reading;
   BodyModel body;
   if (!given.body.empty()) {
     body = read_smpl_model(given.body);
@@ -33,7 +31,7 @@ void convert_motion(const Convert& given) {
   Notes notes;
   Clip clip = read_clip(given.in, options, &notes);
   if (given.retarget) clip = retarget(clip, given.in);
-  if (given.rate > 0) clip = resample(clip, given.rate);
+  if (given.rate > 0) clip = resample(clip, given.rate, given.in);
   SceneFile scene;
   if (!given.scene.empty()) {
     if (extension_of(given.out) != "glb") throw Error(given.out, "only .glb holds a scene beside the motion");
@@ -48,10 +46,11 @@ void convert_motion(const Convert& given) {
 void convert_scene(const Convert& given) {
   using namespace inhabit;
   SceneReadOptions options;
-  options.up = given.up;
-  if (given.scale > 0) options.scale = given.scale;
-  if (given.rate > 0 || given.input_rate > 0 || given.retarget || !given.scene.empty() || !given.body.empty())
-    throw Error(given.in, "is a scene: frame rates, --retarget, --scene and --body go with motions");
+  options.up = given.reading.up;
+  if (given.reading.scale > 0) options.scale = given.reading.scale;
+  if (given.rate > 0 || given.reading.rate > 0 || !given.reading.asf.empty() || given.retarget ||
+      !given.scene.empty() || !given.body.empty())
+    throw Error(given.in, "is a scene: frame rates, --asf, --retarget, --scene and --body go with motions");
   const SceneFile file = read_scene_file(given.in, options);
   write_scene(given.out, file.scene);
   std::printf("%s: %s\n", given.out.c_str(), describe(file.report).c_str());
@@ -62,16 +61,14 @@ void convert_scene(const Convert& given) {
 void add_convert(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("convert", "Write a motion or a scene in another format");
   auto given = std::make_shared<Convert>();
-  verb->add_option("IN", given->in,
-                   "Motion (.bvh .amc .txt .npz .npy .json) or scene (.obj .ply .glb .gltf .off .stl .pcd .xyz)")
+  verb->add_option(
+          "IN", given->in,
+          "Motion (.bvh .amc .txt .npz .npy .json) or scene (.obj .ply .glb .gltf .off .stl .pcd .xyz .npz .npy)")
       ->required();
   verb->add_option("OUT", given->out, "Motion: .npz .json .bvh .glb; scene: .glb .ply")->required();
-  verb->add_option("--rate", given->rate, "Frames a second of the output")->check(positive_number);
-  verb->add_option("--input-rate", given->input_rate, "Frames a second of the input, whatever it says")
-      ->check(positive_number);
+  verb->add_option("--rate", given->rate, "Frames a second of the output")->check(frame_rate);
   verb->add_flag("--retarget", given->retarget, "Onto the standard 22 joints");
-  verb->add_option("--scale", given->scale, "Metres per unit of the input (default: detected)")->check(positive_number);
-  add_up_axis(*verb, given->up);
+  add_reading(*verb, given->reading, "the input");
   verb->add_option("--scene", given->scene, "Scene to put into a .glb beside the motion");
   verb->add_option("--body", given->body, "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
   verb->callback([given] {

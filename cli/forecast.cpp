@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "inhabit/error.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
@@ -16,6 +17,7 @@ namespace {
 
 struct ForecastArguments {
   std::string motion, model;
+  inhabit::ClipReadOptions reading;
   SceneInput scene;
   std::vector<std::string> outputs;
   inhabit::ForecastClipOptions forecast;
@@ -44,6 +46,7 @@ void add_forecast(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("forecast", "Predict the next two seconds of a person's motion in a scene");
   auto o = std::make_shared<ForecastArguments>();
   verb->add_option("motion", o->motion, "Motion file")->required();
+  add_reading(*verb, o->reading);
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--start", o->forecast.start,
                    "First frame to predict, in the file's frames; the second before it is observed (default: the end)")
@@ -59,7 +62,7 @@ void add_forecast(CLI::App& app) {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");
     Notes notes;
-    const Clip clip = read_motion(o->motion, notes);
+    const Clip clip = read_motion(o->motion, o->reading, notes);
     Scene scene;
     if (o->scene.file.empty()) {
       scene = assumed_floor(clip);
@@ -74,7 +77,7 @@ void add_forecast(CLI::App& app) {
     const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
     say(notes);
     for (const std::string& out : o->outputs) {
-      if (std::filesystem::path(out).extension() == ".html")
+      if (extension_of(out) == "html")
         write_page(out,
                    forecast_page(clips, scene, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
       else

@@ -9,6 +9,7 @@
 #include "inhabit/forecast/forecast_clip.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/motion/retarget.h"
@@ -28,6 +29,7 @@ struct InbetweenArguments {
   std::vector<std::string> motions, outputs;
   std::vector<double> times;
   std::string model, keys, joints;
+  ClipReadOptions reading;
   SceneInput scene;
   bool noisy = false;
   InbetweenRequest request;
@@ -56,7 +58,7 @@ Clip poses_at_times(const InbetweenArguments& o, double rate, std::vector<int64_
     const int64_t key = std::llround((o.times[i] - o.times[0]) * rate);
     if (i > 0 && key <= keys.back()) throw Error("--times", "are not in order, a frame or more apart");
     if (key > 100'000) throw Error("--times", "are more than 55 minutes apart");
-    const Clip pose = slice(retarget(read_motion(o.motions[i], notes), o.motions[i]), 0, 1);
+    const Clip pose = slice(retarget(read_motion(o.motions[i], o.reading, notes), o.motions[i]), 0, 1);
     if (i == 0)
       out = pose;
     else if ((pose.skeleton.offsets - out.skeleton.offsets).slice(0, 1).abs().max().item<double>() > 0.02)
@@ -72,14 +74,14 @@ Clip poses_at_times(const InbetweenArguments& o, double rate, std::vector<int64_
   return out;
 }
 
-/// The poses in the frames of a file that `text` names, and at which frames they stand at `rate`: the nearest in time;
-/// of several in one the first, but the file's last frame stands.
-Clip poses_in_file(const std::string& motion, const std::string& text, uint64_t seed, double rate,
-                   std::vector<int64_t>& keys, Notes& notes) {
-  const Clip source = retarget(read_motion(motion, notes), motion);
+/// The poses in the frames of a file that --keyframes names, and at which frames they stand at `rate`: the nearest in
+/// time; of several in one the first, but the file's last frame stands.
+Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, Notes& notes) {
+  const std::string& motion = o.motions[0];
+  const Clip source = retarget(read_motion(motion, o.reading, notes), motion);
   std::vector<int64_t> frames;
   try {
-    for (const int64_t frame : key_frames(text, source.frames(), seed)) {
+    for (const int64_t frame : key_frames(o.keys, source.frames(), o.request.seed)) {
       const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
       if (!keys.empty() && key == keys.back()) {
         if (frame + 1 < source.frames() || keys.size() == 1) continue;
@@ -92,7 +94,8 @@ Clip poses_in_file(const std::string& motion, const std::string& text, uint64_t 
   } catch (const Error& e) {
     throw Error(motion, e.what());
   }
-  if (keys.size() < 2) throw Error(motion, "is shorter than two frames of the model's, 1/30 s each");
+  if (keys.size() < 2)
+    throw Error(motion, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
   return frames_at(source, frames);
 }
 
@@ -128,6 +131,7 @@ void add_inbetween(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("inbetween", "Fill in the motion between key frames, in a scene");
   auto o = std::make_shared<InbetweenArguments>();
   verb->add_option("motions", o->motions, "A motion file, or several at --times, whose first poses count")->required();
+  add_reading(*verb, o->reading, "the motions");
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--keyframes", o->keys,
                    "Frames of the file that are given: every:N, a list such as 0,30,95, random:P, or ends (default)")
@@ -165,8 +169,7 @@ void add_inbetween(CLI::App& app) {
     } else {
       if (!o->times.empty()) throw Error("--times", "is for several files; one has --keyframes");
       if (o->keys.empty()) o->keys = "ends";
-      clip = clip_of_keys(poses_in_file(o->motions[0], o->keys, o->request.seed, rate, o->request.keys, notes),
-                          o->request.keys, rate);
+      clip = clip_of_keys(poses_in_file(*o, rate, o->request.keys, notes), o->request.keys, rate);
     }
     if (!o->joints.empty()) o->request.given = given_groups(o->joints);
     const Clip poses = frames_at(clip, o->request.keys);
@@ -185,7 +188,7 @@ void add_inbetween(CLI::App& app) {
     const Clip filled = inbetweener.fill(clip, scene, o->request);
     say(notes);
     for (const std::string& out : o->outputs) {
-      if (std::filesystem::path(out).extension() == ".html") {
+      if (extension_of(out) == "html") {
         Page page;
         page.title = "In-betweening of " + std::filesystem::path(o->motions[0]).filename().string();
         page.note = std::string("Blue: key frames. Purple: filled in. Prints on the floor: where a foot stands. ") +

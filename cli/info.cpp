@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "inhabit/io/describe.h"
+#include "inputs.h"
 #include "verbs.h"
 
 namespace {
@@ -30,8 +31,7 @@ void print(const nlohmann::ordered_json& object, int depth) {
 
 struct Info {
   std::string path;
-  inhabit::UpAxis up = inhabit::UpAxis::automatic;
-  double scale = 0;
+  inhabit::ClipReadOptions reading;
   bool json = false;
 };
 
@@ -42,13 +42,9 @@ void add_info(CLI::App& app) {
   auto given = std::make_shared<Info>();
   verb->add_option("FILE", given->path, "Any file inhabit reads, or a data set's folder")->required();
   verb->add_flag("--json", given->json, "As JSON");
-  verb->add_option("--scale", given->scale, "Metres per unit of the file (default: detected)")->check(positive_number);
-  add_up_axis(*verb, given->up);
+  add_reading(*verb, given->reading, "the file");
   verb->callback([given] {
-    inhabit::ClipReadOptions options;
-    options.up = given->up;
-    options.scale = given->scale;
-    const nlohmann::ordered_json facts = inhabit::describe_file(given->path, options);
+    const nlohmann::ordered_json facts = inhabit::describe_file(given->path, given->reading);
     if (given->json)
       std::printf("%s\n", facts.dump(1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
     else

@@ -22,9 +22,18 @@ inhabit::Scene read_scene(const SceneInput& input, inhabit::Notes& notes) {
   return std::move(read.scene);
 }
 
-inhabit::Clip read_motion(const std::string& path, inhabit::Notes& notes) {
+void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& what) {
+  add_up_axis(verb, reading.up, "--up", what);
+  verb.add_option("--scale", reading.scale, "Metres per unit of " + what + " (default: detected)")
+      ->check(positive_number);
+  verb.add_option("--input-rate", reading.rate, "Frames a second of " + what + ", whatever its file says")
+      ->check(frame_rate);
+  verb.add_option("--asf", reading.asf, "Skeleton of an .amc (default: the .asf beside it)");
+}
+
+inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes) {
   inhabit::Notes own;
-  inhabit::Clip clip = inhabit::read_clip(path, {}, &own);
+  inhabit::Clip clip = inhabit::read_clip(path, reading, &own);
   for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
   return clip;
 }

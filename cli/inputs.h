@@ -19,8 +19,11 @@ void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise =
 /// The scene, named after its file. @param notes what was detected of axes and units is added to it
 inhabit::Scene read_scene(const SceneInput& scene, inhabit::Notes& notes);
 
+/// Adds --up, --scale, --input-rate and --asf: how a verb's user wants its motion files understood.
+void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& what = "the motion");
+
 /// The motion in a file. @param notes what was detected and assumed is added to it
-inhabit::Clip read_motion(const std::string& path, inhabit::Notes& notes);
+inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes);
 
 /// Prints notes, a line each: once nothing can be refused any more.
 void say(const inhabit::Notes& notes);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/extension.h"
 
 namespace fs = std::filesystem;
 
@@ -26,8 +27,8 @@ void require_writable(const std::string& path) {
 void require_motion_outputs(std::vector<std::string>& outputs, const std::string& otherwise, const std::string& what) {
   if (outputs.empty()) outputs.push_back(otherwise);
   for (const std::string& out : outputs) {
-    if (const std::string e = fs::path(out).extension();
-        e != ".npz" && e != ".bvh" && e != ".glb" && e != ".json" && e != ".html")
+    if (const std::string e = inhabit::extension_of(out);
+        e != "npz" && e != "bvh" && e != "glb" && e != "json" && e != "html")
       throw inhabit::Error(out, "is no output of " + what + ": .npz, .bvh, .glb, .json or .html");
     require_writable(out);
   }

@@ -35,7 +35,7 @@ struct Motion {
 std::vector<Motion> standard_motions(const std::vector<std::string>& paths, double rate) {
   std::vector<Motion> out;
   for (const std::string& path : paths)
-    for (const Clip& clip : read_clips(path)) out.push_back({path, resample(retarget(clip, path), rate).joints});
+    for (const Clip& clip : read_clips(path)) out.push_back({path, resample(retarget(clip, path), rate, path).joints});
   return out;
 }
 
@@ -150,13 +150,10 @@ void add_score(CLI::App& app) {
   const auto add = [&](const char* name, const char* what, void (*run)(const Score&)) {
     CLI::App* score = verb->add_subcommand(name, what);
     score->add_option("--motion", given->motion, "Motion files to score")->required();
-    score->add_option("--rate", given->rate, "Frames a second to score at")
-        ->check(positive_number)
-        ->capture_default_str();
+    score->add_option("--rate", given->rate, "Frames a second to score at")->check(frame_rate)->capture_default_str();
     score->add_option("--json", given->json, "Also write the numbers as JSON");
     score->callback([given, run] {
       if (!given->json.empty()) require_writable(given->json);
-      if (given->rate > 1000) throw Error("--rate", "is over 1000 frames a second");
       run(*given);
     });
     return score;

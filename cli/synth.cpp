@@ -6,6 +6,7 @@
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/generate.h"
+#include "inputs.h"
 #include "progress.h"
 #include "verbs.h"
 
@@ -52,6 +53,7 @@ void add_fit(CLI::App& synth) {
                    "Recordings (.npz, .bvh, .amc, .txt); those in a folder called test are kept for testing")
       ->required();
   verb->add_option("--test", given->options.test, "Recordings kept for testing");
+  add_reading(*verb, given->options.reading, "the recordings");
   verb->add_option("--out", given->out, "Folder of the data set")->required();
   verb->add_option("--rooms-per-clip", given->options.rooms_per_clip, "Rooms around each piece")->capture_default_str();
   verb->add_option("--seconds", given->options.seconds, "Longest piece of a recording")->capture_default_str();

@@ -25,13 +25,14 @@ void add_train_forecast(CLI::App& verb) {
       ->capture_default_str();
   forecast
       ->add_option("--stage", options->stage,
-                   "contact, motion, trajectory (LTD), adapt (motion on predicted contacts) or all of them, both")
+                   "contact, motion, adapt (motion on predicted contacts), both (these three), trajectory (LTD) or all")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, ForecastTraining::Stage>{{"contact", ForecastTraining::Stage::contact},
                                                          {"motion", ForecastTraining::Stage::motion},
                                                          {"trajectory", ForecastTraining::Stage::trajectory},
                                                          {"adapt", ForecastTraining::Stage::adapt},
-                                                         {"both", ForecastTraining::Stage::both}}));
+                                                         {"both", ForecastTraining::Stage::both},
+                                                         {"all", ForecastTraining::Stage::all}}));
   forecast->add_option("--device", *device, "cpu or cuda")
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();

@@ -25,6 +25,12 @@ inline std::string whole_over_zero(const std::string& text) {
   return refusal.empty() && text.find_first_not_of('0') == std::string::npos ? "0 is too few" : refusal;
 }
 
+/// Frames a second.
+inline std::string frame_rate(const std::string& text) {
+  double value = 0;
+  return CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 1000 ? "" : text + " is not in [0.1, 1000]";
+}
+
 inline std::string not_empty(const std::string& text) { return text.empty() ? "is empty" : ""; }
 
 inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& option = "--up",

@@ -57,7 +57,7 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   if (options.start > clip.frames())
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
-  const Clip motion = resample(retarget(clip, subject), c.rate);
+  const Clip motion = resample(retarget(clip, subject), c.rate, subject);
   const int64_t asked = options.start < 0 ? clip.frames() : options.start;
   const int64_t start =
       std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * c.rate / clip.rate));

@@ -1,5 +1,7 @@
 #include "inhabit/body/skeleton.h"
 
+#include <set>
+
 #include "inhabit/error.h"
 
 namespace inhabit {
@@ -24,6 +26,8 @@ void Skeleton::validate(const std::string& subject) const {
     throw Error(subject, "the skeleton's offsets are not (J, 3)");
   if (!torch::isfinite(offsets).all().item<bool>())
     throw Error(subject, "the skeleton has an offset that is not finite");
+  if (const std::set<std::string> different(names.begin(), names.end()); different.size() != names.size())
+    throw Error(subject, "two joints of the skeleton have one name");
   for (int j = 0; j < size(); ++j) {
     if ((j == 0) != (parents[j] == -1)) throw Error(subject, "joint 0 and no other must be the root");
     if (parents[j] >= j)

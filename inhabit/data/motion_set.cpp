@@ -48,7 +48,8 @@ class Reader {
   void add(const File& file, double tail = 0, const std::string& tail_split = "") {
     Clip clip;
     try {
-      clip = retarget(resample(read_clip(file.path.string()), rate_), file.path.string());
+      const std::string path = file.path.string();
+      clip = retarget(resample(read_clip(path), rate_, path), path);
     } catch (const Error& e) {
       return note(std::string("left out: ") + e.what());
     }
@@ -105,7 +106,7 @@ void read_native(const std::string& folder, double rate, Reader& reader) {
       std::string action = "motion";
       if (clip.action.defined() && !data.actions.empty())
         action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
-      reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate), entry.file)});
+      reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, entry.file), entry.file)});
     } catch (const Error& e) {
       reader.note(std::string("left out: ") + e.what());
     }

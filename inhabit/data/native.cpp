@@ -8,6 +8,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/gltf.h"
+#include "inhabit/io/json_text.h"
 #include "inhabit/io/scene_file.h"
 
 namespace inhabit {
@@ -101,12 +102,7 @@ std::vector<DatasetClip> Dataset::split(const std::string& name) const {
 
 Dataset open_dataset(const std::string& folder) {
   const std::string subject = index_path(folder);
-  json root;
-  try {
-    root = json::parse(read_whole_file(subject, kLargestIndex));
-  } catch (const json::exception&) {
-    throw Error(subject, "is no valid JSON");
-  }
+  const json root = parse_json(read_whole_file(subject, kLargestIndex), subject);
   if (!root.is_object() || root.value("format", json()) != kFormat)
     throw Error(subject, "is no index of a data set (\"format\" is not \"inhabit-dataset\")");
   if (root.value("version", json()) != kVersion) throw Error(subject, "\"version\" is not " + std::to_string(kVersion));
@@ -135,9 +131,19 @@ Dataset open_dataset(const std::string& folder) {
   return out;
 }
 
+void require_files(const Dataset& dataset, const DatasetClip& entry) {
+  for (const std::string& name : {entry.file, entry.scene})
+    if (const std::string path = dataset.folder + "/" + name; !name.empty() && !std::filesystem::exists(path))
+      throw Error(path, "there is no such file, dataset.json names it");
+}
+
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry) {
   const std::string path = dataset.folder + "/" + entry.file;
-  Clip clip = read_clip_npz(path);
+  const Npz arrays = read_npz(path);
+  for (const char* name : {"joint_names", "parents", "offsets"})
+    if (!arrays.has(name) && arrays.strings.count(name) == 0)
+      throw Error(path, std::string("has no ") + name + ": every clip of a data set says its own skeleton");
+  Clip clip = clip_from_npz(arrays, path);
   if (clip.frames() != entry.frames)
     throw Error(path,
                 "has " + std::to_string(clip.frames()) + " frames, dataset.json says " + std::to_string(entry.frames));

@@ -37,6 +37,9 @@ struct Dataset {
 /// two splits.
 Dataset open_dataset(const std::string& folder);
 
+/// Throws Error(file, ...) where a clip's file or its scene's is missing: said at once, not an hour into a training.
+void require_files(const Dataset& dataset, const DatasetClip& entry);
+
 /// Throws Error(file, ...) where the clip is missing or damaged, or disagrees with the index (frames, rate, joints,
 /// actions).
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry);

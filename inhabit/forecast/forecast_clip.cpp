@@ -36,7 +36,7 @@ ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& cli
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
   const int64_t asked = options.start < 0 ? clip.frames() : options.start;
-  const Clip motion = resample(retarget(clip, subject), config.rate);
+  const Clip motion = resample(retarget(clip, subject), config.rate, subject);
   const int64_t start =
       std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * config.rate / clip.rate));
   if (start < config.past)

@@ -88,6 +88,7 @@ ForecastData::ForecastData(const std::vector<std::string>& folders, const std::s
       throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, config.rate));
     for (size_t c = 0; c < set.clips.size(); ++c) {
       if (set.clips[c].scene.empty() || (split != "all" && set.clips[c].split != split)) continue;
+      require_files(set, set.clips[c]);
       for (int64_t start = 0; start + config.past + config.future <= set.clips[c].frames; start += stride)
         impl_->windows.push_back(
             {static_cast<int32_t>(impl_->sets.size() - 1), static_cast<int32_t>(c), static_cast<int32_t>(start)});

@@ -232,11 +232,11 @@ bool train_forecast(const ForecastTraining& options) {
 
   using Choice = ForecastTraining::Stage;
   std::vector<std::string> stages;
-  if (options.stage == Choice::contact || options.stage == Choice::both) stages.push_back("contact");
-  if (options.stage == Choice::motion || options.stage == Choice::both)
-    stages.insert(stages.end(), {"motion", "no_contact"});
-  if (options.stage == Choice::trajectory || options.stage == Choice::both) stages.push_back("trajectory");
-  if (options.stage == Choice::adapt || options.stage == Choice::both) stages.push_back("adapt");
+  const bool both = options.stage == Choice::both || options.stage == Choice::all;
+  if (options.stage == Choice::contact || both) stages.push_back("contact");
+  if (options.stage == Choice::motion || both) stages.insert(stages.end(), {"motion", "no_contact"});
+  if (options.stage == Choice::adapt || both) stages.push_back("adapt");
+  if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
 
   const size_t first = first_stage(options.out, stages, options.resume);
 
@@ -245,7 +245,7 @@ bool train_forecast(const ForecastTraining& options) {
   torch::manual_seed(options.seed);
   ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
                          MotionNetwork(config, /*with_contact=*/false), make_trajectory_network(config)};
-  const bool keep = std::filesystem::exists(options.out) && (options.resume || options.stage != Choice::both);
+  const bool keep = std::filesystem::exists(options.out) && (options.resume || !both);
   for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first)

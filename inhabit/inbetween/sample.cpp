@@ -134,6 +134,7 @@ InbetweenData::InbetweenData(const std::vector<std::string>& folders, const std:
                   "has " + std::to_string(set.rate) + " frames a second, the model " + std::to_string(config.rate));
     for (size_t c = 0; c < set.clips.size(); ++c) {
       if (set.clips[c].scene.empty() || (split != "all" && set.clips[c].split != split)) continue;
+      require_files(set, set.clips[c]);
       for (int64_t start = 0; start + config.frames <= set.clips[c].frames; start += stride)
         impl_->places.push_back(
             {static_cast<int32_t>(impl_->sets.size() - 1), static_cast<int32_t>(c), static_cast<int32_t>(start)});

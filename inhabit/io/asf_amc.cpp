@@ -325,8 +325,9 @@ std::string find_asf(const std::string& amc_path) {
   for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator(); it.increment(error))
     if (lower(it->path().extension().string()) == ".asf") found.push_back(it->path().string());
   if (found.size() == 1) return found.front();
-  throw Error(amc_path, found.empty() ? "no .asf skeleton lies beside it"
-                                      : "several .asf skeletons lie beside it and none has its name; say which");
+  throw Error(amc_path, found.empty()
+                            ? "no .asf skeleton lies beside it"
+                            : "several .asf skeletons lie beside it and none has its name; say which with --asf");
 }
 
 SourceMotion read_asf_amc(const std::string& amc_path, const std::string& asf_path,

@@ -314,7 +314,24 @@ void append_numbers(std::string& out, const Eigen::Vector3d& v, const char* sepa
   out.append(text, static_cast<size_t>(std::clamp(n, 0, 95)));
 }
 
-void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones, int joint, int depth, double scale) {
+/// True for the joints that parse_bvh makes of end sites, as long as they do not turn: they are written as such again.
+std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const PoseTrack& track) {
+  std::vector<int> children(skeleton.names.size(), 0);
+  for (const int parent : bones.parents)
+    if (parent >= 0) ++children[static_cast<size_t>(parent)];
+  std::vector<bool> out(skeleton.names.size(), false);
+  for (size_t j = 1; j < out.size(); ++j) {
+    const auto parent = static_cast<size_t>(bones.parents[j]);
+    if (children[j] > 0 || children[parent] != 1 || skeleton.names[j] != skeleton.names[parent] + "_end") continue;
+    out[j] = true;
+    for (int64_t t = 0; t < track.frames() && out[j]; ++t)
+      out[j] = track.at(t, static_cast<int>(j)).vec().norm() < 1e-6;
+  }
+  return out;
+}
+
+void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones, const std::vector<bool>& ends,
+                  int joint, int depth, double scale) {
   const std::string indent(static_cast<size_t>(depth), '\t');
   std::string name;
   for (const char c : skeleton.names[static_cast<size_t>(joint)])
@@ -325,27 +342,32 @@ void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones
   append_numbers(out, offset * scale, "\n");
   out += indent + (joint == 0 ? "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
                               : "\tCHANNELS 3 Zrotation Yrotation Xrotation\n");
-  bool leaf = true;
-  for (int child = joint + 1; child < bones.size(); ++child)
-    if (bones.parents[static_cast<size_t>(child)] == joint) {
-      append_joint(out, skeleton, bones, child, depth + 1, scale);
-      leaf = false;
-    }
-  if (leaf) {
-    const double length = offset.norm();
-    const Eigen::Vector3d end = length > 1e-6 ? Eigen::Vector3d(offset * (0.05 / length)) : Eigen::Vector3d(0, 0.05, 0);
+  const double length = offset.norm();
+  std::optional<Eigen::Vector3d> end =
+      length > 1e-6 ? Eigen::Vector3d(offset * (0.05 / length)) : Eigen::Vector3d(0, 0.05, 0);
+  for (int child = joint + 1; child < bones.size(); ++child) {
+    const auto c = static_cast<size_t>(child);
+    if (bones.parents[c] != joint) continue;
+    end.reset();
+    if (ends[c])
+      end = bones.offsets[c];
+    else
+      append_joint(out, skeleton, bones, ends, child, depth + 1, scale);
+  }
+  if (end) {
     out += indent + "\tEnd Site\n" + indent + "\t{\n" + indent + "\t\tOFFSET ";
-    append_numbers(out, end * scale, "\n");
+    append_numbers(out, *end * scale, "\n");
     out += indent + "\t}\n";
   }
   out += indent + "}\n";
 }
 
-// Joints in the order of the hierarchy's text: depth first.
-void depth_first(const std::vector<int>& parents, int joint, std::vector<int>& order) {
+// Joints with channels in the order of the hierarchy's text: depth first.
+void depth_first(const std::vector<int>& parents, const std::vector<bool>& ends, int joint, std::vector<int>& order) {
   order.push_back(joint);
   for (int child = joint + 1; child < static_cast<int>(parents.size()); ++child)
-    if (parents[static_cast<size_t>(child)] == joint) depth_first(parents, child, order);
+    if (parents[static_cast<size_t>(child)] == joint && !ends[static_cast<size_t>(child)])
+      depth_first(parents, ends, child, order);
 }
 
 }  // namespace
@@ -356,11 +378,12 @@ void write_bvh(const std::string& path, const Clip& clip, double units_per_metre
     throw Error(path, "a BVH file holds rotations, the motion has positions only; fit a body to it first");
   const PoseTrack track = pose_track(clip);
   const Bones bones = bones_of(clip.skeleton);
+  const std::vector<bool> ends = end_sites(clip.skeleton, bones, track);
   std::vector<int> order;
-  depth_first(bones.parents, 0, order);
+  depth_first(bones.parents, ends, 0, order);
 
   std::string text = "HIERARCHY\n";
-  append_joint(text, clip.skeleton, bones, 0, 0, units_per_metre);
+  append_joint(text, clip.skeleton, bones, ends, 0, 0, units_per_metre);
   char head[96];
   std::snprintf(head, sizeof head, "MOTION\nFrames: %lld\nFrame Time: %.9g\n", static_cast<long long>(track.frames()),
                 1 / clip.rate);

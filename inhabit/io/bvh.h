@@ -20,8 +20,9 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
 
 /// Writes clip.rotations and clip.trans on clip.skeleton, in centimetres and degrees: the unit of Unreal, MotionBuilder
 /// and most published BVH (in Blender's importer give a scale of 0.01). Channels are Xposition Yposition Zposition
-/// Zrotation Yrotation Xrotation for the root, the three rotations for every other joint; leaves get a 5 cm End Site.
-/// Euler angles are unwrapped, so that curves between frames stay short.
+/// Zrotation Yrotation Xrotation for the root, the three rotations for every other joint; joints that were End Sites
+/// are End Sites again, other leaves get one of 5 cm. Euler angles are unwrapped, so that curves between frames stay
+/// short.
 /// @param units_per_metre 100 for centimetres. Throws Error where the clip has no rotations (fit a body first), or
 /// where the file cannot be written.
 void write_bvh(const std::string& path, const Clip& clip, double units_per_metre = 100);

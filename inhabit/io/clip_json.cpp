@@ -1,11 +1,11 @@
 #include "inhabit/io/clip_json.h"
 
 #include <charconv>
-#include <nlohmann/json.hpp>
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/json_text.h"
 
 namespace inhabit {
 namespace {
@@ -160,10 +160,11 @@ std::string clip_json(const Clip& clip, const std::string& subject) {
 void write_clip_json(const std::string& path, const Clip& clip) { write_atomically(path, clip_json(clip, path)); }
 
 Clip parse_clip_json(std::string_view text, const std::string& subject) {
-  const json file = json::parse(text.begin(), text.end(), nullptr, false);
-  if (file.is_discarded()) throw Error(subject, "is not JSON, or is cut short");
+  const json file = parse_json(text, subject);
   if (!file.is_object() || !file.contains("format") || file["format"] != "inhabit clip")
     throw Error(subject, "is JSON, but not a clip of inhabit (no \"format\": \"inhabit clip\")");
+  if (file.value("version", json()) != 1)
+    throw Error(subject, "is of a version inhabit does not know (\"version\": 1)");
   Clip clip;
   clip.skeleton = skeleton_of(file, subject);
   if (!file.contains("rate") || !file["rate"].is_number()) throw Error(subject, "has no frame rate");
@@ -191,6 +192,9 @@ Clip parse_clip_json(std::string_view text, const std::string& subject) {
     clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   }
   validate(clip, subject);
+  if (file.contains("frames") && file["frames"] != clip.frames())
+    throw Error(subject,
+                "holds " + std::to_string(clip.frames()) + " frames, \"frames\" says " + file["frames"].dump());
   return clip;
 }
 

@@ -151,6 +151,17 @@ Tensor shape_of(const Npz& npz, const std::string& subject, Notes* notes) {
   return betas.contiguous();
 }
 
+/// "smplx" of "SMPL-X" and "smplx_locked_head", alike for the others of the family; else the text as it is.
+std::string family_of(const std::string& model) {
+  std::string letters;
+  for (const char c : model)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* family : {"smplx", "smplh"})
+    if (letters.rfind(family, 0) == 0) return family;
+  return letters == "smpl" ? letters : model;
+}
+
 /// Where the pelvis of the mean body of each model rests, metres: trans is measured from there.
 Tensor family_pelvis(const std::string& body) {
   return body == "smplx" ? torch::tensor({0.003F, -0.351F, 0.012F}) : torch::tensor({-0.002F, -0.223F, 0.028F});
@@ -312,7 +323,7 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
   clip.gender = gender_of(npz);
   const Tensor betas = shape_of(npz, subject, notes);
   clip.source_betas = betas;
-  clip.source_body = text_of(npz, "surface_model_type");
+  clip.source_body = family_of(text_of(npz, "surface_model_type"));
   if (clip.source_body.empty())
     clip.source_body = parts.face.defined() || joints_in_file == 55 ? "smplx" : joints_in_file == 24 ? "smpl" : "smplh";
 
@@ -351,9 +362,10 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
 }  // namespace
 
 bool holds_clip(const Npz& npz) {
+  // A nameless array of rows of three numbers is a point cloud, frames of joints have a dimension more.
   return first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
                         "human_pose", "joints"}) != nullptr ||
-         npz.has("arr_0");
+         (npz.has("arr_0") && npz.tensors.at("arr_0").dim() != 2);
 }
 
 Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {

@@ -6,6 +6,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/json_text.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
@@ -150,8 +151,8 @@ Json describe_arrays(const Npz& npz) {
 
 /// Everything short in dataset.json as it stands; long lists by their length.
 Json describe_data_set(const std::string& path) {
-  const Json file = Json::parse(read_whole_file(path, 1ULL << 28), nullptr, false);
-  if (file.is_discarded() || !file.is_object()) throw Error(path, "is not JSON, or is cut short");
+  const Json file = parse_json<Json>(read_whole_file(path, 1ULL << 28), path);
+  if (!file.is_object()) throw Error(path, "is no index of a data set");
   Json out;
   out["kind"] = "data set";
   for (const auto& [key, value] : file.items()) {
@@ -193,7 +194,7 @@ nlohmann::ordered_json describe_file(const std::string& path, const ClipReadOpti
       out.update(describe_body(path));
     else if (is_clip_file(path))
       out.update(describe_motion(path, options));
-    else if (npz.has("points") || npz.has("xyz") || npz.has("positions"))
+    else if (npz.has("points") || npz.has("xyz") || npz.has("positions") || npz.has("arr_0"))
       out.update(describe_scene(path, options));
     else
       out.update(describe_arrays(npz));
@@ -201,6 +202,8 @@ nlohmann::ordered_json describe_file(const std::string& path, const ClipReadOpti
     out.update(describe_motion(path, options));
   else if (is_scene_extension(extension))
     out.update(describe_scene(path, options));
+  else if (extension == "asf")
+    throw Error(path, "is a skeleton without motion; name the .amc beside it");
   else
     throw Error(path, "is of a kind inhabit does not know");
   return out;

@@ -126,7 +126,8 @@ size_t read_row(const TextLines& lines, std::string_view line, std::vector<float
       cell = line.substr(0, end);
       line.remove_prefix(end == std::string_view::npos ? line.size() : end + 1);
       const std::string_view word = next_word(cell);
-      if (!next_word(cell).empty()) lines.fail("two numbers stand between two commas");
+      if (!next_word(cell).empty())
+        lines.fail("two numbers stand between two commas (are commas used as decimal points?)");
       cell = word;
     } else {
       cell = next_word(line);

@@ -34,7 +34,7 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
   if (extension == "npz" || extension == "npy") return read_clip_npz(path, options, notes);
   if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
-  if (extension == "amc") return finished(read_asf_amc(path, "", unit), path, options, notes);
+  if (extension == "amc") return finished(read_asf_amc(path, options.asf, unit), path, options, notes);
   if (unit && (extension == "txt" || extension == "json"))
     throw Error(path, "has a unit of its own: a scale given by hand is for .bvh, .amc and foreign .npz");
   if (extension == "txt") return finished(read_expmap_text(path), path, options, notes);
@@ -55,8 +55,8 @@ std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& opt
 
 bool is_clip_file(const std::string& path) {
   const std::string extension = extension_of(path);
-  if (extension == "npz") return holds_clip(read_npz(path));
-  for (const char* known : {"bvh", "amc", "txt", "npy", "json"})
+  if (extension == "npz" || extension == "npy") return holds_clip(read_npz(path));
+  for (const char* known : {"bvh", "amc", "txt", "json"})
     if (extension == known) return true;
   return false;
 }

@@ -17,7 +17,8 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options = {}, Not
 /// Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures (write_clips_npz).
 std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
-/// True where read_clip would try the file: known extension, and for .npz that it holds motion (reads it to see).
+/// True where read_clip would try the file: known extension, and for .npz and .npy that it holds motion (reads it to
+/// see).
 bool is_clip_file(const std::string& path);
 
 /// Writes a motion as its extension says: .npz, .json, .bvh or .glb. BVH and glTF need joint rotations: a clip of

@@ -164,7 +164,6 @@ Mesh to_mesh(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
   const auto attribute = primitive.attributes.find("POSITION");
   if (attribute == primitive.attributes.end()) return {};
   const Elements positions = elements_of(model, attribute->second, TINYGLTF_TYPE_VEC3, subject);
-  const std::vector<int64_t> corners = corner_indices(model, primitive, positions.count, subject);
   std::vector<float> vertices;
   vertices.reserve(3 * positions.count);
   for (size_t i = 0; i < positions.count; ++i) {
@@ -177,6 +176,13 @@ Mesh to_mesh(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
     if (!world.allFinite()) throw Error(subject, "vertex " + std::to_string(i) + " of a mesh is not finite");
     vertices.insert(vertices.end(), world.data(), world.data() + 3);
   }
+  if (primitive.mode == TINYGLTF_MODE_POINTS) {
+    Mesh points;
+    points.vertices = torch::tensor(vertices).view({-1, 3});
+    points.faces = torch::empty({0, 3}, torch::kInt64);
+    return points;
+  }
+  const std::vector<int64_t> corners = corner_indices(model, primitive, positions.count, subject);
   const bool mirrored = to_world.linear().determinant() < 0;
   return weld(vertices, triangles_of(corners, primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode, mirrored));
 }
@@ -205,7 +211,11 @@ tinygltf::Model load(std::string_view bytes, const std::string& subject, const s
       binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
                                            reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
              : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
-  if (!good) throw Error(subject, error.empty() ? "is no glTF file" : one_line(error));
+  if (!good) {
+    // The JSON library's own words, of which the first bracket names its class of exception.
+    if (error.rfind("[json.exception", 0) == 0) error = "is no glTF file:" + error.substr(error.find(']') + 1);
+    throw Error(subject, error.empty() ? "is no glTF file" : one_line(error));
+  }
   return model;
 }
 
@@ -248,15 +258,16 @@ std::vector<Mesh> parse_gltf(std::string_view bytes, const std::string& subject,
     const tinygltf::Mesh& source = item(model.meshes, node.mesh, "mesh", subject);
     for (const tinygltf::Primitive& primitive : source.primitives) {
       Mesh mesh = to_mesh(model, primitive, to_world, subject);
-      if (!mesh.faces.defined() || mesh.faces.size(0) == 0) continue;
-      corners += static_cast<size_t>(mesh.faces.numel());
-      if (corners > kMostCorners) throw Error(subject, "unfolds to more than 100 million triangles");
+      const bool points = primitive.mode == TINYGLTF_MODE_POINTS && mesh.vertices.defined();
+      if (points ? mesh.vertices.size(0) == 0 : !mesh.faces.defined() || mesh.faces.size(0) == 0) continue;
+      corners += static_cast<size_t>(points ? mesh.vertices.numel() : mesh.faces.numel());
+      if (corners > kMostCorners) throw Error(subject, "unfolds to more than 100 million triangles or points");
       mesh.name = one_line(node.name.empty() ? source.name : node.name);
       mesh.color = color_of(model, primitive.material);
       meshes.push_back(std::move(mesh));
     }
   }
-  if (meshes.empty()) throw Error(subject, "holds no faces");
+  if (meshes.empty()) throw Error(subject, "holds neither faces nor points");
   return meshes;
 }
 

@@ -8,11 +8,11 @@
 namespace inhabit {
 
 /// Meshes of a .glb or .gltf file as its default scene places them: metres, +Y up, one for every node and primitive,
-/// named after the node, else after the mesh; base colours, but no textures. Triangle lists, strips and fans; skins,
-/// morph targets and animations are not applied.
+/// named after the node, else after the mesh; base colours, but no textures. Triangle lists, strips and fans;
+/// points become a mesh with no faces; skins, morph targets and animations are not applied.
 /// @param folder where files that it refers to lie; empty: such files are an error.
 /// Throws Error(subject, ...) when it is damaged, its nodes form no tree, data lies outside its buffers, a vertex is
-/// not finite, it is compressed (Draco, meshopt), or there are no triangles.
+/// not finite, it is compressed (Draco, meshopt), or there are neither triangles nor points.
 std::vector<Mesh> parse_gltf(std::string_view bytes, const std::string& subject, const std::string& folder);
 
 }  // namespace inhabit

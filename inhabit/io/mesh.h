@@ -9,8 +9,8 @@ namespace inhabit {
 
 /// Meshes of an .obj, .ply, .glb, .gltf, .off or .stl file in the file's own axes and units, each as its format's
 /// reader says. A mesh without a name gets the file's, and a number where a name comes twice. Degenerate faces stay
-/// (see drop_degenerate_faces); a .ply without faces gives one mesh with no faces. Throws Error(path, ...) when the
-/// file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
+/// (see drop_degenerate_faces); a .ply without faces, and points in glTF, give meshes with no faces. Throws Error(path,
+/// ...) when the file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
 std::vector<Mesh> read_meshes(const std::string& path);
 
 /// The same from memory; `extension` ("obj") tells the format, files it refers to (materials, buffers) are not read.

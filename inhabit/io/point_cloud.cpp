@@ -8,6 +8,7 @@
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/ply.h"
+#include "inhabit/io/text_lines.h"
 
 namespace inhabit {
 namespace {
@@ -137,7 +138,7 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
   const auto whole = [&](std::string_view token) {
     double value = 0;
     if (!parse_number(token, value) || value < 0 || value > 1e12 || value != std::floor(value)) {
-      throw Error(subject, "PCD header has no valid number in '" + std::string(token.substr(0, 20)) + "'");
+      throw Error(subject, "PCD header has no valid number in " + in_quotes(token.substr(0, 20)));
     }
     return static_cast<uint64_t>(value);
   };
@@ -165,7 +166,8 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
       data = next_token(line);
       if (data.empty()) throw Error(subject, "PCD header names no data form");
     } else if (!key.empty() && key.front() != '#' && key != "VERSION" && key != "VIEWPOINT") {
-      throw Error(subject, "PCD header has an unknown line '" + std::string(key.substr(0, 20)) + "'");
+      const bool text_line = std::all_of(key.begin(), key.end(), [](char c) { return c >= 32 && c < 127; });
+      throw Error(subject, "is no PCD file" + (text_line ? ": its header has " + in_quotes(key) : std::string()));
     }
   }
   if (points == 0 && width > 0 && height <= (uint64_t{1} << 40) / width) points = width * height;
@@ -177,7 +179,7 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
   for (PcdField& field : fields) {
     if ((field.size != 1 && field.size != 2 && field.size != 4 && field.size != 8) || field.count > 4096 ||
         std::string_view("FIU").find(field.type) == std::string_view::npos || (field.type == 'F' && field.size < 4)) {
-      throw Error(subject, "PCD field '" + field.name.substr(0, 30) + "' has no valid size, type or count");
+      throw Error(subject, "PCD field " + in_quotes(field.name.substr(0, 30)) + " has no valid size, type or count");
     }
     field.offset = stride;
     stride += ascii ? field.count : field.size * field.count;
@@ -219,7 +221,7 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
   std::string unpacked;
   const bool compressed = data == "binary_compressed";
   if (!compressed && data != "binary") {
-    throw Error(subject, "PCD data form '" + std::string(data.substr(0, 20)) + "' is unknown");
+    throw Error(subject, "PCD data form " + in_quotes(data.substr(0, 20)) + " is unknown");
   }
   if (compressed) {
     if (text.size() < 8) throw Error(subject, "ends before its points");

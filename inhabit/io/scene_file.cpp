@@ -117,9 +117,13 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
     report.scale = *options.scale;
     if (!std::isfinite(report.scale) || report.scale <= 0) throw Error(subject, "the scale must be a number over 0");
   } else if (!defined) {
-    for (const double scale : {1.0, 0.01, 0.001}) {
-      if (height * scale > 8 || largest * scale > 60) continue;
-      report.scale = scale;
+    // Halls are 30 m high, a scene in centimetres that is less than 30 units high is no room.
+    struct Unit {
+      double metres, highest, longest;
+    };
+    for (const Unit& unit : {Unit{1, 30, 300}, Unit{0.01, 8, 60}, Unit{0.001, 8, 60}}) {
+      if (height * unit.metres > unit.highest || largest * unit.metres > unit.longest) continue;
+      report.scale = unit.metres;
       report.scale_detected = true;
       break;
     }
@@ -149,8 +153,8 @@ SceneFile assemble(std::vector<Mesh> meshes, torch::Tensor points, const std::st
   SceneFile out;
   out.scene.name = std::filesystem::path(subject).stem().string();
   for (Mesh& mesh : meshes) {
-    if (mesh.faces.size(0) == 0) {  // a .ply of points
-      points = mesh.vertices;
+    if (mesh.faces.size(0) == 0) {  // a .ply of points, points in a .glb
+      points = points.defined() ? torch::cat({points, mesh.vertices}) : mesh.vertices;
       continue;
     }
     out.report.degenerate += drop_degenerate_faces(mesh);
@@ -174,7 +178,7 @@ SceneFile read_scene_file(const std::string& path, const SceneReadOptions& optio
   const std::string extension = extension_of(path);
   if (is_cloud(extension)) return assemble({}, read_point_cloud(path), extension, path, options);
   if (is_mesh(extension)) return assemble(read_meshes(path), {}, extension, path, options);
-  throw Error(path, "is no scene format inhabit knows (.obj .ply .glb .gltf .off .stl .pcd .xyz .npz)");
+  throw Error(path, "is no scene format inhabit knows (.obj .ply .glb .gltf .off .stl .pcd .xyz .npz .npy)");
 }
 
 SceneFile parse_scene(std::string_view bytes, const std::string& extension, const std::string& subject,

@@ -33,12 +33,14 @@ struct SceneFile {
   SceneReport report;
 };
 
-/// A scene from a mesh (.obj .ply .glb .gltf .off .stl) or point cloud (.ply without faces, .pcd .xyz .npz), in metres
+/// A scene from a mesh (.obj .ply .glb .gltf .off .stl) or point cloud (.ply without faces, .glb of points,
+/// .pcd .xyz .npz .npy), in metres
 /// with +Y up. glTF is in metres with +Y up by definition. Elsewhere the up axis (y or z) is the one with a floor: a
 /// flat layer across the whole scene at its lower end, and most surface square to it; where neither axis is clearly
-/// better, +Y for .obj and +Z for the others. The unit is the largest of metre, centimetre and millimetre in which the
-/// scene is at most 8 m high and 60 m long; metres where none is. A z-up scene is turned by -90 degrees about x. Throws
-/// Error(path, ...) for a file that cannot be read as a scene.
+/// better, +Y for .obj and +Z for the others. The unit is the metre where the scene is then at most 30 m high and 300 m
+/// long, else the larger of centimetre and millimetre in which it is at most 8 m high and 60 m long, and the metre
+/// where none is; feet and inches must be given. A z-up scene is turned by -90 degrees about x. Throws Error(path, ...)
+/// for a file that cannot be read as a scene.
 SceneFile read_scene_file(const std::string& path, const SceneReadOptions& options = {});
 
 /// The same from memory; `extension` ("glb") tells the format, files it refers to are not read.

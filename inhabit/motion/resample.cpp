@@ -9,6 +9,10 @@
 namespace inhabit {
 namespace {
 
+int64_t frames_after(int64_t frames, double from_rate, double to_rate) {
+  return static_cast<int64_t>(std::floor(static_cast<double>(frames - 1) * to_rate / from_rate + 1e-6)) + 1;
+}
+
 // Old frames around each new one: between `before` and before + 1 at `share` of the way.
 struct Times {
   std::vector<int64_t> before;
@@ -16,7 +20,7 @@ struct Times {
   int64_t last;  // old frame
 
   Times(int64_t frames, double from_rate, double to_rate) : last(frames - 1) {
-    const auto count = static_cast<int64_t>(std::floor(static_cast<double>(last) * to_rate / from_rate + 1e-6)) + 1;
+    const int64_t count = frames_after(frames, from_rate, to_rate);
     for (int64_t k = 0; k < count; ++k) {
       const double at = std::min(static_cast<double>(k) * from_rate / to_rate, static_cast<double>(last));
       const auto frame = std::min(static_cast<int64_t>(at + 1e-9), std::max<int64_t>(last - 1, 0));
@@ -96,13 +100,13 @@ torch::Tensor hand_targets(const torch::Tensor& targets, const Times& times) {
 
 }  // namespace
 
-Clip resample(const Clip& clip, double rate) {
-  if (!(rate > 0 && rate <= 1000)) throw Error("frame rate " + std::to_string(rate) + " is not in (0, 1000]");
-  validate(clip, "motion");
+Clip resample(const Clip& clip, double rate, const std::string& subject) {
+  if (!(rate > 0 && rate <= 1000)) throw Error(subject, "frame rate " + std::to_string(rate) + " is not in (0, 1000]");
+  validate(clip, subject);
   if (rate == clip.rate) return clip;
+  if (frames_after(clip.frames(), clip.rate, rate) > 50'000'000 / clip.skeleton.size())
+    throw Error(subject, "has too many frames at " + std::to_string(rate) + " frames a second");
   const Times times(clip.frames(), clip.rate, rate);
-  if (times.before.size() > 50'000'000 / static_cast<size_t>(clip.skeleton.size()))
-    throw Error("too many frames at " + std::to_string(rate) + " frames a second");
   Clip out = clip;
   out.rate = rate;
   if (clip.rotations.defined() && clip.trans.defined()) {

@@ -9,7 +9,8 @@ namespace inhabit {
 /// interpolated difference there was to it (a person's joints that the posed skeleton only comes near to). Without
 /// rotations `joints` by the cubic. Actions and contacts are those of the nearest frame; a hand's target point is
 /// interpolated while it holds, object places linearly and by slerp. Going down skips frames without a filter.
-/// Throws Error where the rate is not in (0, 1000] or the clip has no frame.
-Clip resample(const Clip& clip, double rate);
+/// Throws Error(subject, ...) where the rate is not in (0, 1000], or the clip has no frame or would have over 50
+/// million joint places.
+Clip resample(const Clip& clip, double rate, const std::string& subject = "motion");
 
 }  // namespace inhabit

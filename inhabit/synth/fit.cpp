@@ -14,6 +14,7 @@
 #include "inhabit/scene/query.h"
 #include "inhabit/synth/body_sweep.h"
 #include "inhabit/synth/layout.h"
+#include "inhabit/synth/person.h"
 
 namespace inhabit {
 namespace {
@@ -21,7 +22,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRate = 30.0;
 constexpr double kApart = 0.02;   // metres between the body and what it does not use
 constexpr double kSink = -0.018;  // how far flesh may sink into what is sat on or touched
 const std::vector<std::string> kActions = {"stand", "walk", "run", "sit"};
@@ -106,7 +106,7 @@ std::vector<Rest> find_rests(const Motion& m, const BodySweep& sweep) {
   heights.reserve(static_cast<size_t>(m.frames));
   for (int t = 0; t < m.frames; ++t) heights.push_back(m.joints[t][0].y());
   const double leg = (m.joints[0][1] - m.joints[0][4]).norm() + (m.joints[0][4] - m.joints[0][7]).norm();
-  const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.4 * kRate), [&](int t) {
+  const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.4 * kSynthRate), [&](int t) {
     const Vector3d& pelvis = m.joints[t][0];
     const Vector3d ankles = (m.joints[t][7] + m.joints[t][8]) / 2;
     const double ahead = std::hypot(pelvis.x() - ankles.x(), pelvis.z() - ankles.z());
@@ -189,7 +189,7 @@ std::vector<HandRest> find_hand_rests(const Motion& m, const BodySweep& sweep) {
   std::vector<HandRest> out;
   for (const int side : {0, 1}) {
     const int wrist = 20 + side;
-    const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.5 * kRate), [&](int t) {
+    const std::vector<Span> spans = runs(m.frames, static_cast<int>(0.5 * kSynthRate), [&](int t) {
       const Vector3d& hand = m.joints[t][wrist];
       const Vector3d& pelvis = m.joints[t][0];
       const double away = std::hypot(hand.x() - pelvis.x(), hand.z() - pelvis.z());
@@ -335,11 +335,12 @@ double floor_height(const Clip& clip) {
 
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
   Clip clip = retarget(source, subject);
-  if (std::abs(clip.rate - kRate) > 1e-6) clip = resample(clip, kRate);
+  if (std::abs(clip.rate - kSynthRate) > 1e-6) clip = resample(clip, kSynthRate);
   if (clip.frames() < 2) throw Error(subject, "is one pose, no motion");
   clip = transformed(clip, {0, {0, -floor_height(clip), 0}});
   std::vector<Clip> out;
-  const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kRate)), least = std::llround(2 * kRate);
+  const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kSynthRate)),
+                least = std::llround(2 * kSynthRate);
   // Even pieces, and shorter ones where the person goes far.
   std::function<void(int64_t, int64_t)> cut = [&](int64_t first, int64_t last) {
     const torch::Tensor path = clip.joints.slice(0, first, last).select(1, 0);
@@ -435,7 +436,7 @@ Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
     try {
       const std::string name = std::filesystem::path(recordings[i].file).filename().string();
       const std::vector<Clip> pieces =
-          prepare_recording(read_clip(recordings[i].file), recordings[i].file, options.seconds);
+          prepare_recording(read_clip(recordings[i].file, options.reading), recordings[i].file, options.seconds);
       std::mt19937_64 random(item_seed(options.seed, i));
       for (size_t p = 0; p < pieces.size(); ++p)
         for (int r = 0; r < options.rooms_per_clip; ++r) {

@@ -6,6 +6,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/data/native.h"
+#include "inhabit/io/read_options.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/synth/generate.h"
 #include "inhabit/synth/room.h"
@@ -39,8 +40,9 @@ struct FitOptions {
   std::vector<std::string> train, test;  ///< recordings, any format inhabit reads
   uint64_t seed = 1;
   int rooms_per_clip = 3;
-  double seconds = 12;  ///< longest piece of a recording
-  Progress progress;    ///< counts recordings
+  double seconds = 12;      ///< longest piece of a recording
+  ClipReadOptions reading;  ///< of every recording
+  Progress progress;        ///< counts recordings
 };
 
 /// A native data set of fitted rooms. All pieces of one recording are in one split: `test` in test (where there are

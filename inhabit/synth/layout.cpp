@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 
 constexpr double kBodyRadius = 0.22;  // of a person who walks, as in every test of what can be reached
 
-double wall_length(const Vector2d& size, int side) { return side % 2 == 0 ? size.x() : size.y(); }
-
 bool hits(const Patch& p, const std::vector<Patch>& others) {
   return std::any_of(others.begin(), others.end(), [&](const Patch& o) { return overlap(p, o); });
 }

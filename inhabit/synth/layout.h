@@ -18,6 +18,9 @@ bool overlap(const Patch& a, const Patch& b);
 /// What a piece covers of the floor, and `margin` metres around it.
 Patch footprint(const Furniture& piece, double margin = 0);
 
+/// Length of wall `side` of a room.
+inline double wall_length(const Eigen::Vector2d& size, int side) { return side % 2 == 0 ? size.x() : size.y(); }
+
 /// A point on wall `side` (0: -z, 1: +x, 2: +z, 3: -x) of a room, and the yaw with which a piece there faces the room.
 struct AtWall {
   Eigen::Vector2d point;

@@ -14,7 +14,6 @@
 namespace inhabit {
 namespace {
 
-constexpr double kRate = 30;
 constexpr int kTries = 48;
 constexpr double kDeepest = 0.008;  // metres of a capsule in a box
 
@@ -47,7 +46,7 @@ Clip clip_of(const Room& room, const BodyModel& body, const torch::Tensor& betas
     clip.skeleton.parents.resize(kStandardJoints);
     clip.skeleton.offsets = clip.skeleton.offsets.narrow(0, 0, kStandardJoints).clone();
   }
-  clip.rate = kRate;
+  clip.rate = kSynthRate;
   clip.betas = betas;
   clip.action_names = action_names();
   clip.joints = torch::empty({frames, kStandardJoints, 3});
@@ -99,7 +98,7 @@ Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, cons
   if (!(options.seconds > 0) || options.seconds > 3600) throw Error("seconds", "a clip lasts between 0 and 3600 s");
   const torch::NoGradGuard no_gradient;
   const FreeSpace floor = free_space(room);
-  const int frames = std::max(1, static_cast<int>(std::lround(options.seconds * kRate)));
+  const int frames = std::max(1, static_cast<int>(std::lround(options.seconds * kSynthRate)));
   torch::Tensor best_betas;
   Performance best;
   std::vector<int> best_used;
@@ -109,7 +108,7 @@ Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, cons
     const Figure figure = make_figure(body, betas);
     const double from = uniform(random, 0.0, 3.0);
     const LifePlan plan = plan_life(room, floor, figure, from + options.seconds, random);
-    Performance performance = perform(figure, plan, from, frames, kRate, random);
+    Performance performance = perform(figure, plan, from, frames, kSynthRate, random);
     const double wrong =
         std::max(0.0, beyond_limits(figure, performance)) +
         10 * std::max(0.0, deepest_collision(room, shaped_capsules(body, betas), performance) - kDeepest);

@@ -7,6 +7,9 @@
 
 namespace inhabit {
 
+/// Frames a second of every clip that is made.
+inline constexpr double kSynthRate = 30;
+
 struct LifeOptions {
   double seconds = 12;  ///< length of the clip
 };

@@ -14,7 +14,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kWallThickness = 0.12;
-double wall_length(const Vector2d& size, int side) { return side % 2 == 0 ? size.x() : size.y(); }
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/npz.h"
 #include "inhabit/io/scene_file.h"
 #include "shared.h"
 
@@ -120,7 +121,12 @@ TEST(Convert, BadInputIsOneLineAndLeavesNothing) {
                            "garbage.json", "garbage.amc", "commas.xyz", "picture.png", "wrong.bvh"}) {
     expect_refused("convert " + folder / name + " " + (out / "out.npz").string(), {name}, out);
   }
-  for (const char* name : {"missing", "empty.npz", "garbage.bvh", "picture.png"})
+  write_atomically(folder / "skeleton.asf", ":version 1.10\n");
+  write_atomically(folder / "garbage.glb", "glTF, but not one");
+  write_atomically(folder / "garbage.gltf", "{\"asset\": nonsense");
+  write_atomically(folder / "garbage.pcd", std::string("\x9f\x88 \x01\x02\n"));
+  for (const char* name : {"missing", "empty.npz", "garbage.bvh", "picture.png", "skeleton.asf", "garbage.glb",
+                           "garbage.gltf", "garbage.pcd"})
     expect_refused("info " + folder / name, {name}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.xyz").string(), {"out.xyz"}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "none/out.npz").string(), {"folder"}, out);
@@ -135,6 +141,23 @@ TEST(Convert, BadInputIsOneLineAndLeavesNothing) {
   expect_refused("convert " + folder / "walk.npz", {"OUT"}, out);
   expect_refused("info", {"FILE"}, out);
   expect_refused("info " + folder.path.string(), {"dataset.json"}, out);
+}
+
+TEST(Info, NumPyCloudsAreScenes) {
+  const TempFolder folder;
+  write_npy(folder / "cloud.npy", torch::rand({40, 3}));
+  Npz nameless;
+  nameless.tensors["arr_0"] = torch::rand({40, 3});
+  write_npz(folder / "cloud.npz", nameless);
+  for (const std::string name : {"cloud.npy", "cloud.npz"}) {
+    const CommandResult r = run_command("info --json " + folder / name);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const auto info = nlohmann::json::parse(r.out);
+    EXPECT_EQ(info["kind"], "scene");
+    EXPECT_EQ(info["points"], 40);
+    ASSERT_EQ(run_command("convert " + folder / name + " " + folder / name + ".glb").exit_code, 0);
+    EXPECT_EQ(read_scene_file(folder / name + ".glb").report.points, 40);
+  }
 }
 
 TEST(Info, SaysWhatAMotionHolds) {

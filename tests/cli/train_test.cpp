@@ -8,6 +8,7 @@
 #include "cli/examples.h"
 #include "cli/refusal.h"
 #include "cli/tiny_rooms.h"
+#include "inhabit/data/native.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/safetensors.h"
 
@@ -45,7 +46,7 @@ std::set<std::string> numbers_of(const std::string& model) {
 TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const TempFolder folder;
   const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
-  const CommandResult r = run_command("train forecast --data " + data + " --out " + model +
+  const CommandResult r = run_command("train forecast --stage all --data " + data + " --out " + model +
                                       " --contact-steps 2 --motion-steps 4 --adapt-steps 2 --batch 2");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const SafeTensors trained = read_safetensors(model);
@@ -140,6 +141,9 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
   bad.expect("--data " + bad / "one" + out, {bad / "one", "no validation window"});
   ASSERT_EQ(run_command("synth rooms --clips 3 --clips-per-room 1 --seconds 2.5 --out " + bad / "short").exit_code, 0);
   bad.expect("--data " + bad / "short" + out, {bad / "short", "no training window of 90 frames"});
+  const std::string holes = make_tiny_rooms(bad);
+  std::filesystem::remove(holes + "/" + open_dataset(holes).split("train").back().file);
+  bad.expect("--data " + holes + out, {holes + "/clips/", "there is no such file"});
 }
 
 TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {

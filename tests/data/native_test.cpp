@@ -7,6 +7,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/io/clip_npz.h"
 #include "inhabit/synth/room.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -111,8 +112,26 @@ TEST(Dataset, MissingFilesAreNamed) {
   const Dataset d = open_dataset(folder / "d");
   std::filesystem::remove(folder / "d/clips/1.npz");
   std::filesystem::remove(folder / "d/scenes/room_1.glb");
+  require_files(d, d.clips[0]);
+  EXPECT_THAT(refusal_of([&] { require_files(d, d.clips[1]); }), HasSubstr("clips/1.npz: there is no such file"));
+  EXPECT_THAT(refusal_of([&] { require_files(d, d.clips[2]); }), HasSubstr("scenes/room_1.glb: there is no such file"));
   EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[1]); }), HasSubstr("clips/1.npz"));
   EXPECT_THAT(refusal_of([&] { load_scene(d, "scenes/room_1.glb"); }), HasSubstr("scenes/room_1.glb"));
+}
+
+// Read as AMASS's, a clip without its skeleton would stand 0.22 m too low: trans is measured from elsewhere there.
+TEST(Dataset, AClipMustSayItsSkeleton) {
+  const TempFolder folder;
+  const Dataset d = write_small(folder / "d");
+  for (const char* name : {"parents", "offsets", "joint_names"}) {
+    Npz arrays = npz_from_clip(small_clip(0), "clip");
+    arrays.tensors.erase(name);
+    arrays.strings.erase(name);
+    write_npz(folder / "d/clips/0.npz", arrays);
+    const std::string why = refusal_of([&] { load_clip(d, d.clips[0]); });
+    EXPECT_THAT(why, HasSubstr("clips/0.npz: has no "));
+    EXPECT_THAT(why, HasSubstr(name));
+  }
 }
 
 TEST(Dataset, ClipsThatDisagreeWithTheIndexAreRefused) {

@@ -184,6 +184,28 @@ TEST(Bvh, WhatIsWrittenIsReadBackAlike) {
   }
 }
 
+TEST(Bvh, EndSitesStayEndSites) {
+  const TempFolder folder;
+  const Clip hanging = parse_bvh(small(kTwoFrames), "walk.bvh").clip;
+  write_bvh(folder / "a.bvh", hanging);
+  const Clip again = read_bvh(folder / "a.bvh").clip;
+  EXPECT_EQ(again.skeleton.names, (std::vector<std::string>{"Hips", "Left_Leg", "Left_Leg_end"}));
+  expect_near(again.skeleton.offsets.flatten(), {0, 0, 0, 0, -0.9F, 0, 0, -0.4F, 0});
+  EXPECT_TRUE(torch::allclose(again.joints, hanging.joints, 0, 1e-5));
+  write_bvh(folder / "b.bvh", again);
+  const auto hierarchy = [&](const char* name) {
+    const std::string text = read_whole_file(folder / name);
+    return text.substr(0, text.find("MOTION"));
+  };
+  EXPECT_EQ(hierarchy("b.bvh"), hierarchy("a.bvh"));
+  // One that turns has a rotation to keep.
+  Clip turning = hanging;
+  turning.rotations = hanging.rotations.clone();
+  turning.rotations[1][2][0] = 0.5F;
+  write_bvh(folder / "c.bvh", turning);
+  EXPECT_NEAR(read_bvh(folder / "c.bvh").clip.rotations[1][2][0].item<float>(), 0.5F, 1e-5);
+}
+
 TEST(Bvh, PositionsAloneAreNotWritten) {
   Clip clip = random_clip(1, 1);
   clip.rotations = torch::Tensor();

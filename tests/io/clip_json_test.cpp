@@ -67,6 +67,15 @@ TEST(ClipJson, BadFilesAreNamedWithTheirFault) {
   EXPECT_NE(changed("\"parent\": 1", "\"parent\": 7").find("parent"), std::string::npos);
   EXPECT_NE(changed("\"joints\": [[[", "\"joints\": [[[0,").find("length"), std::string::npos);
   EXPECT_NE(changed("\"joints\": [[[", "\"joints\": [[[\"x\",").find("joints"), std::string::npos);
+  const auto says = [](const std::string& why, const std::string& part) {
+    EXPECT_NE(why.find(part), std::string::npos) << why;
+  };
+  says(changed("29.97", "NaN"), "line 5 has NaN or Infinity");
+  says(changed("29.97", "-Infinity"), "line 5 has NaN or Infinity");
+  says(changed("29.97", "1e400"), "too large");
+  says(changed("\"version\": 1", "\"version\": 2"), "version");
+  says(changed("\"frames\": 4", "\"frames\": 5"), "holds 4 frames, \"frames\" says 5");
+  says(changed("\"name\": \"b\"", "\"name\": \"root\""), "one name");
   EXPECT_NE(json_error(std::string(100000, '[')), "");
   EXPECT_NE(json_error("{\"format\": \"inhabit clip\", \"skeleton\": [], \"rate\": 30}"), "");
 }

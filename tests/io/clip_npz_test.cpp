@@ -125,6 +125,14 @@ TEST(ClipNpz, EverySpellingGivesTheSameMotion) {
     EXPECT_TRUE(torch::equal(clip.rotations, body));
     EXPECT_EQ(clip.rate, 60);
   }
+  // Every spelling of SMPL-X is SMPL-X, whose pelvis rests 13 cm lower than SMPL-H's.
+  for (const char* name : {"smplx", "smplx_locked_head", "SMPL-X", "SMPLX_NEUTRAL"}) {
+    Npz named = in_parts("root_orient", "pose_body", "trans", "mocap_frame_rate");
+    named.strings["surface_model_type"] = {{}, {name}};
+    const Clip clip = clip_from_npz(named, "named");
+    EXPECT_EQ(clip.source_body, "smplx") << name;
+    EXPECT_NEAR((clip.root_path() - trans)[0][1].item<float>(), -0.351F, 1e-5) << name;
+  }
   Npz matrices = in_parts("global_orient", "body_pose", "transl", "fps");
   matrices.tensors["global_orient"] = axis_angle_to_matrix(body.narrow(1, 0, 1));
   matrices.tensors["body_pose"] = axis_angle_to_matrix(body.narrow(1, 1, 21));

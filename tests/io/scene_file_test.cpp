@@ -9,6 +9,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/io/files.h"
 #include "inhabit/io/mesh.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/point_cloud.h"
@@ -159,6 +160,28 @@ TEST(SceneFile, HillyGroundLiesFlat) {
     }
     EXPECT_EQ(parse_scene(text.str(), "xyz", "ground.xyz").report.up, y_up ? 'y' : 'z');
   }
+}
+
+TEST(SceneFile, HallsInMetresStayHalls) {
+  for (const double height : {9.0, 12.0, 25.0}) {
+    const SceneFile file = parse_scene(obj_of({height}, Axis::y_up, 1.0), "obj", "hall.obj");
+    EXPECT_DOUBLE_EQ(file.report.scale, 1.0) << height;
+    EXPECT_NEAR(file.report.upper[1], height, 1e-5);
+  }
+  // A street of 18 m houses, 24 m long.
+  EXPECT_DOUBLE_EQ(parse_scene(obj_of({4.5}, Axis::y_up, 4.0), "obj", "street.obj").report.scale, 1.0);
+  // A low stool alone, in centimetres.
+  EXPECT_DOUBLE_EQ(parse_scene(obj_of({4.0}, Axis::y_up, 10.0), "obj", "stool.obj").report.scale, 0.01);
+}
+
+TEST(SceneFile, PointsInGltfAreACloud) {
+  const TempFolder folder;
+  Scene cloud;
+  cloud.points = torch::rand({50, 3}) * 3;
+  write_scene(folder / "cloud.glb", cloud);
+  const SceneFile back = read_scene_file(folder / "cloud.glb");
+  EXPECT_TRUE(back.scene.meshes.empty());
+  EXPECT_TRUE(torch::equal(back.scene.points, cloud.points));
 }
 
 TEST(SceneFile, FlagsOverrideDetection) {

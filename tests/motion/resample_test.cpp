@@ -1,9 +1,11 @@
 #include "inhabit/motion/resample.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "inhabit/error.h"
 #include "inhabit/motion/pose_track.h"
+#include "refusal_of.h"
 
 using namespace inhabit;
 
@@ -110,4 +112,10 @@ TEST(Resample, RefusesAbsurdRates) {
   Clip empty = clip;
   empty.joints = clip.joints.slice(0, 0, 0);
   EXPECT_THROW(resample(empty, 60), Error);
+  Clip slow = clip;  // 55 hours, at ten thousand times its rate
+  slow.rotations = slow.trans = torch::Tensor();
+  slow.joints = torch::zeros({20000, 2, 3});
+  slow.rate = 0.1;
+  EXPECT_THAT(refusal_of([&] { return resample(slow, 1000, "slow.bvh"); }),
+              testing::HasSubstr("slow.bvh: has too many"));
 }

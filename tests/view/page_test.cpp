@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "cli/command.h"
+#include "cli/refusal.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
@@ -244,6 +244,20 @@ TEST(ViewCommand, ShowsAMotionInAScene) {
   EXPECT_NE(text.find("\"name\":\"walk\""), std::string::npos);
   EXPECT_NE(text.find("\"rotations\":"), std::string::npos);
   EXPECT_NE(text.find("\"meshes\":[{"), std::string::npos);
+}
+
+TEST(ViewCommand, ReadsMotionsAsItIsTold) {
+  TempFolder folder;
+  write_clip(folder / "walk.npz", striding(30, 0, 0));
+  write_clip(folder / "long.npz", striding(90, 0, 0));
+  const std::string page = folder / "page.HTML";
+  const CommandResult r =
+      run_command("view " + (folder / "walk.npz") + " " + (folder / "long.npz") + " --input-rate 15 -o " + page);
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_NE(r.out.find("2 motions, 6.0 s"), std::string::npos) << r.out;  // the longer
+  std::filesystem::create_directory(folder / "out");
+  expect_refused("view " + (folder / "walk.npz") + " -o " + (folder / "out/page.txt"), {"page.txt", ".html"},
+                 folder / "out");
 }
 
 TEST(ViewCommand, NamesTheFileThatIsMissing) {

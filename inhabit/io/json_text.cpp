@@ -1,0 +1,29 @@
+#include "inhabit/io/json_text.h"
+
+#include <algorithm>
+
+#include "inhabit/error.h"
+
+namespace inhabit {
+
+template <typename Json>
+Json parse_json(std::string_view text, const std::string& subject) {
+  if (text.empty()) throw Error(subject, "is empty, not JSON");
+  try {
+    return Json::parse(text.begin(), text.end());
+  } catch (const nlohmann::json::parse_error& e) {
+    const std::string_view before = text.substr(0, std::min<size_t>(e.byte == 0 ? 0 : e.byte - 1, text.size()));
+    const std::string line = "line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n'));
+    if (before.size() == text.size()) throw Error(subject, "is JSON that is cut short, at " + line);
+    const std::string_view at = text.substr(before.size() - std::min<size_t>(before.size(), 1), 2);
+    const bool number = at.find('N') != std::string_view::npos || at.find('I') != std::string_view::npos;
+    throw Error(subject, line + (number ? " has NaN or Infinity, which are no JSON" : " is not JSON"));
+  } catch (const nlohmann::json::out_of_range&) {
+    throw Error(subject, "has a number that is too large");
+  }
+}
+
+template nlohmann::json parse_json(std::string_view, const std::string&);
+template nlohmann::ordered_json parse_json(std::string_view, const std::string&);
+
+}  // namespace inhabit
