@@ -11,6 +11,8 @@ if(INHABIT_WERROR)
   target_compile_options(inhabit_options INTERFACE -Werror)
 endif()
 if(INHABIT_SANITIZE)
+  # GCC says itself that sanitizers make it find these where there are none: LibTorch's optionals here.
+  target_compile_options(inhabit_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_compile_options(inhabit_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(inhabit_options INTERFACE -fsanitize=address,undefined)
 endif()

@@ -11,18 +11,18 @@ namespace inhabit {
 using Eigen::Vector2d;
 
 StepPlan::StepPlan(const Figure& figure, const GaitStyle& style, const Vector2d& place, double heading)
-    : figure_(figure), style_(style), heading_(heading) {
+    : figure_(&figure), style_(style), heading_(heading) {
   for (int side = 0; side < 2; ++side) start_[side] = plant_[side] = rest_plant(side, place, heading);
 }
 
 Plant StepPlan::rest_plant(int side, const Vector2d& place, double heading) const {
   const double out = (side == 0 ? 1 : -1) * std::max(0.5 * style_.width + 0.035, 0.075);
-  return {place + left_of(heading) * out + ahead_of(heading) * figure_.ankle_ahead,
+  return {place + left_of(heading) * out + ahead_of(heading) * figure_->ankle_ahead,
           heading + (side == 0 ? 1 : -1) * style_.toe_out};
 }
 
 Vector2d StepPlan::place() const {
-  return 0.5 * (plant_[0].place + plant_[1].place) - ahead_of(heading_) * figure_.ankle_ahead;
+  return 0.5 * (plant_[0].place + plant_[1].place) - ahead_of(heading_) * figure_->ankle_ahead;
 }
 
 void StepPlan::add(int side, const Plant& plant, double lift, double land) {
@@ -34,7 +34,7 @@ void StepPlan::add(int side, const Plant& plant, double lift, double land) {
 double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& random) {
   const double total = path.total();
   // Step length L and cadence c from v = L c and the walk ratio L / c.
-  const double stature = figure_.leg() / 0.83;
+  const double stature = figure_->leg() / 0.83;
   const double wanted = std::sqrt(speed * 60 * style_.walk_ratio) * stature;
   // The first step is short, the last but one too; the closing one goes beside.
   auto weight = [](int k, int n) { return k == 0 ? 0.8 : k == n - 1 ? 0.8 : 1.0; };
@@ -57,7 +57,7 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
     const double heading = path.heading(s);
     const Vector2d middle = path.at(s);
     const double out = (side == 0 ? 1 : -1) * (0.5 * style_.width + 0.01 * normal(random) * (closing ? 0 : 1));
-    Plant plant{middle + left_of(heading) * out + ahead_of(heading) * figure_.ankle_ahead,
+    Plant plant{middle + left_of(heading) * out + ahead_of(heading) * figure_->ankle_ahead,
                 heading + (side == 0 ? 1 : -1) * style_.toe_out * (closing ? 1 : 0.8)};
     if (closing) plant = rest_plant(side, middle, heading);
     const double paced = period * (1 + 0.015 * normal(random)) * (k == 0 ? 1.08 : closing ? 0.98 : 1.0);

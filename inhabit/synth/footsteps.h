@@ -37,7 +37,7 @@ struct GaitStyle {
 /// The steps of a clip, laid one after the other.
 class StepPlan {
  public:
-  /// Standing at `place` facing `heading` from time 0 on.
+  /// Standing at `place` facing `heading` from time 0 on. @param figure must outlive the plan
   StepPlan(const Figure& figure, const GaitStyle& style, const Eigen::Vector2d& place, double heading);
 
   double now() const { return now_; }
@@ -60,7 +60,7 @@ class StepPlan {
  private:
   void add(int side, const Plant& plant, double lift, double land);
 
-  const Figure& figure_;
+  const Figure* figure_;
   GaitStyle style_;
   std::array<Plant, 2> start_, plant_;
   std::vector<Footstep> steps_;

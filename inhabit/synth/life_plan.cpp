@@ -36,7 +36,6 @@ class Planner {
     manner.pace = uniform(random_, 0.85, 1.2);
 
     const std::vector<Seat> seats = seats_of(room_, figure_);
-    const std::vector<TouchPlace> touches = touch_places(room_);
     const bool seated = !seats.empty() && chance(random_, 0.25);
     const Seat* first = nullptr;
     Vector2d place;
@@ -56,6 +55,15 @@ class Planner {
       stay_on(*first, true);
     else
       stand_about(uniform(random_, 0.4, 1.6));
+    go_on(life, seconds);
+    return life;
+  }
+
+  /// Adds to a life until it lasts `seconds`.
+  void go_on(LifePlan& life, double seconds) {
+    life_ = &life;
+    const std::vector<Seat> seats = seats_of(room_, figure_);
+    const std::vector<TouchPlace> touches = touch_places(room_);
     int failures = 0;
     while (life.steps.now() < seconds + 1.5) {
       const double draw = uniform(random_, 0, 1);
@@ -72,7 +80,6 @@ class Planner {
       }
     }
     life_ = nullptr;
-    return life;
   }
 
  private:
@@ -314,6 +321,11 @@ const std::vector<std::string>& action_names() {
 LifePlan plan_life(const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                    std::mt19937_64& random) {
   return Planner(room, floor, figure, random).plan(seconds);
+}
+
+void extend_life(LifePlan& life, const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
+                 std::mt19937_64& random) {
+  Planner(room, floor, figure, random).go_on(life, seconds);
 }
 
 }  // namespace inhabit

@@ -82,4 +82,8 @@ struct LifePlan {
 LifePlan plan_life(const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                    std::mt19937_64& random);
 
+/// Goes on with a life in the same room until it lasts `seconds`. What it held before stays.
+void extend_life(LifePlan& life, const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
+                 std::mt19937_64& random);
+
 }  // namespace inhabit

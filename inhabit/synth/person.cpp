@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <optional>
 
 #include "inhabit/body/capsules.h"
 #include "inhabit/error.h"
@@ -14,7 +16,8 @@
 namespace inhabit {
 namespace {
 
-constexpr int kTries = 48;
+constexpr int kTries = 48, kNextTries = 10;
+constexpr double kChapter = 12;     // seconds
 constexpr double kDeepest = 0.008;  // metres of a capsule in a box
 
 /// Radians by which a performance leaves the joint limits, at most.
@@ -99,27 +102,64 @@ Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, cons
   const torch::NoGradGuard no_gradient;
   const FreeSpace floor = free_space(room);
   const int frames = std::max(1, static_cast<int>(std::lround(options.seconds * kSynthRate)));
-  torch::Tensor best_betas;
-  Performance best;
-  std::vector<int> best_used;
-  double least = 1e9;
-  for (int attempt = 0; attempt < kTries && least > 0; ++attempt) {
-    const torch::Tensor betas = draw_betas(body, random);
-    const Figure figure = make_figure(body, betas);
-    const double from = uniform(random, 0.0, 3.0);
-    const LifePlan plan = plan_life(room, floor, figure, from + options.seconds, random);
-    Performance performance = perform(figure, plan, from, frames, kSynthRate, random);
-    const double wrong =
-        std::max(0.0, beyond_limits(figure, performance)) +
-        10 * std::max(0.0, deepest_collision(room, shaped_capsules(body, betas), performance) - kDeepest);
-    if (wrong < least) {
-      least = wrong;
-      best = std::move(performance);
-      best_betas = betas;
-      best_used = plan.used;
+  constexpr int chapter = static_cast<int>(kChapter * kSynthRate);
+  struct Life {
+    torch::Tensor betas;
+    std::shared_ptr<const Figure> figure;
+    LifePlan plan;
+    double from;           // second of the plan that is the clip's first
+    std::mt19937_64 sway;  // what the plan is performed with
+  };
+  const auto performed = [](const Life& life, int first, int last) {
+    std::mt19937_64 sway = life.sway;
+    return perform(*life.figure, life.plan, life.from + first / kSynthRate, last - first, kSynthRate, sway);
+  };
+  const auto wrong = [&](const Life& life, const Performance& performance) {
+    return std::max(0.0, beyond_limits(*life.figure, performance)) +
+           10 * std::max(0.0, deepest_collision(room, shaped_capsules(body, life.betas), performance) - kDeepest);
+  };
+  // All that is planned, to the end of what is going on when the clip ends or its next chapter begins: that cannot be
+  // drawn again then.
+  const auto planned = [&](const Life& life) {
+    return static_cast<int>((life.plan.steps.now() - life.from) * kSynthRate);
+  };
+  const auto first_chapter = [&] {
+    std::optional<Life> best;
+    double least = 1e9;
+    for (int attempt = 0; attempt < kTries && least > 0; ++attempt) {
+      const torch::Tensor betas = draw_betas(body, random);
+      const auto figure = std::make_shared<const Figure>(make_figure(body, betas));
+      const double from = uniform(random, 0.0, 3.0);
+      LifePlan plan = plan_life(room, floor, *figure, from + std::min(options.seconds, kChapter), random);
+      Life life{betas, figure, std::move(plan), from, random};
+      const int last = frames > chapter ? planned(life) : frames;
+      const Performance performance = perform(*figure, life.plan, from, last, kSynthRate, random);  // moves `random` on
+      if (const double found = wrong(life, performance); found < least) least = found, best = std::move(life);
+    }
+    return *best;
+  };
+  // A long life goes on chapter by chapter: the longer it is, the less likely is one without a fault at once. Where the
+  // next cannot be without one (somebody stands too close to a shelf to walk away), the one before is drawn again.
+  std::vector<Life> chapters{first_chapter()};
+  for (int back = 0; static_cast<int>(chapters.size()) * chapter < frames;) {
+    const int done = static_cast<int>(chapters.size()) * chapter;
+    std::optional<Life> next;
+    double least = 1e9;
+    for (int attempt = 0; attempt < kNextTries && least > 0; ++attempt) {
+      Life life = chapters.back();
+      extend_life(life.plan, room, floor, *life.figure, life.from + (done + chapter) / kSynthRate, random);
+      if (const double found = wrong(life, performed(life, done - chapter / 4, planned(life))); found < least)
+        least = found, next = std::move(life);
+    }
+    if (least == 0 || ++back > kTries) {
+      chapters.push_back(std::move(*next));
+    } else {
+      chapters.pop_back();
+      if (chapters.empty()) chapters.push_back(first_chapter());
     }
   }
-  return clip_of(room, body, best_betas, best, best_used);
+  const Life& life = chapters.back();
+  return clip_of(room, body, life.betas, performed(life, 0, frames), life.plan.used);
 }
 
 }  // namespace inhabit

@@ -23,7 +23,8 @@ struct LifeOptions {
 /// surface), hand_targets, object_names (as in Room::scene()) and object_pose of the furniture used.
 ///
 /// Several lives are drawn when need be, until one keeps the joint limits and stays out of walls and furniture
-/// (capsules no deeper than 2 cm in anything not sat or leaned on); at most 48, the best is taken.
+/// (capsules no deeper than 2 cm in anything not sat or leaned on); at most 48, the best is taken. Lives longer than 12
+/// s go on from there by pieces of 12 s, drawn in the same way.
 Clip live(const Room& room, const BodyModel& body, std::mt19937_64& random, const LifeOptions& options = {});
 
 }  // namespace inhabit

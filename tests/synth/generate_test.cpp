@@ -97,6 +97,18 @@ TEST(CheckMotion, GeneratedLifeMeetsEveryBar) {
                             << bar.worst << ")";
 }
 
+// A long life goes on chapter by chapter; at once, five minutes would hardly ever be without a fault.
+TEST(CheckMotion, LongLivesMeetEveryBarToo) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 3;
+  options.seconds = 100;
+  options.seed = 5;
+  for (const Bar& bar : check_motion(generate_rooms(folder / "d", options), "all"))
+    EXPECT_TRUE(bar.pass()) << bar.name << ": " << bar.value << " in [" << bar.low << ", " << bar.high << "], "
+                            << bar.worst_clip << " " << bar.where;
+}
+
 TEST(CheckMotion, SlidingAndSinkingMissTheirBars) {
   const TempFolder folder;
   GenerateOptions options;
