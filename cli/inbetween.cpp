@@ -191,12 +191,15 @@ void add_inbetween(CLI::App& app) {
       if (extension_of(out) == "html") {
         Page page;
         page.title = "In-betweening of " + std::filesystem::path(o->motions[0]).filename().string();
-        page.note = std::string("Blue: key frames. Purple: filled in. Prints on the floor: where a foot stands. ") +
+        page.note = std::string("Blue: what was given. Purple: filled in. Prints on the floor: where a foot stands. ") +
                     (scene.meshes.empty() ? "The scene is points, which have no inside."
                                           : "Red: the body is inside the scene.");
         page.scene = &scene;
         PagePerson person{filled, "filled in", PagePerson::Role::filled};
         person.keys = o->request.keys;
+        if (o->noisy || o->request.given.defined()) person.given = poses;
+        for (int j = 0; o->request.given.defined() && j < kStandardJoints; ++j)
+          if (o->request.given[kJointGroups + j].item<bool>()) person.given_joints.push_back(j);
         person.collides = colliding_frames(meter, filled);
         page.people.push_back(person);
         write_page(out, page);

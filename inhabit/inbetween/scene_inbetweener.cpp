@@ -151,7 +151,9 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
     const bool met =
         c.t_star == 0 && (!request.given.defined() || request.given.index_select(0, feet).any().item<bool>());
-    out = clean_feet(out, met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, floor);
+    const std::vector<int64_t> ends = {0, clip.frames() - 1}, none;
+    out = clean_feet(out, met ? request.keys : ends, floor,
+                     c.t_star > 0 && !request.given.defined() ? request.keys : none);
   }
   out.betas = clip.betas;
   return out;

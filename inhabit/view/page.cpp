@@ -200,6 +200,17 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
     for (const int64_t key : person.keys)
       if (key < 0 || key >= clip.frames()) throw Error(path, "a key frame is outside its clip");
     out["keys"] = person.keys;
+    if (person.given) {
+      if (person.given->frames() != static_cast<int64_t>(person.keys.size()))
+        throw Error(path, "key frames and given poses differ in number");
+      PagePerson given;
+      given.clip = *person.given;
+      given.body = person.body;
+      out["given"] = describe_person(blob, bodies, given, path);
+      for (const int joint : person.given_joints)
+        if (joint < 0 || joint >= person.given->skeleton.size()) throw Error(path, "a given joint does not exist");
+      if (!person.given_joints.empty()) out["given"]["only"] = person.given_joints;
+    }
   }
   if (person.collides.defined()) {
     if (person.collides.numel() != clip.frames()) throw Error(path, "collisions and frames differ in number");

@@ -216,12 +216,22 @@ TEST(PageInBrowser, ShowsMovesAndPaints) {
   between.collides.slice(0, 30, 40).fill_(true);
   filled.people.push_back(between);
   write_page(folder / "filled.html", filled);
+  // The middle key gave a wrist 10 cm above where it came out, and nothing else.
+  PagePerson& partial = filled.people.front();
+  partial.given = frames_at(partial.clip, partial.keys);
+  partial.given->joints[1][20][1] += 0.1;
+  partial.given_joints = {20};
+  partial.collides.slice(0, 55, 60).fill_(true);  // the last key too
+  write_page(folder / "partial.html", filled);
 
   // Where the joints have to be drawn, from this side's kinematics.
-  nlohmann::json expected = nlohmann::json::array();
+  nlohmann::json expected;
+  const auto numbers = [](const torch::Tensor& place) {
+    return nlohmann::json{place[0].item<float>(), place[1].item<float>(), place[2].item<float>()};
+  };
   const torch::Tensor joints = forecast.page.people[2].clip.joints[15].contiguous();  // 1.5 s
-  for (int64_t j = 0; j < joints.size(0); ++j)
-    expected.push_back({joints[j][0].item<float>(), joints[j][1].item<float>(), joints[j][2].item<float>()});
+  for (int64_t j = 0; j < joints.size(0); ++j) expected["joints"].push_back(numbers(joints[j]));
+  expected["wrist"] = numbers(partial.given->joints[1][20]);
   std::ofstream(folder / "expected.json") << expected.dump();
 
   const std::string log = folder / "log.txt";

@@ -43,6 +43,8 @@ export interface PersonData {
   actions?: { names: string[]; spans: [number, number][] };
   intentions?: [number, number][]; // stretches: first frame, label
   keys?: number[]; // frames that were given
+  given?: PersonData; // their poses, a frame each, where the motion's own are others
+  only?: number[]; // joints of these that were given; all where it is missing
   collides?: [number, number][]; // stretches: first frame, 1 where the body is inside the scene
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
 }

@@ -20,6 +20,8 @@ export interface Hooks {
   setCamera(x: number, y: number, z: number, target?: [number, number, number]): void;
   /** World positions (J, 3) of a person's joints as drawn now. */
   jointPositions(person: number): number[][];
+  /** Of each still key, world positions of what is given: of every joint, or of those that are. */
+  keyPlaces(): number[][][];
   visible(person: number): boolean;
   /** Many figures: side by side (true) or overlaid where they go. */
   setApart(on: boolean): void;

@@ -1,13 +1,52 @@
+import { Group, Mesh, MeshBasicMaterial, SphereGeometry, Vector3 } from 'three';
 import { collisionColor, css, keyColor } from './colors';
 import { Data } from './data';
 import { Bodies, Person, Shape } from './person';
 
 const maxCopies = 40;
 
-/** What is marked on a motion that was filled in: still blue copies at its key frames, ticks and stretches on the timeline. */
+/** One still key: the pose that was given, or marks where only some joints were. Red where the body is inside the scene. */
+class Key {
+  readonly group = new Group();
+  private readonly marks: Mesh[] = [];
+  private readonly pose?: Person;
+  private readonly at: number; // time of the pose in what it is taken from
+
+  constructor(data: Data, bodies: Bodies, of: Person, readonly time: number, index: number) {
+    const { given, keys = [], ...filled } = of.data_;
+    const color = of.collides(time) ? collisionColor : keyColor;
+    this.at = given ? given.start + index / given.rate : time;
+    if (given?.only && index > 0 && index < keys.length - 1) {
+      const joints = data.floats(given.joints!);
+      const material = new MeshBasicMaterial({ color });
+      for (const joint of given.only) {
+        const mark = new Mesh(new SphereGeometry(0.045, 16, 12), material);
+        mark.position.fromArray(joints, 3 * (index * given.names.length + joint));
+        this.marks.push(mark);
+      }
+      this.group.add(...this.marks);
+      return;
+    }
+    this.pose = new Person(data, bodies, given ?? { ...filled, collides: undefined }, color, 0.38);
+    this.group.add(this.pose.group);
+    this.group.traverse((part) => (part.castShadow = false));
+  }
+
+  show(shape: Shape) {
+    this.pose?.show(shape);
+    this.pose?.setTime(this.at);
+  }
+
+  /** World positions of what is given: of every joint, or of those that are. */
+  places(): Vector3[] {
+    const { pose } = this;
+    return pose ? pose.parents.map((_, j) => pose.joint(j, new Vector3())) : this.marks.map((mark) => mark.getWorldPosition(new Vector3()));
+  }
+}
+
+/** What is marked on a motion that was filled in: still copies at its key frames, ticks and stretches on the timeline. */
 export class Keys {
-  readonly copies: Person[] = [];
-  private readonly times: number[] = [];
+  readonly still: Key[] = [];
 
   constructor(data: Data, bodies: Bodies, readonly of: Person, spans: HTMLElement, begin: number, end: number) {
     const { keys = [], collides = [], rate, frames } = of.data_;
@@ -29,28 +68,22 @@ export class Keys {
     // Keys close together would hide the motion between them, and every copy holds the whole motion.
     const apart = Math.max(rate / 2, frames / maxCopies);
     let last = -Infinity;
-    for (const key of keys) {
-      if (key - last < apart && key !== keys.at(-1)) continue;
+    keys.forEach((key, index) => {
+      if (key - last < apart && key !== keys.at(-1)) return;
       last = key;
-      const copy = new Person(data, bodies, { ...of.data_, keys: undefined, collides: undefined }, keyColor, 0.38);
-      copy.group.traverse((part) => (part.castShadow = false));
-      this.copies.push(copy);
-      this.times.push(of.start + key / rate);
-    }
+      this.still.push(new Key(data, bodies, of, of.start + key / rate, index));
+    });
   }
 
   show(shape: Shape) {
-    this.copies.forEach((copy, i) => {
-      copy.show(shape);
-      copy.setTime(this.times[i]);
-    });
+    for (const key of this.still) key.show(shape);
   }
 
-  /** Copies stand aside where the motion itself is at their pose. */
+  /** Copies of the motion's own poses stand aside where it is there itself. */
   setTime(t: number) {
-    this.copies.forEach((copy, i) => {
-      copy.group.visible = this.of.enabled && Math.abs(this.times[i] - t) > 0.15;
-      copy.group.position.copy(this.of.group.position);
-    });
+    for (const { group, time } of this.still) {
+      group.visible = this.of.enabled && (this.of.data_.given !== undefined || Math.abs(time - t) > 0.15);
+      group.position.copy(this.of.group.position);
+    }
   }
 }

@@ -62,7 +62,7 @@ export class MotionPage {
     this.ghosts = new Ghosts(data, bodies, this.people, scene, end - begin);
     this.keyed = this.people.filter((person) => person.data_.keys)
       .map((person) => new Keys(data, bodies, person, element('spans'), begin, end));
-    for (const { copies } of this.keyed) for (const copy of copies) scene.add(copy.group);
+    for (const { still } of this.keyed) for (const key of still) scene.add(key.group);
     this.trails = this.people.map((person) => makeTrails(person, this.ground, !figures));
     this.trails.forEach((trail, i) => this.people[i].group.add(trail));
     if (header.contacts) {
@@ -131,6 +131,7 @@ export class MotionPage {
         this.dirty = true;
       },
       jointPositions: (i) => people[i].parents.map((_, j) => people[i].joint(j, new Vector3()).toArray()),
+      keyPlaces: () => this.keyed.flatMap(({ still }) => still.map((key) => key.places().map((place) => place.toArray()))),
       visible: (i) => this.isVisible(people[i]),
       setApart: (on) => {
         if (this.gallery && this.gallery.apart !== on) element('spread').click();

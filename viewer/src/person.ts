@@ -163,8 +163,8 @@ export class Person {
   }
 
   private tint(t: number) {
-    if (this.data_.keys?.includes(this.frame(t))) return keyColor;
-    return this.collides(t) ? collisionColor : this.color;
+    if (this.collides(t)) return collisionColor;
+    return this.data_.keys?.includes(this.frame(t)) ? keyColor : this.color;
   }
 
   /** How much of it is seen, 0 to 1. */
