@@ -7,6 +7,7 @@
 #include "inhabit/forecast/evaluate.h"
 #include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/atomic_file.h"
@@ -114,7 +115,7 @@ void add_eval_inbetween(CLI::App& verb) {
   struct Options {
     std::vector<std::string> data, models;
     std::vector<int> t_star;
-    std::string split = "test", json;
+    std::string split = "test", json, joints;
     int64_t windows = 100, steps = inhabit::kInbetweenSteps;
     bool clean_feet = true;
     inhabit::Sampler sampler = inhabit::Sampler::dpm_solver;
@@ -133,6 +134,11 @@ void add_eval_inbetween(CLI::App& verb) {
       ->add_option("--keyframes", o->evaluation.keyframes,
                    "every:N, a list, random:P or ends; several are rows of Table 6")
       ->capture_default_str();
+  inbetween
+      ->add_option("--joints", o->joints,
+                   "Joints that the keys between the ends give, such as pelvis,left_wrist; MPJE Key is over these "
+                   "(default: whole poses)")
+      ->check(not_empty);
   inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
       ->check(CLI::Range(0.0, 90.0));
   inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
@@ -164,14 +170,19 @@ void add_eval_inbetween(CLI::App& verb) {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
-    std::vector<InbetweenMethod> methods = interpolation_methods();
+    torch::Tensor given;
+    if (!o->joints.empty()) given = given_groups(o->joints);
+    o->evaluation.key_joints = given_joints(given);
+    std::vector<InbetweenMethod> methods;
+    if (!given.defined()) methods = interpolation_methods();  // they know whole poses only
     InbetweenConfig config;
     const auto add_model = [&](InbetweenNetworks networks) {
       const auto model = std::make_shared<SceneInbetweener>(std::move(networks));
       methods.push_back({inbetween_row(model->config()),
-                         [model, o](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
+                         [model, given, o](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
                            InbetweenRequest request;
                            request.keys = keys;
+                           request.given = given;
                            request.seed = seed;
                            request.steps = o->steps;
                            request.clean_feet = o->clean_feet;

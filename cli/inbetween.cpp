@@ -198,8 +198,7 @@ void add_inbetween(CLI::App& app) {
         PagePerson person{filled, "filled in", PagePerson::Role::filled};
         person.keys = o->request.keys;
         if (o->noisy || o->request.given.defined()) person.given = poses;
-        for (int j = 0; o->request.given.defined() && j < kStandardJoints; ++j)
-          if (o->request.given[kJointGroups + j].item<bool>()) person.given_joints.push_back(j);
+        person.given_joints = given_joints(o->request.given);
         person.collides = colliding_frames(meter, filled);
         page.people.push_back(person);
         write_page(out, page);

@@ -35,12 +35,16 @@ struct Run {
   double close_colliding = 0, close_vertices = 0, close_penetration = 0;  // the first two over close frames
   std::vector<Tensor> features;                                           // (64) each
 
-  void add(const Clip& clip, const Clip& truth, const Tensor& keys, const CollisionMeter& meter, const Tensor& close) {
+  /// @param given joints that the keys between the ends give; empty: all of every key
+  void add(const Clip& clip, const Clip& truth, const std::vector<int64_t>& keys, const std::vector<int64_t>& given,
+           const CollisionMeter& meter, const Tensor& close) {
     ++windows;
     skating += foot_skating(clip).share();
     jerk += dynamics(clip).jerk;
-    const Tensor distance = (clip.joints - truth.joints).to(torch::kDouble).norm(2, {2}).mean(1) * 1000;  // (T)
-    key_error += distance.index_select(0, keys).mean().item<double>();
+    const Tensor distance = (clip.joints - truth.joints).to(torch::kDouble).norm(2, {2}) * 1000;  // (T, J)
+    Tensor at_keys = distance.index_select(0, torch::tensor(keys));
+    if (!given.empty()) at_keys = at_keys.slice(0, 1, -1).index_select(1, torch::tensor(given));
+    if (at_keys.numel() > 0) key_error += at_keys.mean().item<double>();
     error += distance.mean().item<double>();
     const Collision collision = meter.measure(clip);
     frames += collision.frame_ratio();
@@ -227,7 +231,7 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
   std::optional<CollisionMeter> meter;
   const auto measure = [&](Run& run, const Clip& clip, const InbetweenWindow& window, const std::vector<int64_t>& keys,
                            const Tensor& close) {
-    run.add(clip, window.truth, torch::tensor(keys), *meter, close);
+    run.add(clip, window.truth, keys, options.key_joints, *meter, close);
     if (comparable) run.features.push_back(motion_features(features, clip.joints.unsqueeze(0))[0]);
   };
   int64_t done = 0;

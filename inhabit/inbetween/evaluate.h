@@ -65,7 +65,8 @@ struct InbetweenEvaluation {
   std::vector<std::string> keyframes = {"every:60"};  ///< as key_frames takes them
   int64_t seeds = 1;                                  ///< runs of what depends on a seed
   uint64_t seed = 1;
-  double noise = 0;                                        ///< level of noise on the key frames, see noisy_keys
+  double noise = 0;                 ///< level of noise on the key frames, see noisy_keys
+  std::vector<int64_t> key_joints;  ///< joints that the keys between the ends give, for MPJE Key; empty: whole poses
   std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window
 };
 

@@ -80,6 +80,13 @@ torch::Tensor given_groups(const std::string& joints) {
   return groups;
 }
 
+std::vector<int64_t> given_joints(const torch::Tensor& groups) {
+  std::vector<int64_t> out;
+  for (int64_t j = 0; groups.defined() && j < kStandardJoints; ++j)
+    if (groups[kJointGroups + j].item<bool>()) out.push_back(j);
+  return out;
+}
+
 torch::Tensor feature_mask(const torch::Tensor& groups) {
   if (!groups.defined() || groups.dim() < 1 || groups.size(-1) != kKeyGroups)
     throw Error("mask", "is not (..., " + std::to_string(kKeyGroups) + ")");

@@ -30,6 +30,9 @@ static_assert(kKeyGroups == kJointGroups + kStandardJoints);
 /// An empty text gives whole poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
 torch::Tensor given_groups(const std::string& joints);
 
+/// The joints whose places groups (25) give, standard order; none where `groups` is undefined (whole poses).
+std::vector<int64_t> given_joints(const torch::Tensor& groups);
+
 /// (..., kInbetweenFeatures) from groups (..., 25): each feature takes its group's value.
 torch::Tensor feature_mask(const torch::Tensor& groups);
 

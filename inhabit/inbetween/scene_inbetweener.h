@@ -13,7 +13,7 @@ namespace inhabit {
 
 /// Evaluations of the denoiser for a window: few, as more collide more and are else no better beyond the spread of
 /// seeds (docs/inbetweening.md).
-inline constexpr int64_t kInbetweenSteps = 5;
+inline constexpr int64_t kInbetweenSteps = 2;
 
 struct InbetweenRequest {
   std::vector<int64_t> keys;  ///< frames that are given, in order: at least the first and the last (see key_frames)

@@ -207,7 +207,7 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
       given.clip = *person.given;
       given.body = person.body;
       out["given"] = describe_person(blob, bodies, given, path);
-      for (const int joint : person.given_joints)
+      for (const int64_t joint : person.given_joints)
         if (joint < 0 || joint >= person.given->skeleton.size()) throw Error(path, "a given joint does not exist");
       if (!person.given_joints.empty()) out["given"]["only"] = person.given_joints;
     }

@@ -26,8 +26,8 @@ struct PagePerson {
   torch::Tensor labels = {};        ///< (T) int64 intention of every frame, 0 or more; undefined where it is not known
   std::vector<int64_t> keys = {};   ///< frames that were given: shown blue, and all along as still blue copies
   std::optional<Clip> given = {};   ///< poses of the keys, a frame each, where they are not the clip's own
-  std::vector<int> given_joints = {};  ///< joints that keys between the first and the last give; empty: all
-  torch::Tensor collides = {};         ///< (T) bool, shown red: the body is inside the scene; undefined: not known
+  std::vector<int64_t> given_joints = {};  ///< joints that keys between the first and the last give; empty: all
+  torch::Tensor collides = {};             ///< (T) bool, shown red: the body is inside the scene; undefined: not known
 };
 
 /// Intention labels of recordings, one strip each on a time axis of their own.

@@ -116,6 +116,15 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   const auto rows = nlohmann::json::parse(read_whole_file(table)).at("rows");
   EXPECT_EQ(rows.size(), 7U) << "real motion, and three methods for each choice of keys";
 
+  // Keys that give a wrist alone: interpolation, which knows whole poses, has no row.
+  r = run_command("eval inbetween --data " + folder / "data" + " --joints left_wrist --keyframes every:30 --json " +
+                  table);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const auto partial = nlohmann::json::parse(read_whole_file(table)).at("rows");
+  ASSERT_EQ(partial.size(), 2U);
+  EXPECT_LT(partial[1].at("mpje_key_mm").at("mean").get<double>(), 20) << "the wrist is brought to where it was given";
+  EXPECT_GT(partial[1].at("mpje_all_mm").at("mean").get<double>(), 20) << "the rest is free";
+
   const std::string less = folder / "less.safetensors";
   const std::string more = "train inbetween --data " + folder / "data" + " --steps 1 --batch 2 --from " + model;
   r = run_command(more + " --without shape local --out " + less);
