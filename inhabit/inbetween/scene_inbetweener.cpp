@@ -26,6 +26,7 @@ namespace {
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
 constexpr int64_t kLead = 60;         // frames around a clean key that make up for what was missed of it
+constexpr double kFootNoise = 0.05;   // metres from where a noisy key has it that a foot may be put, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
 
 void check(const Clip& clip, const InbetweenRequest& request, const InbetweenConfig& config) {
@@ -151,9 +152,14 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
     const bool met =
         c.t_star == 0 && (!request.given.defined() || request.given.index_select(0, feet).any().item<bool>());
-    const std::vector<int64_t> ends = {0, clip.frames() - 1}, none;
-    out = clean_feet(out, met ? request.keys : ends, floor,
-                     c.t_star > 0 && !request.given.defined() ? request.keys : none);
+    std::vector<int64_t> fixed = met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, near;
+    double within = 0;
+    if (c.t_star > 0 && !request.given.defined()) {
+      near = request.keys;
+      const Tensor missed = frames_at(out, near).joints - key_poses.joints;
+      within = std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>());
+    }
+    out = clean_feet(out, fixed, floor, near, within);
   }
   out.betas = clip.betas;
   return out;

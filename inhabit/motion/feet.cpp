@@ -30,7 +30,6 @@ constexpr double kStride = 0.4, kStrideTime = 0.4;  // metres, seconds: feet tha
                                                     // kStride + v kStrideTime metres
 constexpr double kSwing = 0.4;                      // share of a stride in which a foot is on its way
 constexpr double kLongest = 0.4;                    // seconds that it is on its way for at most
-constexpr double kNoise = 0.05;                     // metres from where a noisy pose has it that a foot may be put
 constexpr double kLevel = 0.1;                      // metres: lowest feet nearer to the floor y = 0 stand on it
 constexpr std::array<int, 2> kBalls = {10, 11};
 
@@ -227,17 +226,17 @@ std::vector<double> foot_lifts(const std::vector<Vector3d>& ball, const std::vec
 
 namespace {
 
-/// Moves of more than kNoise in the frames `near` made that long, and those of the frames around along with them.
-void stay_near(std::vector<Vector3d>& moves, const std::vector<int64_t>& near, double rate) {
+/// Moves of more than `within` metres in the frames `near` made that long, those of the frames around along with them.
+void stay_near(std::vector<Vector3d>& moves, const std::vector<int64_t>& near, double within, double rate) {
   const auto frames = static_cast<int64_t>(moves.size());
   const int64_t blend = frames_in(kBlend, rate);
   std::vector<double> share(moves.size(), 1);
   for (const int64_t n : near) {
     const double length = moves[n].norm();
-    if (length <= kNoise) continue;
+    if (length <= within) continue;
     for (int64_t t = std::max<int64_t>(0, n - blend + 1); t < std::min(frames, n + blend); ++t) {
       const double close = smooth_step(1 - std::abs(static_cast<double>(t - n)) / static_cast<double>(blend));
-      share[t] = std::min(share[t], 1 - close * (1 - kNoise / length));
+      share[t] = std::min(share[t], 1 - close * (1 - within / length));
     }
   }
   for (int64_t t = 0; t < frames; ++t) moves[t] *= share[t];
@@ -250,7 +249,8 @@ double floor_under(const Clip& poses) {
   return std::abs(lowest) < kLevel ? 0 : lowest;
 }
 
-Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor, const std::vector<int64_t>& near) {
+Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor, const std::vector<int64_t>& near,
+                double within) {
   if (clip.skeleton.size() != kStandardJoints || !clip.rotations.defined() || !clip.trans.defined())
     throw Error("feet: need rotations on the standard skeleton");
   const int64_t frames = clip.frames();
@@ -276,7 +276,7 @@ Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floo
   for (size_t side = 0; side < 2; ++side) {
     const std::vector<double> lifts = foot_lifts(balls[side], speed[side], speed[1 - side], floor, clip.rate, fixed);
     for (int64_t t = 0; t < frames; ++t) moves[side][t].y() = lifts[t];
-    stay_near(moves[side], near, clip.rate);
+    stay_near(moves[side], near, within, clip.rate);
   }
 
   out.rotations = clip.rotations.clone();

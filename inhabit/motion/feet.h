@@ -17,8 +17,9 @@ double floor_under(const Clip& poses);
 /// @param clip on the standard skeleton with rotations; joints may lie off the posed skeleton, as a network's do, and
 /// move as its joints do. @param fixed frames that stay as they are, in order: a foot
 /// that stands in one of them stands there, in two of them moves from one place to the other. @param floor height of
-/// what feet stand on, metres. @param near frames of noisy poses, whose feet are moved by 5 cm at most.
+/// what feet stand on, metres. @param near frames of noisy poses, whose feet are moved by
+/// `within` metres at most.
 Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor = 0,
-                const std::vector<int64_t>& near = {});
+                const std::vector<int64_t>& near = {}, double within = 0);
 
 }  // namespace inhabit

@@ -85,6 +85,18 @@ TEST(CleanFeet, FixedFramesStayAndSayWhereAFootStands) {
   EXPECT_LT(largest(x.slice(0, 4, 13) - was.slice(0, 4, 13)), 1e-4) << "from one place to the other";
 }
 
+TEST(CleanFeet, FeetStayNearNoisyPoses) {
+  const Clip clip = drifting(30, 0.008);  // 23 cm in all, so that the ends are held some 11 cm off
+  const auto moved = [&](const Clip& held, int64_t frame) {
+    return (held.joints[frame][10] - clip.joints[frame][10]).norm().item<double>();
+  };
+  EXPECT_GT(moved(clean_feet(clip, {}), 3), 0.06);
+  const Clip near = clean_feet(clip, {}, 0, {3, 15, 26}, 0.03);
+  for (const int64_t frame : {3, 15, 26}) EXPECT_LT(moved(near, frame), 0.0301) << frame;
+  const Clip far = clean_feet(clip, {}, 0, {3, 15, 26}, 0.2);
+  EXPECT_LT(largest(far.joints - clean_feet(clip, {}).joints), 1e-6) << "what is near enough is left alone";
+}
+
 TEST(CleanFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
   // Drifts for ten frames and goes on quickly, in the air, in a fixed one.
   Clip clip = drifting(20, 0.015);
