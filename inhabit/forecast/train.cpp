@@ -1,6 +1,7 @@
 #include "inhabit/forecast/train.h"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -26,6 +27,19 @@ struct Stage {
   int64_t steps, batch;
   double rate;
 };
+
+/// The stages that a choice runs, in order.
+const std::vector<std::string>& stages_of(ForecastTraining::Stage choice) {
+  using Choice = ForecastTraining::Stage;
+  static const std::map<Choice, std::vector<std::string>> stages = {
+      {Choice::contact, {"contact"}},
+      {Choice::motion, {"motion", "no_contact"}},
+      {Choice::adapt, {"adapt"}},
+      {Choice::trajectory, {"trajectory"}},
+      {Choice::both, {"contact", "motion", "no_contact", "adapt"}},
+      {Choice::all, {"contact", "motion", "no_contact", "adapt", "trajectory"}}};
+  return stages.at(choice);
+}
 
 Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t windows) {
   const bool contact = name == "contact", adapt = name == "adapt";
@@ -230,22 +244,16 @@ bool train_forecast(const ForecastTraining& options) {
                 "has no training window of " + std::to_string(config.past + config.future) + " frames");
   if (validation.size() == 0) throw Error(options.data.front(), "has no validation window");
 
-  using Choice = ForecastTraining::Stage;
-  std::vector<std::string> stages;
-  const bool both = options.stage == Choice::both || options.stage == Choice::all;
-  if (options.stage == Choice::contact || both) stages.push_back("contact");
-  if (options.stage == Choice::motion || both) stages.insert(stages.end(), {"motion", "no_contact"});
-  if (options.stage == Choice::adapt || both) stages.push_back("adapt");
-  if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
-
+  const std::vector<std::string>& stages = stages_of(options.stage);
   const size_t first = first_stage(options.out, stages, options.resume);
 
-  // What earlier stages (of this run or another) left in the model file is kept; a network without weights is not
-  // written.
+  // What earlier stages (of this run or another) left in the model file is kept, but by a run of them all, which begins
+  // it anew; a network without weights is not written.
   torch::manual_seed(options.seed);
   ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
                          MotionNetwork(config, /*with_contact=*/false), make_trajectory_network(config)};
-  const bool keep = std::filesystem::exists(options.out) && (options.resume || !both);
+  const bool keep = std::filesystem::exists(options.out) &&
+                    (options.resume || stages.size() < stages_of(ForecastTraining::Stage::both).size());
   for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
     const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first)
