@@ -458,7 +458,8 @@ Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
   for (const std::vector<DatasetClip>& clips : made) out.clips.insert(out.clips.end(), clips.begin(), clips.end());
   if (failed || out.clips.empty()) {  // nothing half-written
     for (const DatasetClip& clip : out.clips)
-      for (const std::string& file : {clip.file, clip.scene}) std::filesystem::remove(folder + "/" + file);
+      for (const std::string& file : {clip.file, clip.scene})
+        std::filesystem::remove(std::filesystem::path(folder) / file);
     for (const char* sub : {"/clips", "/scenes", ""}) {
       std::error_code kept;  // where there was something before
       std::filesystem::remove(folder + sub, kept);
