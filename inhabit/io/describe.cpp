@@ -8,6 +8,7 @@
 #include "inhabit/io/files.h"
 #include "inhabit/io/json_text.h"
 #include "inhabit/io/npz.h"
+#include "inhabit/io/point_cloud.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
@@ -194,7 +195,7 @@ nlohmann::ordered_json describe_file(const std::string& path, const ClipReadOpti
       out.update(describe_body(path));
     else if (is_clip_file(path))
       out.update(describe_motion(path, options));
-    else if (npz.has("points") || npz.has("xyz") || npz.has("positions") || npz.has("arr_0"))
+    else if (holds_points(npz))
       out.update(describe_scene(path, options));
     else
       out.update(describe_arrays(npz));

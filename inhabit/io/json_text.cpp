@@ -15,8 +15,8 @@ Json parse_json(std::string_view text, const std::string& subject) {
     const std::string_view before = text.substr(0, std::min<size_t>(e.byte == 0 ? 0 : e.byte - 1, text.size()));
     const std::string line = "line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n'));
     if (before.size() == text.size()) throw Error(subject, "is JSON that is cut short, at " + line);
-    const std::string_view at = text.substr(before.size() - std::min<size_t>(before.size(), 1), 2);
-    const bool number = at.find('N') != std::string_view::npos || at.find('I') != std::string_view::npos;
+    const std::string_view rest = text.substr(before.size());
+    const bool number = rest.rfind("NaN", 0) == 0 || rest.rfind("Infinity", 0) == 0;
     throw Error(subject, line + (number ? " has NaN or Infinity, which are no JSON" : " is not JSON"));
   } catch (const nlohmann::json::out_of_range&) {
     throw Error(subject, "has a number that is too large");

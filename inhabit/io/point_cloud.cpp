@@ -256,10 +256,11 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
 
 namespace {
 
+const std::vector<std::string> kPointArrays{"points", "xyz", "positions", "arr_0"};
+
 torch::Tensor parse_npz_points(std::string_view bytes, const std::string& subject) {
-  const std::vector<std::string> names{"points", "xyz", "positions", "arr_0"};
-  const Npz archive = parse_npz(bytes, subject, names);
-  for (const std::string& name : names) {
+  const Npz archive = parse_npz(bytes, subject, kPointArrays);
+  for (const std::string& name : kPointArrays) {
     if (!archive.has(name)) continue;
     const torch::Tensor& array = archive.at(name, subject);
     if (array.dim() != 2 || array.size(1) < 3) throw Error(subject, "its array '" + name + "' is not (N, 3)");
@@ -272,6 +273,10 @@ torch::Tensor parse_npz_points(std::string_view bytes, const std::string& subjec
 }
 
 }  // namespace
+
+bool holds_points(const Npz& npz) {
+  return std::any_of(kPointArrays.begin(), kPointArrays.end(), [&](const std::string& name) { return npz.has(name); });
+}
 
 torch::Tensor parse_point_cloud(std::string_view bytes, const std::string& extension, const std::string& subject) {
   if (bytes.empty()) throw Error(subject, "is empty");

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "inhabit/io/npz.h"
+
 namespace inhabit {
 
 /// Points of a .ply, .pcd, .xyz (.txt, .pts, .csv) or .npz file, (N, 3) float in the file's own axes and units.
@@ -17,5 +19,8 @@ torch::Tensor read_point_cloud(const std::string& path);
 
 /// The same from memory; `extension` ("pcd") tells the format.
 torch::Tensor parse_point_cloud(std::string_view bytes, const std::string& extension, const std::string& subject);
+
+/// True where a NumPy archive has an array that would be read as points.
+bool holds_points(const Npz& npz);
 
 }  // namespace inhabit

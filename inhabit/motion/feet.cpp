@@ -222,10 +222,6 @@ std::vector<double> foot_lifts(const std::vector<Vector3d>& ball, const std::vec
   return lifts;
 }
 
-}  // namespace
-
-namespace {
-
 /// Moves of more than `within` metres in the frames `near` made that long, those of the frames around along with them.
 void stay_near(std::vector<Vector3d>& moves, const std::vector<int64_t>& near, double within, double rate) {
   const auto frames = static_cast<int64_t>(moves.size());

@@ -16,7 +16,12 @@ using Eigen::Vector3d;
 class Planner {
  public:
   Planner(const Room& room, const FreeSpace& floor, const Figure& figure, std::mt19937_64& random)
-      : room_(room), floor_(floor), figure_(figure), random_(random), region_(walkable_regions(floor, 0.26)) {}
+      : floor_(floor),
+        figure_(figure),
+        random_(random),
+        region_(walkable_regions(floor, 0.26)),
+        seats_(seats_of(room, figure)),
+        touches_(touch_places(room)) {}
 
   LifePlan plan(double seconds) {
     GaitStyle gait;
@@ -35,13 +40,12 @@ class Planner {
     manner.sway = uniform(random_, 0.7, 1.3);
     manner.pace = uniform(random_, 0.85, 1.2);
 
-    const std::vector<Seat> seats = seats_of(room_, figure_);
-    const bool seated = !seats.empty() && chance(random_, 0.25);
+    const bool seated = !seats_.empty() && chance(random_, 0.25);
     const Seat* first = nullptr;
     Vector2d place;
     double heading = uniform(random_, -M_PI, M_PI);
     if (seated) {
-      first = &seats[random_() % seats.size()];
+      first = &seats_[random_() % seats_.size()];
       heading = first->heading;
       place = stand_place(*first, figure_, random_);
     } else {
@@ -62,16 +66,14 @@ class Planner {
   /// Adds to a life until it lasts `seconds`.
   void go_on(LifePlan& life, double seconds) {
     life_ = &life;
-    const std::vector<Seat> seats = seats_of(room_, figure_);
-    const std::vector<TouchPlace> touches = touch_places(room_);
     int failures = 0;
     while (life.steps.now() < seconds + 1.5) {
       const double draw = uniform(random_, 0, 1);
       bool done = false;
-      if (draw < 0.5 && !seats.empty())
-        done = go_and_sit(seats[random_() % seats.size()]);
-      else if (draw < 0.78 && !touches.empty())
-        done = go_and_touch(touches[random_() % touches.size()]);
+      if (draw < 0.5 && !seats_.empty())
+        done = go_and_sit(seats_[random_() % seats_.size()]);
+      else if (draw < 0.78 && !touches_.empty())
+        done = go_and_touch(touches_[random_() % touches_.size()]);
       else
         done = go_somewhere();
       if (!done && ++failures > 12) {
@@ -302,11 +304,12 @@ class Planner {
     return true;
   }
 
-  const Room& room_;
   const FreeSpace& floor_;
   const Figure& figure_;
   std::mt19937_64& random_;
   std::vector<int32_t> region_;
+  std::vector<Seat> seats_;
+  std::vector<TouchPlace> touches_;
   LifePlan* life_ = nullptr;
 };
 
