@@ -11,13 +11,13 @@ using namespace inhabit;
 using torch::Tensor;
 
 struct Input {
-  ForecastConfig config = forecast_preset("paper");
+  forecast::Config config = forecast::preset("paper");
   Tensor scene, past, contact;
   Input() {
     torch::manual_seed(1);
     scene = room_cloud(config.points);
     past = somebody(config.past, config.joints);
-    contact = contact_features(scene, past, config);
+    contact = forecast::contact_features(scene, past, config);
   }
 };
 
@@ -42,19 +42,19 @@ void fused(benchmark::State& state) {
   const double error = (plain_features(in) - in.contact).abs().max().item<double>();
   if (!(error < 1e-5)) return state.SkipWithError("fused and plain features differ");
   state.counters["error"] = error;
-  for (auto _ : state) benchmark::DoNotOptimize(contact_features(in.scene, in.past, in.config));
+  for (auto _ : state) benchmark::DoNotOptimize(forecast::contact_features(in.scene, in.past, in.config));
 }
 BENCHMARK(fused)->Name("contact_features/fused")->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void plain_contact_points(benchmark::State& state) {
   const Input in;
-  for (auto _ : state) benchmark::DoNotOptimize(contact_maps_from_dct(in.contact, in.config).max(3));
+  for (auto _ : state) benchmark::DoNotOptimize(forecast::contact_maps_from_dct(in.contact, in.config).max(3));
 }
 BENCHMARK(plain_contact_points)->Name("contact_points/plain")->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void fused_contact_points(benchmark::State& state) {
   const Input in;
-  for (auto _ : state) benchmark::DoNotOptimize(contact_points(in.scene, in.contact, in.config));
+  for (auto _ : state) benchmark::DoNotOptimize(forecast::contact_points(in.scene, in.contact, in.config));
 }
 BENCHMARK(fused_contact_points)->Name("contact_points/fused")->Unit(benchmark::kMillisecond)->UseRealTime();
 

@@ -16,14 +16,14 @@ using namespace inhabit;
 using torch::Tensor;
 
 struct Case {
-  ContactNetwork network{nullptr};
+  forecast::ContactNetwork network{nullptr};
   Tensor scene, past, contact;
   double dense_seconds = 0;
 
   explicit Case(const std::string& preset) {
     torch::manual_seed(1);
-    const ForecastConfig config = forecast_preset(preset);
-    network = ContactNetwork(config);
+    const forecast::Config config = forecast::preset(preset);
+    network = forecast::ContactNetwork(config);
     for (auto& buffer : network->named_buffers()) {
       if (buffer.value().is_floating_point()) buffer.value().uniform_(0.5, 1.5);  // statistics as if trained
     }
@@ -33,7 +33,7 @@ struct Case {
     }
     scene = room_cloud(config.points);
     past = somebody(config.past, config.joints);
-    contact = contact_features(scene, past, config);
+    contact = forecast::contact_features(scene, past, config);
   }
 };
 
@@ -62,7 +62,7 @@ BENCHMARK(dense)
 
 void fast(benchmark::State& state) {
   Case& the = paper_case();
-  FastContactNetwork network(the.network);
+  forecast::FastContactNetwork network(the.network);
   const Tensor got = network.forward(the.scene, the.contact, the.past);
   {
     torch::NoGradGuard no_gradients;
@@ -88,7 +88,7 @@ BENCHMARK(fast)
 
 void compact(benchmark::State& state) {
   Case the("compact");
-  FastContactNetwork network(the.network);
+  forecast::FastContactNetwork network(the.network);
   for (auto _ : state) benchmark::DoNotOptimize(network.forward(the.scene, the.contact, the.past));
 }
 BENCHMARK(compact)

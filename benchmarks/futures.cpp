@@ -14,31 +14,32 @@ using torch::Tensor;
 constexpr int64_t kFrames = 750;
 
 struct Input {
-  AnticipateNetworks networks;
+  anticipate::Networks networks;
   Tensor past;
-  FutureNoise noise;
+  anticipate::FutureNoise noise;
   explicit Input(int64_t samples) {
     torch::manual_seed(1);
-    networks.intention = IntentionNetwork(networks.config);
-    networks.pose = PoseNetwork(networks.config);
-    networks.scale = {torch::zeros({kAnticipateFeatures}), torch::ones({kAnticipateFeatures})};
-    past = torch::randn({1, networks.config.observed, kAnticipateFeatures});
-    noise = draw_noise(networks.config, samples, kFrames, 1);
+    networks.intention = anticipate::IntentionNetwork(networks.config);
+    networks.pose = anticipate::PoseNetwork(networks.config);
+    networks.scale = {torch::zeros({anticipate::kFeatureCount}), torch::ones({anticipate::kFeatureCount})};
+    past = torch::randn({1, networks.config.observed, anticipate::kFeatureCount});
+    noise = anticipate::draw_noise(networks.config, samples, kFrames, 1);
   }
 };
 
 void plain(benchmark::State& state) {
   const Input in(state.range(0));
   at::set_num_threads(static_cast<int>(state.range(1)));
-  for (auto _ : state) benchmark::DoNotOptimize(plain_futures(in.networks, in.past, in.noise, kFrames).features);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(anticipate::plain_futures(in.networks, in.past, in.noise, kFrames).features);
 }
 
 void fast(benchmark::State& state) {
   const Input in(state.range(0));
   at::set_num_threads(static_cast<int>(state.range(1)));
-  const FastFutures network(in.networks);
+  const anticipate::FastFutures network(in.networks);
   const Tensor got = network.forward(in.past, in.noise, kFrames).features,
-               expected = plain_futures(in.networks, in.past, in.noise, kFrames).features;
+               expected = anticipate::plain_futures(in.networks, in.past, in.noise, kFrames).features;
   const double error = ((got - expected).abs().max() / expected.abs().max()).item<double>();
   if (!(error < 1e-5)) return state.SkipWithError("fast and plain outputs differ");
   state.counters["error"] = error;
@@ -47,14 +48,14 @@ void fast(benchmark::State& state) {
 
 /// The decoder's products of one frame, all rows at once, as often as there are frames.
 void products(benchmark::State& state) {
-  const int64_t samples = state.range(0), hidden = AnticipateConfig().hidden;
+  const int64_t samples = state.range(0), hidden = anticipate::Config().hidden;
   at::set_num_threads(static_cast<int>(state.range(1)));
   const torch::NoGradGuard no_gradients;
   const Tensor x = torch::randn({samples, hidden});
   std::vector<Tensor> weights;
-  weights.push_back(torch::randn({kAnticipateFeatures + AnticipateConfig().intention_features, 3 * hidden}));
+  weights.push_back(torch::randn({anticipate::kFeatureCount + anticipate::Config().intention_features, 3 * hidden}));
   for (int i = 0; i < 5; ++i) weights.push_back(torch::randn({hidden, 3 * hidden}));
-  weights.push_back(torch::randn({hidden, kAnticipateFeatures}));
+  weights.push_back(torch::randn({hidden, anticipate::kFeatureCount}));
   std::vector<Tensor> out;
   for (const Tensor& w : weights) out.push_back(torch::empty({samples, w.size(1)}));
   for (auto _ : state)

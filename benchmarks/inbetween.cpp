@@ -19,24 +19,25 @@ const char* const kPresets[] = {"paper", "compact"};
 
 /// A clip with keys every 60 frames in a random scene, weights of no training.
 struct Input {
-  InbetweenNetwork network{nullptr};
+  inbetween::Denoiser network{nullptr};
   Tensor x, mask, occupancy, offsets, keys, shape;
 
   explicit Input(const benchmark::State& state) {
-    const InbetweenConfig config = inbetween_preset(kPresets[state.range(0)]);
+    const inbetween::Config config = inbetween::preset(kPresets[state.range(0)]);
     at::set_num_threads(static_cast<int>(state.range(1)));
     torch::manual_seed(1);
-    network = InbetweenNetwork(config);
+    network = inbetween::Denoiser(config);
     const torch::NoGradGuard no_gradients;
     for (Tensor& p : network->parameters()) p.add_(torch::randn_like(p), 0.02);  // none of them zero
     network->eval();
-    x = torch::randn({1, kInbetweenFeatures, config.frames});
+    x = torch::randn({1, inbetween::kFeatureCount, config.frames});
     keys = torch::zeros({1, config.frames});
     for (const int64_t key : {0, 60, 120}) keys.select(1, key).fill_(1);
     mask = keys.unsqueeze(1).expand({1, config.mask_channels(), config.frames});
-    occupancy = torch::where(torch::rand({1, kSceneHeight, kSceneSide, kSceneSide}) < 0.2, 1.F, -1.F);
+    occupancy = torch::where(
+        torch::rand({1, inbetween::kSceneHeight, inbetween::kSceneSide, inbetween::kSceneSide}) < 0.2, 1.F, -1.F);
     offsets = torch::randn({1, config.anchors, 3, config.frames});
-    shape = torch::rand({1, kShapeFeatures});
+    shape = torch::rand({1, inbetween::kShapeFeatures});
   }
   double guidance() const { return network->config.guidance; }
   Tensor local() {
@@ -83,7 +84,7 @@ void fast(benchmark::State& state) {
   Input in(state);
   const Tensor shape = in.network->embed_shape(in.shape), scene = in.network->embed_scene(in.occupancy),
                local = in.local();
-  FastDenoiser denoiser(in.network);
+  inbetween::FastDenoiser denoiser(in.network);
   const auto step = [&] { return denoiser.guided(in.x, in.mask, local, 500, scene, shape, in.guidance()); };
   const double error = difference(step(), in.plain(500));
   if (!(error < 1e-4)) return state.SkipWithError("fast and plain outputs differ");
@@ -101,21 +102,21 @@ void scene(benchmark::State& state) {
 void clip(benchmark::State& state) {
   const torch::NoGradGuard no_gradients;
   Input in(state);
-  const InbetweenConfig& config = in.network->config;
-  const DiffusionSchedule schedule = cosine_schedule(config.diffusion_steps);
-  const GivenFeatures given{in.x, in.keys.unsqueeze(1).expand_as(in.x), config.t_star};
+  const inbetween::Config& config = in.network->config;
+  const inbetween::DiffusionSchedule schedule = inbetween::cosine_schedule(config.diffusion_steps);
+  const inbetween::GivenFeatures given{in.x, in.keys.unsqueeze(1).expand_as(in.x), config.t_star};
   for (auto _ : state) {
-    FastDenoiser denoiser(in.network);
+    inbetween::FastDenoiser denoiser(in.network);
     const Tensor local = in.local(), around = in.network->embed_scene(in.occupancy),
                  shape = in.network->embed_shape(in.shape);
     benchmark::DoNotOptimize(sample(
-        schedule, Sampler::dpm_solver, kInbetweenSteps,
+        schedule, inbetween::Sampler::dpm_solver, inbetween::kDefaultSteps,
         [&](const Tensor& x, int64_t t) {
           return denoiser.guided(x, in.mask, local, t, around, shape, config.guidance);
         },
-        given, seeded_noise(1, kInbetweenFeatures, config.frames, 1)));
+        given, inbetween::seeded_noise(1, inbetween::kFeatureCount, config.frames, 1)));
   }
-  state.counters["steps"] = static_cast<double>(kInbetweenSteps);
+  state.counters["steps"] = static_cast<double>(inbetween::kDefaultSteps);
 }
 
 void sizes(benchmark::internal::Benchmark* b) {

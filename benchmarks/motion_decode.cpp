@@ -10,12 +10,12 @@ using namespace inhabit;
 using torch::Tensor;
 
 struct Input {
-  ForecastConfig config = forecast_preset("paper");
-  MotionNetwork network{nullptr};
+  forecast::Config config = forecast::preset("paper");
+  forecast::MotionNetwork network{nullptr};
   Tensor past, points;
   Input() {
     torch::manual_seed(1);
-    network = MotionNetwork(config);
+    network = forecast::MotionNetwork(config);
     network->eval();
     past = somebody(config.past, config.joints);
     points = torch::rand({1, config.future, config.joints, 4});
@@ -32,7 +32,7 @@ BENCHMARK(plain)->Name("motion_decode/plain")->Unit(benchmark::kMillisecond)->Us
 void fast(benchmark::State& state) {
   Input in;
   torch::NoGradGuard no_gradients;
-  const FastMotionNetwork network(in.network);
+  const forecast::FastMotionNetwork network(in.network);
   const Tensor got = network.forward(in.past, in.points).local,
                expected = in.network->forward(in.past, in.points).local;
   const double error = ((got - expected).abs().max() / expected.abs().max()).item<double>();

@@ -20,15 +20,16 @@ using namespace inhabit;
 using torch::Tensor;
 
 struct Case {
-  ForecastNetworks networks;
+  forecast::Networks networks;
   Scene room;
   Tensor past;
   double plain_seconds = 0;
 
   explicit Case(const std::string& preset) {
     torch::manual_seed(1);
-    const ForecastConfig config = forecast_preset(preset);
-    networks = {config, ContactNetwork(config), MotionNetwork(config), MotionNetwork(nullptr)};
+    const forecast::Config config = forecast::preset(preset);
+    networks = {config, forecast::ContactNetwork(config), forecast::MotionNetwork(config),
+                forecast::MotionNetwork(nullptr)};
     for (auto& buffer : networks.contact->named_buffers()) {
       if (buffer.value().is_floating_point()) buffer.value().uniform_(0.5, 1.5);  // statistics as if trained
     }
@@ -44,7 +45,7 @@ struct Case {
 
   Tensor points() const {
     std::mt19937_64 random(2);
-    const ForecastConfig& c = networks.config;
+    const forecast::Config& c = networks.config;
     return sample_points_near(room, past[c.past - 1][c.root], c.radius, c.points, random);
   }
 };
@@ -54,17 +55,17 @@ Case& case_of(const std::string& preset) {
   return preset == "paper" ? paper : compact;
 }
 
-/// ContactForecaster::forecast() in LibTorch's own operators.
-Forecast plain_forecast(Case& the, const Tensor& points) {
+/// forecast::ContactForecaster::forecast() in LibTorch's own operators.
+forecast::Forecast plain_forecast(Case& the, const Tensor& points) {
   torch::NoGradGuard no_gradients;
-  const ForecastConfig& c = the.networks.config;
-  const WindowFrame frame = window_frame(the.past, c);
+  const forecast::Config& c = the.networks.config;
+  const forecast::WindowFrame frame = forecast::window_frame(the.past, c);
   const Tensor past = frame.to_window(the.past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
-  const Tensor dct = the.networks.contact->forward(scene, contact_features(scene, past, c), past);
-  Forecast out;
-  out.contact_maps = contact_maps_from_dct(dct, c)[0];
-  const Tensor contacts = contact_points(scene, dct, c);
-  out.joints = frame.to_world(forecast_joints(the.networks.motion->forward(past, contacts), c.root)[0]);
+  const Tensor dct = the.networks.contact->forward(scene, forecast::contact_features(scene, past, c), past);
+  forecast::Forecast out;
+  out.contact_maps = forecast::contact_maps_from_dct(dct, c)[0];
+  const Tensor contacts = forecast::contact_points(scene, dct, c);
+  out.joints = frame.to_world(forecast::forecast_joints(the.networks.motion->forward(past, contacts), c.root)[0]);
   return out;
 }
 
@@ -87,8 +88,9 @@ void plain(benchmark::State& state, const std::string& preset) {
 
 void fast(benchmark::State& state, const std::string& preset) {
   Case& the = case_of(preset);
-  const ContactForecaster forecaster(the.networks);
-  const Forecast expected = plain_forecast(the, the.points()), got = forecaster.forecast(the.past, the.points());
+  const forecast::ContactForecaster forecaster(the.networks);
+  const forecast::Forecast expected = plain_forecast(the, the.points()),
+                           got = forecaster.forecast(the.past, the.points());
   const double error = (got.contact_maps - expected.contact_maps).abs().max().item<double>() /
                        expected.contact_maps.abs().max().item<double>();
   if (!(error < 1e-4)) return state.SkipWithError("fast and plain contact maps differ");

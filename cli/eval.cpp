@@ -39,13 +39,13 @@ void add_eval_forecast(CLI::App& verb) {
   forecast->add_option("--json", o->json, "Also write the table as JSON");
   forecast->callback([o] {
     if (!o->json.empty()) require_writable(o->json);
-    const inhabit::ForecastNetworks model =
-        inhabit::load_forecast_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
-    const inhabit::ForecastData data(o->data, o->split, model.config, o->stride);
+    const inhabit::forecast::Networks model =
+        inhabit::forecast::load_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     if (data.size() == 0)
       throw inhabit::Error(o->data.front(), "has no window of " + std::to_string(model.config.frames()) +
                                                 " frames in split " + o->split);
-    const inhabit::ForecastTable table = inhabit::evaluate_forecast(model, data);
+    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data);
     if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::table_json(table).dump(2) + "\n");
     std::printf("%s", inhabit::table_text(table).c_str());
   });
@@ -54,7 +54,7 @@ void add_eval_forecast(CLI::App& verb) {
 void add_eval_anticipate(CLI::App& verb) {
   struct Options {
     std::string data, split = "test", model, json;
-    inhabit::AnticipateEvaluation evaluation;
+    inhabit::anticipate::Evaluation evaluation;
   };
   CLI::App* anticipate = verb.add_subcommand(
       "anticipate",
@@ -82,12 +82,12 @@ void add_eval_anticipate(CLI::App& verb) {
   anticipate->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
-    const AnticipateNetworks networks =
-        load_anticipate_networks(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
+    const anticipate::Networks networks =
+        anticipate::load_networks(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
     Notes notes;
     const auto sequences =
-        anticipate_sequences(read_motion_set(o->data, networks.config.rate, &notes), o->split, networks.skeleton);
-    const AnticipateTable table = evaluate_anticipate(networks, sequences, o->evaluation);
+        anticipate::sequences_of(read_motion_set(o->data, networks.config.rate, &notes), o->split, networks.skeleton);
+    const anticipate::Table table = anticipate::evaluate(networks, sequences, o->evaluation);
     if (table.actions.empty()) throw Error(o->data, "has no recording long enough in split " + o->split);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     for (const std::string& note : notes) std::printf("%s\n", note.c_str());
@@ -96,7 +96,7 @@ void add_eval_anticipate(CLI::App& verb) {
 }
 
 /// What a model of in-betweening lacks, as rows of the paper's tables are called.
-std::string inbetween_row(const inhabit::InbetweenConfig& c) {
+std::string inbetween_row(const inhabit::inbetween::Config& c) {
   std::string without;
   if (!c.global_scene && !c.local_scene) {
     without = "scene";
@@ -116,11 +116,11 @@ void add_eval_inbetween(CLI::App& verb) {
     std::vector<std::string> data, models;
     std::vector<int> t_star;
     std::string split = "test", json, joints;
-    int64_t windows = 100, steps = inhabit::kInbetweenSteps;
+    int64_t windows = 100, steps = inhabit::inbetween::kDefaultSteps;
     bool clean_feet = true;
-    inhabit::Sampler sampler = inhabit::Sampler::dpm_solver;
-    inhabit::InbetweenLayout layout = inhabit::InbetweenLayout::methods;
-    inhabit::InbetweenEvaluation evaluation;
+    inhabit::inbetween::Sampler sampler = inhabit::inbetween::Sampler::dpm_solver;
+    inhabit::inbetween::Layout layout = inhabit::inbetween::Layout::methods;
+    inhabit::inbetween::Evaluation evaluation;
   };
   CLI::App* inbetween = verb.add_subcommand(
       "inbetween", "Frechet distance, foot skating, jerk, joint error and collisions of scene-aware in-betweening");
@@ -155,43 +155,44 @@ void add_eval_inbetween(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   inbetween->add_option("--seed", o->evaluation.seed, "First seed")->check(whole_number)->capture_default_str();
-  using inhabit::InbetweenLayout;
+  namespace inbetween = inhabit::inbetween;
   inbetween
       ->add_option("--layout", o->layout,
                    "Columns: methods (Tables 1, 3), close (2), keys (6), settings (8), seeds (9)")
       ->transform(
-          CLI::CheckedTransformer(std::map<std::string, InbetweenLayout>{{"methods", InbetweenLayout::methods},
-                                                                         {"close", InbetweenLayout::close},
-                                                                         {"keys", InbetweenLayout::keys},
-                                                                         {"settings", InbetweenLayout::settings},
-                                                                         {"seeds", InbetweenLayout::seeds}}));
+          CLI::CheckedTransformer(std::map<std::string, inbetween::Layout>{{"methods", inbetween::Layout::methods},
+                                                                           {"close", inbetween::Layout::close},
+                                                                           {"keys", inbetween::Layout::keys},
+                                                                           {"settings", inbetween::Layout::settings},
+                                                                           {"seeds", inbetween::Layout::seeds}}));
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   inbetween->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
     torch::Tensor given;
-    if (!o->joints.empty()) given = given_groups(o->joints);
-    o->evaluation.key_joints = given_joints(given);
-    std::vector<InbetweenMethod> methods;
-    if (!given.defined()) methods = interpolation_methods();  // they know whole poses only
-    InbetweenConfig config;
-    const auto add_model = [&](InbetweenNetworks networks) {
-      const auto model = std::make_shared<SceneInbetweener>(std::move(networks));
-      methods.push_back({inbetween_row(model->config()),
-                         [model, given, o](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
-                           InbetweenRequest request;
-                           request.keys = keys;
-                           request.given = given;
-                           request.seed = seed;
-                           request.steps = o->steps;
-                           request.clean_feet = o->clean_feet;
-                           request.sampler = o->sampler;
-                           return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
-                         }});
+    if (!o->joints.empty()) given = inbetween::given_groups(o->joints);
+    o->evaluation.key_joints = inbetween::given_joints(given);
+    std::vector<inbetween::Method> methods;
+    if (!given.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
+    inbetween::Config config;
+    const auto add_model = [&](inbetween::Networks networks) {
+      const auto model = std::make_shared<inbetween::SceneInbetweener>(std::move(networks));
+      methods.push_back(
+          {inbetween_row(model->config()),
+           [model, given, o](const inbetween::Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
+             inbetween::Options request;
+             request.keys = keys;
+             request.given = given;
+             request.seed = seed;
+             request.steps = o->steps;
+             request.clean_feet = o->clean_feet;
+             request.sampler = o->sampler;
+             return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
+           }});
     };
     for (const std::string& file : o->models) {
-      InbetweenNetworks networks = load_inbetween_networks(file);
+      inbetween::Networks networks = inbetween::load_networks(file);
       config = networks.config;
       if (!o->t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
       for (const int t_star : o->t_star.empty() ? std::vector<int>{config.t_star} : o->t_star) {
@@ -199,19 +200,20 @@ void add_eval_inbetween(CLI::App& verb) {
         add_model(networks);
       }
     }
-    const InbetweenData data(o->data, o->split, config, config.frames);
+    const inbetween::Data data(o->data, o->split, config, config.frames);
     if (data.size() == 0)
       throw Error(o->data.front(),
                   "has no window of " + std::to_string(config.frames) + " frames in split " + o->split);
-    std::vector<InbetweenWindow> windows;
+    std::vector<inbetween::Window> windows;
     const int64_t count = std::min(o->windows, data.size());
     for (int64_t i = 0; i < count; ++i) {
       auto w = data.window(i * data.size() / count);
       windows.push_back({w.name, w.clip, {}, w.scene});
     }
-    const MotionAutoencoder features = load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+    const inbetween::MotionAutoencoder features =
+        inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
     o->evaluation.progress = progress_lines("windows filled");
-    const InbetweenTable table = evaluate_inbetween(windows, methods, features, o->evaluation);
+    const inbetween::Table table = inbetween::evaluate(windows, methods, features, o->evaluation);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table, o->layout).c_str());
   });
@@ -221,7 +223,7 @@ void add_eval_detour(CLI::App& verb) {
   struct Options {
     std::string model;
     int64_t runs = 10;
-    inhabit::InbetweenRequest request;
+    inhabit::inbetween::Options request;
   };
   CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight way: who goes around");
   auto o = std::make_shared<Options>();
@@ -234,9 +236,9 @@ void add_eval_detour(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   detour->callback([o] {
-    const auto model =
-        inhabit::SceneInbetweener::load(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
-    const inhabit::DetourScores scores = inhabit::evaluate_detour(model, o->request, o->runs);
+    const auto model = inhabit::inbetween::SceneInbetweener::load(
+        o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
+    const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
     std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
                 static_cast<long long>(scores.around), static_cast<long long>(scores.runs),
                 static_cast<long long>(scores.around_unseen));

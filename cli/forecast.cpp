@@ -20,10 +20,10 @@ struct ForecastArguments {
   inhabit::ClipReadOptions reading;
   SceneInput scene;
   std::vector<std::string> outputs;
-  inhabit::ForecastClipOptions forecast;
+  inhabit::forecast::Options forecast;
 };
 
-inhabit::Page forecast_page(const inhabit::ForecastClips& clips, const inhabit::Scene& scene,
+inhabit::Page forecast_page(const inhabit::forecast::ForecastClips& clips, const inhabit::Scene& scene,
                             const std::string& title) {
   using Role = inhabit::PagePerson::Role;
   inhabit::Page page;
@@ -65,16 +65,16 @@ void add_forecast(CLI::App& app) {
     const Clip clip = read_motion(o->motion, o->reading, notes);
     Scene scene;
     if (o->scene.file.empty()) {
-      scene = assumed_floor(clip);
+      scene = forecast::assumed_floor(clip);
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     } else {
       scene = read_scene(o->scene, notes);
     }
     const std::string model = o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model;
-    const auto forecaster = ContactForecaster::load(model);
+    const auto forecaster = forecast::ContactForecaster::load(model);
     if (forecaster.config().joints != kStandardJoints)
       throw Error(model, "observes " + std::to_string(forecaster.config().joints) + " joints, not the standard 22");
-    const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
+    const forecast::ForecastClips clips = forecast::forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
     say(notes);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html")

@@ -32,7 +32,7 @@ struct InbetweenArguments {
   ClipReadOptions reading;
   SceneInput scene;
   bool noisy = false;
-  InbetweenRequest request;
+  inbetween::Options request;
 };
 
 /// A clip at `rate` whose frames `keys`, the first being 0, are `poses`; the frames between, which nobody looks at,
@@ -81,7 +81,7 @@ Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t
   const Clip source = retarget(read_motion(motion, o.reading, notes), motion);
   std::vector<int64_t> frames;
   try {
-    for (const int64_t frame : key_frames(o.keys, source.frames(), o.request.seed)) {
+    for (const int64_t frame : inbetween::key_frames(o.keys, source.frames(), o.request.seed)) {
       const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
       if (!keys.empty() && key == keys.back()) {
         if (frame + 1 < source.frames() || keys.size() == 1) continue;
@@ -158,7 +158,7 @@ void add_inbetween(CLI::App& app) {
     const std::string model =
         !o->model.empty() ? o->model
                           : shipped_model(o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
-    const auto inbetweener = SceneInbetweener::load(model);
+    const auto inbetweener = inbetween::SceneInbetweener::load(model);
     const double rate = inbetweener.config().rate;
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
@@ -171,11 +171,11 @@ void add_inbetween(CLI::App& app) {
       if (o->keys.empty()) o->keys = "ends";
       clip = clip_of_keys(poses_in_file(*o, rate, o->request.keys, notes), o->request.keys, rate);
     }
-    if (!o->joints.empty()) o->request.given = given_groups(o->joints);
+    if (!o->joints.empty()) o->request.given = inbetween::given_groups(o->joints);
     const Clip poses = frames_at(clip, o->request.keys);
     Scene scene;
     if (o->scene.file.empty()) {
-      scene = assumed_floor(poses);
+      scene = forecast::assumed_floor(poses);
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     } else {
       scene = read_scene(o->scene, notes);
@@ -198,7 +198,7 @@ void add_inbetween(CLI::App& app) {
         PagePerson person{filled, "filled in", PagePerson::Role::filled};
         person.keys = o->request.keys;
         if (o->noisy || o->request.given.defined()) person.given = poses;
-        person.given_joints = given_joints(o->request.given);
+        person.given_joints = inbetween::given_joints(o->request.given);
         person.collides = colliding_frames(meter, filled);
         page.people.push_back(person);
         write_page(out, page);

@@ -24,17 +24,19 @@ struct IntentionsArguments {
   uint64_t seed = 1;
 };
 
-Clip motion_of(const AnticipateSequence& recording, const LabelSummary& label, const Skeleton& skeleton, double rate) {
+Clip motion_of(const anticipate::Sequence& recording, const anticipate::LabelSummary& label, const Skeleton& skeleton,
+               double rate) {
   const int64_t last = std::min(label.last, label.first + static_cast<int64_t>(kLongestShown * rate));
   Clip clip;
   clip.skeleton = skeleton;
   clip.rate = rate;
   clip.joints =
-      feature_joints(recording.features.slice(0, label.first, last), torch::zeros({3}), torch::zeros({})).contiguous();
+      anticipate::feature_joints(recording.features.slice(0, label.first, last), torch::zeros({3}), torch::zeros({}))
+          .contiguous();
   return clip;
 }
 
-Page summary_page(const IntentionSummary& summary, const std::vector<AnticipateSequence>& recordings,
+Page summary_page(const anticipate::IntentionSummary& summary, const std::vector<anticipate::Sequence>& recordings,
                   const Skeleton& skeleton, double rate) {
   Page page;
   page.note =
@@ -44,7 +46,7 @@ Page summary_page(const IntentionSummary& summary, const std::vector<AnticipateS
   for (size_t i = 0; i < recordings.size(); ++i)
     page.recordings->rows.push_back({recordings[i].name, recordings[i].action, summary.tracks[i], {}});
   for (size_t c = 0; c < summary.labels.size(); ++c) {
-    const LabelSummary& label = summary.labels[c];
+    const anticipate::LabelSummary& label = summary.labels[c];
     if (label.segments == 0) continue;
     PagePerson person;
     person.clip = motion_of(recordings[label.recording], label, skeleton, rate);
@@ -69,28 +71,28 @@ void add_intentions(CLI::App& app) {
   verb->add_option("--seed", o->seed, "Seed of the clusters")->check(whole_number)->capture_default_str();
   verb->add_option("--json", o->json, "Also write the table as JSON");
   verb->callback([o] {
-    AnticipateConfig config;
-    for (const std::string& setting : o->settings) set_field(config, setting);
+    anticipate::Config config;
+    for (const std::string& setting : o->settings) anticipate::set_field(config, setting);
     if (o->labels > 0) config.labels = o->labels;
     validate(config, "configuration");
     require_writable(o->out);
     if (!o->json.empty()) require_writable(o->json);
     Notes notes;
     const auto motions = read_motion_set(o->data, config.rate, &notes);
-    const Skeleton skeleton = training_skeleton(motions, o->data);
-    auto recordings = anticipate_sequences(motions, "train", skeleton);
-    const IntentionClusters clusters = cluster_recordings(recordings, config, o->seed);
+    const Skeleton skeleton = anticipate::training_skeleton(motions, o->data);
+    auto recordings = anticipate::sequences_of(motions, "train", skeleton);
+    const anticipate::IntentionClusters clusters = anticipate::cluster_recordings(recordings, config, o->seed);
     for (const char* split : {"val", "test"})
-      for (AnticipateSequence& recording : anticipate_sequences(motions, split, skeleton)) {
+      for (anticipate::Sequence& recording : anticipate::sequences_of(motions, split, skeleton)) {
         recording.name += std::string(" (") + split + ")";
         recordings.push_back(std::move(recording));
       }
-    const IntentionSummary summary = summarise_intentions(recordings, clusters, config.rate);
+    const anticipate::IntentionSummary summary = anticipate::summarise_intentions(recordings, clusters, config.rate);
     Page page = summary_page(summary, recordings, skeleton, config.rate);
     page.title = "Intentions of " + std::filesystem::path(o->data + "/").parent_path().filename().string();
     write_page(o->out, page);
-    if (!o->json.empty()) write_atomically(o->json, summary_json(summary, recordings).dump(1) + "\n");
+    if (!o->json.empty()) write_atomically(o->json, anticipate::summary_json(summary, recordings).dump(1) + "\n");
     for (const std::string& note : notes) std::printf("%s\n", note.c_str());
-    std::printf("%s%s\n", summary_text(summary).c_str(), o->out.c_str());
+    std::printf("%s%s\n", anticipate::summary_text(summary).c_str(), o->out.c_str());
   });
 }

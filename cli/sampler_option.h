@@ -5,8 +5,10 @@
 
 #include "inhabit/inbetween/sampler.h"
 
-inline void add_sampler(CLI::App& verb, inhabit::Sampler& sampler) {
+inline void add_sampler(CLI::App& verb, inhabit::inbetween::Sampler& sampler) {
   verb.add_option("--sampler", sampler, "ddpm, ddim or dpm (DPM-Solver++ 2M, the default)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, inhabit::Sampler>{
-          {"ddpm", inhabit::Sampler::ddpm}, {"ddim", inhabit::Sampler::ddim}, {"dpm", inhabit::Sampler::dpm_solver}}));
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, inhabit::inbetween::Sampler>{{"ddpm", inhabit::inbetween::Sampler::ddpm},
+                                                             {"ddim", inhabit::inbetween::Sampler::ddim},
+                                                             {"dpm", inhabit::inbetween::Sampler::dpm_solver}}));
 }

@@ -13,10 +13,10 @@
 namespace {
 
 void add_train_forecast(CLI::App& verb) {
-  using inhabit::ForecastTraining;
+  namespace forecast = inhabit::forecast;
   CLI::App* forecast =
       verb.add_subcommand("forecast", "Contact-aware forecasting: contact network, then motion network");
-  auto options = std::make_shared<ForecastTraining>();
+  auto options = std::make_shared<forecast::Training>();
   auto device = std::make_shared<std::string>("cpu");
   forecast->add_option("--data", options->data, "Native data set folders")->required();
   forecast->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
@@ -27,12 +27,12 @@ void add_train_forecast(CLI::App& verb) {
       ->add_option("--stage", options->stage,
                    "contact, motion, adapt (motion on predicted contacts), both (these three), trajectory (LTD) or all")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, ForecastTraining::Stage>{{"contact", ForecastTraining::Stage::contact},
-                                                         {"motion", ForecastTraining::Stage::motion},
-                                                         {"trajectory", ForecastTraining::Stage::trajectory},
-                                                         {"adapt", ForecastTraining::Stage::adapt},
-                                                         {"both", ForecastTraining::Stage::both},
-                                                         {"all", ForecastTraining::Stage::all}}));
+          std::map<std::string, forecast::Training::Stage>{{"contact", forecast::Training::Stage::contact},
+                                                           {"motion", forecast::Training::Stage::motion},
+                                                           {"trajectory", forecast::Training::Stage::trajectory},
+                                                           {"adapt", forecast::Training::Stage::adapt},
+                                                           {"both", forecast::Training::Stage::both},
+                                                           {"all", forecast::Training::Stage::all}}));
   forecast->add_option("--device", *device, "cpu or cuda")
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();
@@ -57,26 +57,26 @@ void add_train_forecast(CLI::App& verb) {
       throw inhabit::Error("--device cuda", "this LibTorch sees no CUDA device");
     options->device = torch::Device(*device);
     require_writable(options->out);
-    if (!inhabit::train_forecast(*options)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
+    if (!inhabit::forecast::train(*options)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
     spdlog::info("wrote {}", options->out);
   });
 }
 
 void add_train_anticipate(CLI::App& verb) {
-  using inhabit::AnticipateTraining;
+  namespace anticipate = inhabit::anticipate;
   CLI::App* anticipate =
       verb.add_subcommand("anticipate", "Intention-driven anticipation, and the networks it is compared with");
-  auto options = std::make_shared<AnticipateTraining>();
+  auto options = std::make_shared<anticipate::Training>();
   auto settings = std::make_shared<std::vector<std::string>>();
   anticipate->add_option("--data", options->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
   anticipate->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
   anticipate->add_option("--set", *settings, "Settings of the configuration, KEY=VALUE, such as gamma=5");
   anticipate->add_option("--stage", options->stage, "intention (ours), seq2seq, trajectory (LTD) or all")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, AnticipateTraining::Stage>{{"intention", AnticipateTraining::Stage::intention},
-                                                           {"seq2seq", AnticipateTraining::Stage::seq2seq},
-                                                           {"trajectory", AnticipateTraining::Stage::trajectory},
-                                                           {"all", AnticipateTraining::Stage::all}}));
+          std::map<std::string, anticipate::Training::Stage>{{"intention", anticipate::Training::Stage::intention},
+                                                             {"seq2seq", anticipate::Training::Stage::seq2seq},
+                                                             {"trajectory", anticipate::Training::Stage::trajectory},
+                                                             {"all", anticipate::Training::Stage::all}}));
   anticipate->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
   anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")
       ->check(whole_number)
@@ -87,10 +87,10 @@ void add_train_anticipate(CLI::App& verb) {
       ->check(whole_over_zero)
       ->capture_default_str();
   anticipate->callback([options, settings] {
-    for (const std::string& setting : *settings) inhabit::set_field(options->config, setting);
+    for (const std::string& setting : *settings) inhabit::anticipate::set_field(options->config, setting);
     require_writable(options->out);
     inhabit::Notes notes;
-    const bool done = inhabit::train_anticipate(*options, &notes);
+    const bool done = inhabit::anticipate::train(*options, &notes);
     for (const std::string& note : notes) spdlog::info("{}", note);
     if (!done) throw CLI::RuntimeError(130);
     spdlog::info("wrote {}", options->out);
@@ -98,9 +98,9 @@ void add_train_anticipate(CLI::App& verb) {
 }
 
 void add_train_inbetween(CLI::App& verb) {
-  using inhabit::InbetweenTraining;
+  namespace inbetween = inhabit::inbetween;
   CLI::App* inbetween = verb.add_subcommand("inbetween", "Scene-aware in-betweening: the denoiser");
-  auto options = std::make_shared<InbetweenTraining>();
+  auto options = std::make_shared<inbetween::Training>();
   auto preset = std::make_shared<std::string>("compact");
   auto without = std::make_shared<std::vector<std::string>>();
   auto t_star = std::make_shared<int>(20);
@@ -130,14 +130,14 @@ void add_train_inbetween(CLI::App& verb) {
   inbetween->add_flag("--half", options->half, "Write weights in half precision");
   inbetween->add_flag("--bfloat16", options->bfloat16, "Faster products on CPUs with AMX, of 8 bits' precision");
   inbetween->callback([=] {
-    options->config = inhabit::inbetween_preset(*preset);
+    options->config = inhabit::inbetween::preset(*preset);
     if (*noise_aware) options->config.t_star = *t_star;
     for (const std::string& input : *without)
       (input == "global"  ? options->config.global_scene
        : input == "local" ? options->config.local_scene
                           : options->config.body_shape) = false;
     require_writable(options->out);
-    if (!(*features ? inhabit::train_motion_features(*options) : inhabit::train_inbetween(*options)))
+    if (!(*features ? inhabit::inbetween::train_motion_features(*options) : inhabit::inbetween::train(*options)))
       throw CLI::RuntimeError(130);
     spdlog::info("wrote {}", options->out);
   });

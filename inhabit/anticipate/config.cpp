@@ -5,7 +5,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using nlohmann::json;
@@ -43,16 +43,16 @@ constexpr auto fields = [](auto& c, const auto& visit) {
 
 }  // namespace
 
-std::string to_json(const AnticipateConfig& config) { return fields_to_json(config, fields).dump(); }
+std::string to_json(const Config& config) { return fields_to_json(config, fields).dump(); }
 
-AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject) {
-  AnticipateConfig config;
+Config config_from_json(const std::string& text, const std::string& subject) {
+  Config config;
   fields_from_json(config_object(text, subject), subject, fields, config);
   validate(config, subject);
   return config;
 }
 
-void set_field(AnticipateConfig& config, const std::string& setting) {
+void set_field(Config& config, const std::string& setting) {
   const size_t at = setting.find('=');
   const json value = at == std::string::npos ? json() : json::parse(setting.substr(at + 1), nullptr, false);
   if (value.is_discarded() || value.is_null())
@@ -60,7 +60,7 @@ void set_field(AnticipateConfig& config, const std::string& setting) {
   fields_from_json({{setting.substr(0, at), value}}, setting, fields, config);
 }
 
-void validate(const AnticipateConfig& c, const std::string& subject) {
+void validate(const Config& c, const std::string& subject) {
   const auto within = [&](const char* name, double value, double low, double high) {
     if (!(value >= low && value <= high))
       throw Error(subject, std::string("configuration: '") + name + "' is out of range");
@@ -93,4 +93,4 @@ void validate(const AnticipateConfig& c, const std::string& subject) {
   within("ltd_blocks", c.ltd_blocks, 1, 64);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

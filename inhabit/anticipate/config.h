@@ -1,11 +1,11 @@
 #pragma once
 #include <string>
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// Everything that intention-driven anticipation must know to be built, trained and run; it travels in a model file's
 /// metadata. Defaults are the paper's where it names a value.
-struct AnticipateConfig {
+struct Config {
   double rate = 25;        ///< frames a second
   int observed = 50;       ///< t, frames; a shorter observation is led in by its first frame
   int future = 50;         ///< T - t in training; any horizon can be asked for
@@ -35,20 +35,20 @@ struct AnticipateConfig {
   int ltd_hidden = 128;                 ///< (the original: 256)
   int ltd_blocks = 6;                   ///< residual blocks (the original: 12)
 
-  bool operator==(const AnticipateConfig&) const = default;
+  bool operator==(const Config&) const = default;
 };
 
-std::string to_json(const AnticipateConfig& config);
+std::string to_json(const Config& config);
 
 /// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible
 /// values are refused.
-AnticipateConfig anticipate_config_from_json(const std::string& text, const std::string& subject);
+Config config_from_json(const std::string& text, const std::string& subject);
 
 /// Sets one field from text, "gamma=5". Throws Error naming the setting for unknown keys and values of another type;
 /// whether they fit together is for validate() to say when all are set.
-void set_field(AnticipateConfig& config, const std::string& setting);
+void set_field(Config& config, const std::string& setting);
 
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
-void validate(const AnticipateConfig& config, const std::string& subject);
+void validate(const Config& config, const std::string& subject);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

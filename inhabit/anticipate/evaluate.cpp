@@ -14,7 +14,7 @@
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
@@ -22,9 +22,9 @@ using torch::Tensor;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// The motion words of every recording of an action (N, kappa, 12, 3).
-Tensor action_words(const std::vector<AnticipateSequence>& sequences, const std::string& action, int64_t kappa) {
+Tensor action_words(const std::vector<Sequence>& sequences, const std::string& action, int64_t kappa) {
   std::vector<Tensor> words;
-  for (const AnticipateSequence& s : sequences)
+  for (const Sequence& s : sequences)
     if (s.action == action) words.push_back(pose_words(feature_poses(s.features), kappa));
   return torch::cat(words);
 }
@@ -44,9 +44,9 @@ double joint_speed(const Tensor& poses, double rate) {
   return (poses.slice(-3, 1) - poses.slice(-3, 0, -1)).norm(2, {-1}).mean().item<double>() * rate;
 }
 
-std::set<std::string> actions_of(const std::vector<AnticipateSequence>& sequences) {
+std::set<std::string> actions_of(const std::vector<Sequence>& sequences) {
   std::set<std::string> out;
-  for (const AnticipateSequence& s : sequences) out.insert(s.action);
+  for (const Sequence& s : sequences) out.insert(s.action);
   return out;
 }
 
@@ -73,9 +73,9 @@ void visit_curves(Scores& scores, const Visit& visit) {
 }
 
 /// One method's futures (S, T, F) of one window, measured at the horizons.
-AnticipateScores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, const WordIndex& database,
-                         const std::vector<double>& horizons, const AnticipateConfig& c, double real_speed) {
-  AnticipateScores out;
+Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, const WordIndex& database,
+               const std::vector<double>& horizons, const Config& c, double real_speed) {
+  Scores out;
   const Tensor scores = future_scores(past, futures, database, c.kappa).mean(0);  // (T)
   const Tensor poses = feature_poses(futures);
   const int64_t known = std::min(truth.size(0), futures.size(1));
@@ -86,7 +86,7 @@ AnticipateScores measure(const Tensor& past, const Tensor& futures, const Tensor
       futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
   const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
     const auto place = torch::zeros({features.size(0), 3}), heading = torch::zeros({features.size(0)});
-    return feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
+    return inbetween::feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
   };
   const Tensor root =
       (way(futures.slice(1, 0, known)) - way(truth.slice(0, 0, known).unsqueeze(0))).norm(2, {2}).mean(0);
@@ -113,12 +113,12 @@ AnticipateScores measure(const Tensor& past, const Tensor& futures, const Tensor
   return out;
 }
 
-AnticipateScores mean_scores(const std::vector<const AnticipateScores*>& all) {
-  AnticipateScores out;
+Scores mean_scores(const std::vector<const Scores*>& all) {
+  Scores out;
   out.method = all.front()->method;
   Mean power, speed;
   std::map<std::string, std::vector<Mean>> curves;
-  for (const AnticipateScores* scores : all) {
+  for (const Scores* scores : all) {
     power.add(scores->npss);
     speed.add(scores->speed_ratio);
     visit_curves(*scores, [&](const char* name, const std::vector<double>& values) {
@@ -135,10 +135,10 @@ AnticipateScores mean_scores(const std::vector<const AnticipateScores*>& all) {
   return out;
 }
 
-std::vector<AnticipateScores> means_by_method(const std::vector<std::vector<AnticipateScores>>& all) {
-  std::vector<AnticipateScores> out;
+std::vector<Scores> means_by_method(const std::vector<std::vector<Scores>>& all) {
+  std::vector<Scores> out;
   for (size_t method = 0; method < all.front().size(); ++method) {
-    std::vector<const AnticipateScores*> same;
+    std::vector<const Scores*> same;
     same.reserve(all.size());
     for (const auto& rows : all) same.push_back(&rows[method]);
     out.push_back(mean_scores(same));
@@ -148,11 +148,10 @@ std::vector<AnticipateScores> means_by_method(const std::vector<std::vector<Anti
 
 }  // namespace
 
-AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& test,
-                                    const AnticipateEvaluation& options) {
+Table evaluate(const Networks& networks, const std::vector<Sequence>& test, const Evaluation& options) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig& c = networks.config;
-  AnticipateTable table;
+  const Config& c = networks.config;
+  Table table;
   table.samples = options.samples;
   for (const double horizon : {0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0, 20.0, 30.0})
     if (horizon <= options.seconds + 1e-9) table.horizons.push_back(horizon);
@@ -160,8 +159,8 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
   std::optional<FastFutures> ours;
   if (!networks.pose.is_empty()) ours.emplace(networks);
 
-  std::map<std::string, std::vector<AnticipateWindow>> windows;
-  for (const AnticipateWindow& window : test_windows(test, c, options.windows))
+  std::map<std::string, std::vector<Window>> windows;
+  for (const Window& window : test_windows(test, c, options.windows))
     windows[test[window.sequence].action].push_back(window);
   for (const std::string& action : actions_of(test)) {
     if (windows.count(action) == 0) {
@@ -170,13 +169,13 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
     }
     const WordIndex database(action_words(test, action, c.kappa));
     Mean real_speed;
-    for (const AnticipateSequence& s : test)
+    for (const Sequence& s : test)
       if (s.action == action) real_speed.add(joint_speed(feature_poses(s.features), c.rate));
-    std::vector<std::vector<AnticipateScores>> scores;
-    for (const AnticipateWindow& window : windows[action]) {
+    std::vector<std::vector<Scores>> scores;
+    for (const Window& window : windows[action]) {
       const Tensor& features = test[window.sequence].features;
       const Tensor past = observation(features, window.now, c.observed), truth = features.slice(0, window.now);
-      std::vector<AnticipateScores> rows;
+      std::vector<Scores> rows;
       const auto add = [&](const std::string& method, const Tensor& futures) {
         rows.push_back(measure(past, futures, truth, database, table.horizons, c, real_speed.value()));
         rows.back().method = method;
@@ -196,7 +195,7 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
         {action, static_cast<int64_t>(scores.size()), database.words().size(0), means_by_method(scores)});
   }
   if (table.actions.empty()) return table;
-  std::vector<std::vector<AnticipateScores>> all;
+  std::vector<std::vector<Scores>> all;
   int64_t count = 0, words = 0;
   for (const auto& action : table.actions) {
     all.push_back(action.rows);
@@ -207,7 +206,7 @@ AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const st
   return table;
 }
 
-std::string table_text(const AnticipateTable& table) {
+std::string table_text(const Table& table) {
   std::string text =
       fmt::format("NDMS, {} futures of each observation\n{:<18}{:<16}", table.samples, "action", "method");
   for (const double h : table.horizons) text += fmt::format("{:>7.1f}s", h);
@@ -216,23 +215,22 @@ std::string table_text(const AnticipateTable& table) {
     return std::isnan(value) ? fmt::format("{:>7}", "-") : fmt::format(fmt::runtime(format), value);
   };
   for (const auto& action : table.actions)
-    for (const AnticipateScores& row : action.rows) {
+    for (const Scores& row : action.rows) {
       text += fmt::format("{:<18}{:<16}", action.name, row.method);
       for (const double value : row.ndms) text += fmt::format("{:>8.3f}", value);
       text += number(row.npss, "{:>7.3f}") + number(row.speed_ratio, "{:>7.2f}") + "\n";
     }
   const auto& mean = table.actions.back();
-  for (const auto& [title, curve] : {std::pair("joint error (mm)", &AnticipateScores::error),
-                                     {"joint error, best of N (mm)", &AnticipateScores::best_error},
-                                     {"root error (mm)", &AnticipateScores::root_error},
-                                     {"APD (m)", &AnticipateScores::apd}}) {
+  for (const auto& [title, curve] : {std::pair("joint error (mm)", &Scores::error),
+                                     {"joint error, best of N (mm)", &Scores::best_error},
+                                     {"root error (mm)", &Scores::root_error},
+                                     {"APD (m)", &Scores::apd}}) {
     text += fmt::format("{}, mean over actions\n", title);
-    for (const AnticipateScores& row : mean.rows) {
+    for (const Scores& row : mean.rows) {
       text += fmt::format("{:<18}{:<16}", "", row.method);
       for (const double value : row.*curve)
-        text += std::isnan(value)
-                    ? fmt::format("{:>8}", "-")
-                    : fmt::format(fmt::runtime(curve == &AnticipateScores::apd ? "{:>8.2f}" : "{:>8.0f}"), value);
+        text += std::isnan(value) ? fmt::format("{:>8}", "-")
+                                  : fmt::format(fmt::runtime(curve == &Scores::apd ? "{:>8.2f}" : "{:>8.0f}"), value);
       text += "\n";
     }
   }
@@ -240,12 +238,12 @@ std::string table_text(const AnticipateTable& table) {
   return text;
 }
 
-nlohmann::ordered_json table_json(const AnticipateTable& table) {
+nlohmann::ordered_json table_json(const Table& table) {
   nlohmann::ordered_json out = {{"horizons_seconds", table.horizons}, {"samples", table.samples}};
   const auto number = [](double v) { return std::isnan(v) ? nlohmann::ordered_json() : nlohmann::ordered_json(v); };
   for (const auto& action : table.actions) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const AnticipateScores& row : action.rows) {
+    for (const Scores& row : action.rows) {
       nlohmann::ordered_json r = {{"method", row.method}};
       visit_curves(row, [&](const char* name, const std::vector<double>& values) {
         for (const double value : values) r[name].push_back(number(value));
@@ -261,15 +259,15 @@ nlohmann::ordered_json table_json(const AnticipateTable& table) {
   return out;
 }
 
-double validation_ndms(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& sequences) {
-  const AnticipateConfig& c = networks.config;
+double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences) {
+  const Config& c = networks.config;
   constexpr int64_t kSamples = 4, kWindows = 4;
   const FastFutures ours(networks);
   const auto frames = static_cast<int64_t>(10 * c.rate);
   std::map<std::string, Mean> actions;
   std::map<std::string, WordIndex> databases;
-  for (const AnticipateWindow& window : test_windows(sequences, c, kWindows)) {
-    const AnticipateSequence& s = sequences[window.sequence];
+  for (const Window& window : test_windows(sequences, c, kWindows)) {
+    const Sequence& s = sequences[window.sequence];
     auto database = databases.find(s.action);
     if (database == databases.end())
       database = databases.emplace(s.action, WordIndex(action_words(sequences, s.action, c.kappa))).first;
@@ -282,11 +280,10 @@ double validation_ndms(const AnticipateNetworks& networks, const std::vector<Ant
   return mean.value();
 }
 
-double validation_error(const AnticipateNetworks& networks, bool trajectory,
-                        const std::vector<AnticipateSequence>& sequences) {
-  const AnticipateConfig& c = networks.config;
+double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences) {
+  const Config& c = networks.config;
   Mean mean;
-  for (const AnticipateWindow& window : test_windows(sequences, c, 32)) {
+  for (const Window& window : test_windows(sequences, c, 32)) {
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
@@ -297,4 +294,4 @@ double validation_error(const AnticipateNetworks& networks, bool trajectory,
   return mean.value();
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -6,10 +6,10 @@
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// One method on one action, or over all of them. Curves have a value a horizon; NaN where the recordings end earlier.
-struct AnticipateScores {
+struct Scores {
   std::string method;
   std::vector<double> ndms;        ///< Eq. 9 over the words that end in the 0.4 s up to the horizon
   std::vector<double> error;       ///< mm, mean joint error at the horizon, all futures
@@ -20,19 +20,19 @@ struct AnticipateScores {
   double speed_ratio = 0;          ///< mean joint speed of 4 s to the end over that of the real motion
 };
 
-struct AnticipateTable {
+struct Table {
   std::vector<double> horizons;  ///< seconds
   int64_t samples = 0;           ///< futures of each observation
   struct Action {
     std::string name;
     int64_t windows = 0, words = 0;  ///< observations, words in the database
-    std::vector<AnticipateScores> rows;
+    std::vector<Scores> rows;
   };
   std::vector<Action> actions;        ///< then their mean, named "mean"
   std::vector<std::string> left_out;  ///< actions without a test window
 };
 
-struct AnticipateEvaluation {
+struct Evaluation {
   int64_t samples = 50;
   int64_t windows = 8;  ///< of each action
   double seconds = 30;  ///< longest horizon
@@ -42,16 +42,14 @@ struct AnticipateEvaluation {
 /// The paper's protocol (4, 4.2, 5): futures of every test window scored against the motion words of the test
 /// recordings of the same action, for ours and those it is compared with. Poses are local; the root's way is scored
 /// by itself.
-AnticipateTable evaluate_anticipate(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& test,
-                                    const AnticipateEvaluation& options);
+Table evaluate(const Networks& networks, const std::vector<Sequence>& test, const Evaluation& options);
 
-std::string table_text(const AnticipateTable& table);
-nlohmann::ordered_json table_json(const AnticipateTable& table);
+std::string table_text(const Table& table);
+nlohmann::ordered_json table_json(const Table& table);
 
 /// What training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an action.
-double validation_ndms(const AnticipateNetworks& networks, const std::vector<AnticipateSequence>& sequences);
+double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
 /// Mean joint error, metres, over the first second of the compared networks.
-double validation_error(const AnticipateNetworks& networks, bool trajectory,
-                        const std::vector<AnticipateSequence>& sequences);
+double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -7,13 +7,13 @@
 #include "inhabit/nn/gru_kernel.h"
 #include "inhabit/nn/parallel_chunks.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kFeatures = kAnticipateFeatures;
+constexpr int64_t kFeatures = kFeatureCount;
 
 nn::RowGru gru_of(const torch::nn::Module& module, const std::string& suffix) {
   const auto p = module.named_parameters();
@@ -34,7 +34,7 @@ std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t fra
 
 }  // namespace
 
-FastFutures::FastFutures(const AnticipateNetworks& networks) : config_(networks.config), scale_(networks.scale) {
+FastFutures::FastFutures(const Networks& networks) : config_(networks.config), scale_(networks.scale) {
   if (config_.intention) {
     intention_encoder_ = gru_of(*networks.intention->encoder, "_l0");
     intention_decoder_ = gru_of(*networks.intention->decoder, "");
@@ -152,4 +152,4 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
   return {scale_.from_network(x), labels.defined() ? labels.slice(1, 0, frames) : labels};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -4,14 +4,14 @@
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/nn/row_layers.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// Inference-only evaluation of ours on the CPU: the same futures as plain_futures(), decoded in plain loops over
 /// chunks of samples, without a graph and without allocating per frame. Holds a copy of the weights; forward() may be
 /// called from several threads.
 class FastFutures {
  public:
-  explicit FastFutures(const AnticipateNetworks& networks);
+  explicit FastFutures(const Networks& networks);
 
   /// @param past (1, t, F) or (S, t, F) metres and radians; `noise` of S samples and at least `frames` frames.
   Futures forward(const torch::Tensor& past, const FutureNoise& noise, int64_t frames) const;
@@ -21,7 +21,7 @@ class FastFutures {
   void decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
               int64_t frames, float* out) const;
 
-  AnticipateConfig config_;
+  Config config_;
   FeatureScale scale_;
   nn::RowGru intention_encoder_, intention_decoder_, pose_encoder_, layers_[3];
   nn::RowLayer intention_out_, pose_out_;
@@ -29,4 +29,4 @@ class FastFutures {
   std::vector<float> look_ahead_, look_ahead_bias_;  ///< (gamma, C, features), (features)
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

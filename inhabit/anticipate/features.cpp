@@ -2,11 +2,11 @@
 
 #include "inhabit/motion/local_pose.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
-Tensor anticipate_features(const Tensor& joints) {
+Tensor joint_features(const Tensor& joints) {
   return torch::cat({local_poses(joints).narrow(-2, 1, 21).flatten(-2), root_motion(joints)}, -1);
 }
 
@@ -28,7 +28,7 @@ Tensor feature_poses(const Tensor& features) {
   return torch::cat({torch::zeros_like(pose.narrow(-2, 0, 1)), pose}, -2);
 }
 
-Tensor feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
+Tensor inbetween::feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
   return placed_poses(feature_poses(features), features.narrow(-1, kPoseFeatures, 4), root, heading);
 }
 
@@ -39,4 +39,4 @@ FeatureScale feature_scale(const Tensor& features) {
   return {features.mean(0), deviation};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -3,11 +3,11 @@
 
 #include "inhabit/anticipate/network.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// What the networks see of joints (..., T, 22, 3): (..., T, F) local poses without the root, then the root's way
 /// (motion/local_pose.h), in metres and radians.
-torch::Tensor anticipate_features(const torch::Tensor& joints);
+torch::Tensor joint_features(const torch::Tensor& joints);
 
 /// The same of the motion seen in a mirror: left is right.
 torch::Tensor mirrored_features(const torch::Tensor& features);
@@ -17,7 +17,8 @@ torch::Tensor feature_poses(const torch::Tensor& features);
 
 /// Joints in the world (..., T, 22, 3) of features that follow on a frame with the root at `root` (..., 3) and
 /// `heading` (...).
-torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& root, const torch::Tensor& heading);
+torch::Tensor inbetween::feature_joints(const torch::Tensor& features, const torch::Tensor& root,
+                                        const torch::Tensor& heading);
 
 /// Mean and deviation (F) that features are standardised with.
 struct FeatureScale {
@@ -30,4 +31,4 @@ struct FeatureScale {
 /// do.
 FeatureScale feature_scale(const torch::Tensor& features);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -4,11 +4,11 @@
 
 #include "inhabit/math/random.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
-FutureNoise draw_noise(const AnticipateConfig& config, int64_t samples, int64_t frames, uint64_t seed) {
+FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed) {
   FutureNoise out{torch::empty({samples, config.noise}),
                   torch::empty({samples, frames + config.gamma - 1, config.labels})};
   float *z = out.z.data_ptr<float>(), *gumbel = out.gumbel.data_ptr<float>();
@@ -21,8 +21,7 @@ FutureNoise draw_noise(const AnticipateConfig& config, int64_t samples, int64_t 
   return out;
 }
 
-Futures plain_futures(const AnticipateNetworks& networks, const Tensor& past, const FutureNoise& noise,
-                      int64_t frames) {
+Futures plain_futures(const Networks& networks, const Tensor& past, const FutureNoise& noise, int64_t frames) {
   const torch::NoGradGuard no_gradients;
   PoseNetwork pose = networks.pose;
   IntentionNetwork intention = networks.intention;
@@ -34,13 +33,13 @@ Futures plain_futures(const AnticipateNetworks& networks, const Tensor& past, co
   return {networks.scale.from_network(x), labels.defined() ? labels.argmax(2).slice(1, 0, frames) : labels};
 }
 
-Tensor seq2seq_future(const AnticipateNetworks& networks, const Tensor& past, int64_t frames) {
+Tensor seq2seq_future(const Networks& networks, const Tensor& past, int64_t frames) {
   const torch::NoGradGuard no_gradients;
   Seq2SeqNetwork network = networks.seq2seq;
   return networks.scale.from_network(network->forward(networks.scale.to_network(past), frames));
 }
 
-Tensor trajectory_future(const AnticipateNetworks& networks, const Tensor& past, int64_t frames) {
+Tensor trajectory_future(const Networks& networks, const Tensor& past, int64_t frames) {
   const torch::NoGradGuard no_gradients;
   nn::TrajectoryGraph network = networks.trajectory;
   Tensor all = networks.scale.to_network(past);
@@ -49,4 +48,4 @@ Tensor trajectory_future(const AnticipateNetworks& networks, const Tensor& past,
   return networks.scale.from_network(all.slice(1, past.size(1), past.size(1) + frames));
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

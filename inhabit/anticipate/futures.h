@@ -1,14 +1,14 @@
 #pragma once
 #include "inhabit/anticipate/model_file.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// The randomness of futures: rows of one sample depend on its seed alone, not on how many are drawn with it.
 struct FutureNoise {
   torch::Tensor z;       ///< (S, Z) normal
   torch::Tensor gumbel;  ///< (S, frames + gamma - 1, C)
 };
-FutureNoise draw_noise(const AnticipateConfig& config, int64_t samples, int64_t frames, uint64_t seed);
+FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed);
 
 /// What was forecast of S futures of one observation, or one of S observations.
 struct Futures {
@@ -17,12 +17,11 @@ struct Futures {
 };
 
 /// The networks step by step, as they are trained. @param past (S, t, F) metres and radians, or one for all (1, t, F).
-Futures plain_futures(const AnticipateNetworks& networks, const torch::Tensor& past, const FutureNoise& noise,
-                      int64_t frames);
+Futures plain_futures(const Networks& networks, const torch::Tensor& past, const FutureNoise& noise, int64_t frames);
 
 /// The two compared networks; deterministic. (B, t, F) -> (B, frames, F), metres and radians. LTD goes on on its own
 /// predictions.
-torch::Tensor seq2seq_future(const AnticipateNetworks& networks, const torch::Tensor& past, int64_t frames);
-torch::Tensor trajectory_future(const AnticipateNetworks& networks, const torch::Tensor& past, int64_t frames);
+torch::Tensor seq2seq_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
+torch::Tensor trajectory_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

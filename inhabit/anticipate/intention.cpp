@@ -7,7 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
@@ -121,4 +121,4 @@ Tensor intention_labels(const Tensor& poses, const IntentionClusters& clusters) 
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 // Intention labels (3.3): k-means over poses gives every frame a cluster; clusters that follow each other round and
 // round become one label, so that walking is one intention and not a fast alternation. docs/anticipation.md says how.
@@ -51,4 +51,4 @@ IntentionClusters cluster_intentions(const std::vector<torch::Tensor>& sequences
 /// Label of every frame (T) int64 of a sequence of poses (T, D).
 torch::Tensor intention_labels(const torch::Tensor& poses, const IntentionClusters& clusters);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -11,7 +11,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/nn/parallel_chunks.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
@@ -29,31 +29,30 @@ BodyModel body_on(const Skeleton& skeleton) {
 }  // namespace
 
 struct IntentionAnticipator::Impl {
-  AnticipateConfig config;
+  Config config;
   BodyModel body;  // on the bones that the networks know
   FastFutures networks;
 
-  explicit Impl(const AnticipateNetworks& n) : config(n.config), body(body_on(n.skeleton)), networks(n) {}
+  explicit Impl(const Networks& n) : config(n.config), body(body_on(n.skeleton)), networks(n) {}
 };
 
 IntentionAnticipator IntentionAnticipator::load(const std::string& path) {
-  const AnticipateNetworks networks = load_anticipate_networks(path);
+  const Networks networks = load_networks(path);
   if (networks.pose.is_empty() || (networks.config.intention && networks.intention.is_empty()))
     throw Error(path, "lacks the networks that forecast intention and pose");
   return IntentionAnticipator(networks);
 }
 
-IntentionAnticipator::IntentionAnticipator(const AnticipateNetworks& networks)
-    : impl_(std::make_unique<Impl>(networks)) {}
+IntentionAnticipator::IntentionAnticipator(const Networks& networks) : impl_(std::make_unique<Impl>(networks)) {}
 IntentionAnticipator::~IntentionAnticipator() = default;
 IntentionAnticipator::IntentionAnticipator(IntentionAnticipator&&) noexcept = default;
 
-const AnticipateConfig& IntentionAnticipator::config() const { return impl_->config; }
+const Config& IntentionAnticipator::config() const { return impl_->config; }
 
-Anticipation IntentionAnticipator::anticipate(const Clip& clip, const AnticipateOptions& options,
+Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Options& options,
                                               const std::string& subject) const {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig& c = impl_->config;
+  const Config& c = impl_->config;
   if (options.start > clip.frames())
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
@@ -69,13 +68,13 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   Anticipation out;
   out.past = slice(motion, std::max<int64_t>(0, start - c.observed), start);
   const Tensor seen = on_skeleton(out.past, impl_->body.skeleton).joints;  // (t, 22, 3)
-  const Tensor past = observation(anticipate_features(seen), seen.size(0), c.observed).unsqueeze(0);
+  const Tensor past = observation(joint_features(seen), seen.size(0), c.observed).unsqueeze(0);
   const Futures futures = impl_->networks.forward(past, draw_noise(c, options.samples, frames, options.seed), frames);
   out.labels = futures.labels;
 
   const Tensor last = seen[seen.size(0) - 1];
-  const Tensor joints =
-      feature_joints(futures.features, last[0].expand({options.samples, 3}), headings(last).expand({options.samples}));
+  const Tensor joints = inbetween::feature_joints(futures.features, last[0].expand({options.samples, 3}),
+                                                  headings(last).expand({options.samples}));
   out.futures.resize(static_cast<size_t>(options.samples));
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;
@@ -91,4 +90,4 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

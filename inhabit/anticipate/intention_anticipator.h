@@ -6,9 +6,9 @@
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/motion/clip.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
-struct AnticipateOptions {
+struct Options {
   int64_t start = -1;    ///< first frame to forecast, counted in the clip; -1: its end
   int64_t samples = 10;  ///< futures
   double seconds = 4;    ///< how far
@@ -29,19 +29,19 @@ struct Anticipation {
 class IntentionAnticipator {
  public:
   static IntentionAnticipator load(const std::string& path);
-  explicit IntentionAnticipator(const AnticipateNetworks& networks);
+  explicit IntentionAnticipator(const Networks& networks);
   ~IntentionAnticipator();
   IntentionAnticipator(IntentionAnticipator&&) noexcept;
 
-  const AnticipateConfig& config() const;
+  const Config& config() const;
 
   /// Observes up to config().observed frames before the start, and at least kappa of them, of a clip on any skeleton
   /// that maps to the standard one, at any rate. @param subject names the clip in errors.
-  Anticipation anticipate(const Clip& clip, const AnticipateOptions& options, const std::string& subject) const;
+  Anticipation anticipate(const Clip& clip, const Options& options, const std::string& subject) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
@@ -34,8 +34,8 @@ Segment representative(std::vector<Segment> segments) {
 
 }  // namespace
 
-IntentionSummary summarise_intentions(const std::vector<AnticipateSequence>& recordings,
-                                      const IntentionClusters& clusters, double rate) {
+IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters,
+                                      double rate) {
   IntentionSummary out;
   out.labels.resize(static_cast<size_t>((clusters.labels.defined() ? clusters.labels : clusters.poses).size(0)));
   std::vector<std::vector<Segment>> segments(out.labels.size());
@@ -90,7 +90,7 @@ std::string summary_text(const IntentionSummary& summary) {
   return out;
 }
 
-nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<AnticipateSequence>& recordings) {
+nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<Sequence>& recordings) {
   nlohmann::json out = nlohmann::json::array();
   for (size_t c = 0; c < summary.labels.size(); ++c) {
     const LabelSummary& label = summary.labels[c];
@@ -108,4 +108,4 @@ nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<A
   return {{"labels", out}};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -6,7 +6,7 @@
 
 #include "inhabit/anticipate/sample.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// One intention label over a set of recordings. A segment is a longest stretch of frames with one label.
 struct LabelSummary {
@@ -26,10 +26,10 @@ struct IntentionSummary {
 };
 
 /// @param rate frames a second of the recordings.
-IntentionSummary summarise_intentions(const std::vector<AnticipateSequence>& recordings,
-                                      const IntentionClusters& clusters, double rate);
+IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters,
+                                      double rate);
 
 std::string summary_text(const IntentionSummary& summary);
-nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<AnticipateSequence>& recordings);
+nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<Sequence>& recordings);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

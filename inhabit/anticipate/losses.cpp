@@ -1,6 +1,6 @@
 #include "inhabit/anticipate/losses.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 namespace F = torch::nn::functional;
@@ -37,11 +37,11 @@ Tensor intention_loss(const Tensor& logits, const Tensor& labels, const Tensor& 
   return (each * weights.flatten()).sum() / weights.sum().clamp_min(1);
 }
 
-Tensor adversary_loss(const Tensor& real, const Tensor& forecast) {
+Tensor discriminator_loss(const Tensor& real, const Tensor& forecast) {
   return F::softplus(-real).mean() + F::softplus(forecast).mean();
 }
 
-Tensor deception_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
+Tensor generator_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
 
 Tensor sameness_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, const Tensor& enough) {
   return (1 - pose_distance(a, b, scale) / enough).clamp_min(0).mean();
@@ -51,4 +51,4 @@ Tensor pose_spread(const Tensor& frames, const FeatureScale& scale) {
   return pose_distance(frames, frames.roll(frames.size(1) / 3, 1), scale);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -2,7 +2,7 @@
 #include "inhabit/anticipate/config.h"
 #include "inhabit/anticipate/features.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// lambda(tau) of Eq. 8 for frames t+1 to t+frames: (frames), falling linearly from lambda(t) = 1 to lambda(t +
 /// rec_frames) = 0; all 1 where rec_frames is 0.
@@ -22,8 +22,8 @@ torch::Tensor intention_loss(const torch::Tensor& logits, const torch::Tensor& l
 
 /// Eq. 5 and 7 for logits of real and forecast input: what the adversary lessens, and, in its non-saturating form, what
 /// the forecast does.
-torch::Tensor adversary_loss(const torch::Tensor& real, const torch::Tensor& forecast);
-torch::Tensor deception_loss(const torch::Tensor& forecast);
+torch::Tensor discriminator_loss(const torch::Tensor& real, const torch::Tensor& forecast);
+torch::Tensor generator_loss(const torch::Tensor& forecast);
 
 /// What keeps the noise z from being ignored, which no equation of the paper does: for futures a and b (N, T, F) of the
 /// same observations, the share that the mean distance of their poses (metres, as APD takes it) lacks of `enough` (N).
@@ -33,4 +33,4 @@ torch::Tensor sameness_loss(const torch::Tensor& a, const torch::Tensor& b, cons
 /// How much poses of recordings (N, T, F) differ from each other: (N) metres, mean distance of frames T/3 apart.
 torch::Tensor pose_spread(const torch::Tensor& frames, const FeatureScale& scale);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

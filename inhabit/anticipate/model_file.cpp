@@ -4,7 +4,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/parameters.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 constexpr const char* kSystem = "intention-anticipation";
@@ -32,11 +32,11 @@ void load_network(Network& network, const Network& fresh, const std::string& pre
 
 }  // namespace
 
-nn::TrajectoryGraph make_trajectory_network(const AnticipateConfig& c) {
-  return nn::TrajectoryGraph(kAnticipateFeatures, c.ltd_past, c.ltd_future, c.ltd_hidden, c.ltd_blocks);
+nn::TrajectoryGraph forecast::make_trajectory_network(const Config& c) {
+  return nn::TrajectoryGraph(kFeatureCount, c.ltd_past, c.ltd_future, c.ltd_hidden, c.ltd_blocks);
 }
 
-void save_anticipate_networks(const std::string& path, const AnticipateNetworks& networks, bool half) {
+void save_networks(const std::string& path, const Networks& networks, bool half) {
   SafeTensors content;
   content.metadata = {{"system", kSystem}, {"config", to_json(networks.config)}};
   content.tensors["skeleton.offsets"] = networks.skeleton.offsets;
@@ -51,18 +51,18 @@ void save_anticipate_networks(const std::string& path, const AnticipateNetworks&
   write_safetensors(path, content, half);
 }
 
-AnticipateNetworks load_anticipate_networks(const std::string& path) {
+Networks load_networks(const std::string& path) {
   const SafeTensors content = read_safetensors(path);
   const auto system = content.metadata.find("system"), config = content.metadata.find("config");
   if (system == content.metadata.end() || system->second != kSystem)
     throw Error(path, std::string("is not a model of ") + kSystem);
   if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
-  AnticipateNetworks n;
-  n.config = anticipate_config_from_json(config->second, path);
+  Networks n;
+  n.config = config_from_json(config->second, path);
   n.skeleton = {standard_joint_names(), standard_parents(),
                 required(content, "skeleton.offsets", {kStandardJoints, 3}, path)};
-  n.scale = {required(content, "scale.mean", {kAnticipateFeatures}, path),
-             required(content, "scale.deviation", {kAnticipateFeatures}, path)};
+  n.scale = {required(content, "scale.mean", {kFeatureCount}, path),
+             required(content, "scale.deviation", {kFeatureCount}, path)};
   if ((n.scale.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
   n.clusters.poses = required(content, "clusters.poses", {-1, kPoseFeatures}, path);
   if (!n.config.naive_clusters)
@@ -73,10 +73,10 @@ AnticipateNetworks load_anticipate_networks(const std::string& path) {
   if (nn::has_parameters(content, "seq2seq_net."))
     load_network(n.seq2seq, Seq2SeqNetwork(n.config), "seq2seq_net.", content, path);
   if (nn::has_parameters(content, "trajectory_net."))
-    load_network(n.trajectory, make_trajectory_network(n.config), "trajectory_net.", content, path);
+    load_network(n.trajectory, forecast::make_trajectory_network(n.config), "trajectory_net.", content, path);
   if (n.intention.is_empty() && n.pose.is_empty() && n.seq2seq.is_empty() && n.trajectory.is_empty())
     throw Error(path, "holds no network");
   return n;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

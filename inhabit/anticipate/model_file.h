@@ -7,11 +7,11 @@
 #include "inhabit/body/skeleton.h"
 #include "inhabit/nn/trajectory_graph.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// A trained model and what it is compared with; a network that a file lacks is null.
-struct AnticipateNetworks {
-  AnticipateConfig config;
+struct Networks {
+  Config config;
   Skeleton skeleton;  ///< the bones that the poses were learned on
   FeatureScale scale;
   IntentionClusters clusters;
@@ -22,13 +22,13 @@ struct AnticipateNetworks {
 };
 
 /// A new network of the config's sizes.
-nn::TrajectoryGraph make_trajectory_network(const AnticipateConfig& config);
+nn::TrajectoryGraph forecast::make_trajectory_network(const Config& config);
 
 /// Writes whichever networks are there. @param half store weights in half precision.
-void save_anticipate_networks(const std::string& path, const AnticipateNetworks& networks, bool half = false);
+void save_networks(const std::string& path, const Networks& networks, bool half = false);
 
 /// Networks come in evaluation mode on the CPU. Throws Error naming the file where it is of another system, or a
 /// parameter is missing, of another shape, or not finite.
-AnticipateNetworks load_anticipate_networks(const std::string& path);
+Networks load_networks(const std::string& path);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -1,14 +1,13 @@
 #include "inhabit/anticipate/network.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 namespace F = torch::nn::functional;
 
-IntentionNetworkImpl::IntentionNetworkImpl(const AnticipateConfig& config) {
+IntentionNetworkImpl::IntentionNetworkImpl(const Config& config) {
   const int64_t hidden = config.intention_hidden;
-  encoder =
-      register_module("encoder", torch::nn::GRU(torch::nn::GRUOptions(kAnticipateFeatures, hidden).batch_first(true)));
+  encoder = register_module("encoder", torch::nn::GRU(torch::nn::GRUOptions(kFeatureCount, hidden).batch_first(true)));
   decoder = register_module("decoder", torch::nn::GRUCell(config.labels, hidden));
   out = register_module("out", torch::nn::Linear(hidden, config.labels));
 }
@@ -37,20 +36,19 @@ Tensor IntentionNetworkImpl::draw(Tensor state, const Tensor& gumbel) {
   return torch::stack(labels, 1);
 }
 
-PoseNetworkImpl::PoseNetworkImpl(const AnticipateConfig& config)
+PoseNetworkImpl::PoseNetworkImpl(const Config& config)
     : intention_features(config.intention ? config.intention_features : 0) {
   const int64_t hidden = config.hidden;
   encoder = register_module(
-      "encoder", torch::nn::GRU(torch::nn::GRUOptions(kAnticipateFeatures, hidden - config.noise).batch_first(true)));
+      "encoder", torch::nn::GRU(torch::nn::GRUOptions(kFeatureCount, hidden - config.noise).batch_first(true)));
   for (int i = 0; i < 3; ++i)
-    layers.push_back(
-        register_module("decoder" + std::to_string(i),
-                        torch::nn::GRUCell(i == 0 ? kAnticipateFeatures + intention_features : hidden, hidden)));
+    layers.push_back(register_module("decoder" + std::to_string(i),
+                                     torch::nn::GRUCell(i == 0 ? kFeatureCount + intention_features : hidden, hidden)));
   if (config.intention)
     look_ahead = register_module(
         "look_ahead", torch::nn::Conv1d(torch::nn::Conv1dOptions(config.labels, intention_features, config.gamma)));
-  out = register_module("out", torch::nn::Linear(hidden, 2 * kAnticipateFeatures));
-  pull = register_parameter("pull", torch::full({kAnticipateFeatures}, -3.0));
+  out = register_module("out", torch::nn::Linear(hidden, 2 * kFeatureCount));
+  pull = register_parameter("pull", torch::full({kFeatureCount}, -3.0));
 }
 
 PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& z) {
@@ -71,14 +69,13 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
     Tensor x = intention_features > 0 ? torch::cat({state.pose, ahead[t]}, 1) : state.pose;
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
     const Tensor y = out->forward(x);
-    state.pose =
-        state.pose + y.slice(1, 0, kAnticipateFeatures) + share * (y.slice(1, kAnticipateFeatures) - state.pose);
+    state.pose = state.pose + y.slice(1, 0, kFeatureCount) + share * (y.slice(1, kFeatureCount) - state.pose);
     poses.push_back(state.pose);
   }
   return torch::stack(poses, 1);
 }
 
-AdversaryImpl::AdversaryImpl(int64_t inputs, int64_t hidden, int depth) {
+DiscriminatorImpl::DiscriminatorImpl(int64_t inputs, int64_t hidden, int depth) {
   for (int i = 0; i < depth; ++i) {
     layers->push_back(torch::nn::Linear(i == 0 ? inputs : hidden, hidden));
     layers->push_back(torch::nn::LeakyReLU(torch::nn::LeakyReLUOptions().negative_slope(0.2)));
@@ -87,10 +84,10 @@ AdversaryImpl::AdversaryImpl(int64_t inputs, int64_t hidden, int depth) {
   register_module("layers", layers);
 }
 
-Seq2SeqNetworkImpl::Seq2SeqNetworkImpl(const AnticipateConfig& config) {
+Seq2SeqNetworkImpl::Seq2SeqNetworkImpl(const Config& config) {
   const int64_t hidden = config.seq2seq_hidden;
-  gru = register_module("gru", torch::nn::GRU(torch::nn::GRUOptions(kAnticipateFeatures, hidden).batch_first(true)));
-  out = register_module("out", torch::nn::Linear(hidden, kAnticipateFeatures));
+  gru = register_module("gru", torch::nn::GRU(torch::nn::GRUOptions(kFeatureCount, hidden).batch_first(true)));
+  out = register_module("out", torch::nn::Linear(hidden, kFeatureCount));
 }
 
 Tensor Seq2SeqNetworkImpl::forward(const Tensor& past, int64_t frames) {
@@ -105,4 +102,4 @@ Tensor Seq2SeqNetworkImpl::forward(const Tensor& past, int64_t frames) {
   return torch::cat(poses, 1);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -5,15 +5,15 @@
 
 #include "inhabit/anticipate/config.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// Numbers a frame that the networks see (F): 21 joints of the local pose, root left out, and the root's way (4), each
 /// less its mean and over its deviation in the training set.
-inline constexpr int64_t kPoseFeatures = 63, kAnticipateFeatures = kPoseFeatures + 4;
+inline constexpr int64_t kPoseFeatures = 63, kFeatureCount = kPoseFeatures + 4;
 
 /// Forecasts the intention (3.1): a recurrent encoder over the observation and an autoregressive decoder over labels.
 struct IntentionNetworkImpl : torch::nn::Module {
-  explicit IntentionNetworkImpl(const AnticipateConfig& config);
+  explicit IntentionNetworkImpl(const Config& config);
 
   /// Decoder state (B, H) after an observation (B, t, F).
   torch::Tensor encode(const torch::Tensor& past);
@@ -32,7 +32,7 @@ TORCH_MODULE(IntentionNetwork);
 /// Forecasts poses from observation, intention and noise (3.2, Eq. 6). A pose is the one before, plus a change, and
 /// drawn by a learned share towards a pose that the state names: changes alone add up and drift off in half a minute.
 struct PoseNetworkImpl : torch::nn::Module {
-  explicit PoseNetworkImpl(const AnticipateConfig& config);
+  explicit PoseNetworkImpl(const Config& config);
 
   /// What goes on from frame to frame: the states of the three layers (B, H) and the last pose (B, F).
   struct State {
@@ -55,18 +55,18 @@ struct PoseNetworkImpl : torch::nn::Module {
 TORCH_MODULE(PoseNetwork);
 
 /// Feed-forward adversary with `depth` hidden layers over flattened input: (N, D) -> (N) logits, above 0 for real.
-struct AdversaryImpl : torch::nn::Module {
-  AdversaryImpl(int64_t inputs, int64_t hidden, int depth);
+struct DiscriminatorImpl : torch::nn::Module {
+  DiscriminatorImpl(int64_t inputs, int64_t hidden, int depth);
   torch::Tensor forward(const torch::Tensor& x) { return layers->forward(x).squeeze(1); }
 
   torch::nn::Sequential layers;
 };
-TORCH_MODULE(Adversary);
+TORCH_MODULE(Discriminator);
 
 /// The residual sequence-to-sequence GRU (Martinez et al. 2017): one cell reads the observation and goes on on its own
 /// predictions, each added to the pose before.
 struct Seq2SeqNetworkImpl : torch::nn::Module {
-  explicit Seq2SeqNetworkImpl(const AnticipateConfig& config);
+  explicit Seq2SeqNetworkImpl(const Config& config);
   torch::Tensor forward(const torch::Tensor& past, int64_t frames);  ///< (B, t, F) -> (B, frames, F)
 
   torch::nn::GRU gru{nullptr};
@@ -74,4 +74,4 @@ struct Seq2SeqNetworkImpl : torch::nn::Module {
 };
 TORCH_MODULE(Seq2SeqNetwork);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -6,7 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/motion/local_pose.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 using torch::Tensor;
 
@@ -19,7 +19,7 @@ Tensor rows(const Tensor& all, int64_t first, int64_t frames) {
   return all.index_select(0, torch::arange(first, first + frames).clamp(0, all.size(0) - 1));
 }
 
-std::map<std::string, std::vector<size_t>> by_action(const std::vector<AnticipateSequence>& sequences) {
+std::map<std::string, std::vector<size_t>> by_action(const std::vector<Sequence>& sequences) {
   std::map<std::string, std::vector<size_t>> out;
   for (size_t i = 0; i < sequences.size(); ++i) out[sequences[i].action].push_back(i);
   return out;
@@ -27,12 +27,12 @@ std::map<std::string, std::vector<size_t>> by_action(const std::vector<Anticipat
 
 }  // namespace
 
-std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMotion>& motions, const std::string& split,
-                                                     const Skeleton& skeleton) {
-  std::vector<AnticipateSequence> out;
+std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
+                                   const Skeleton& skeleton) {
+  std::vector<Sequence> out;
   for (const ActionMotion& motion : motions)
     if (motion.split == split && motion.clip.frames() > 1)
-      out.push_back({motion.name, motion.action, anticipate_features(on_skeleton(motion.clip, skeleton).joints)});
+      out.push_back({motion.name, motion.action, joint_features(on_skeleton(motion.clip, skeleton).joints)});
   return out;
 }
 
@@ -44,10 +44,9 @@ Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::
 
 Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kPoseFeatures).contiguous(); }
 
-IntentionClusters cluster_recordings(const std::vector<AnticipateSequence>& recordings, const AnticipateConfig& config,
-                                     uint64_t seed) {
+IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed) {
   std::vector<Tensor> poses;
-  for (const AnticipateSequence& recording : recordings)
+  for (const Sequence& recording : recordings)
     for (const Tensor& features : {recording.features, mirrored_features(recording.features)})
       poses.push_back(intention_poses(features));
   return cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, seed);
@@ -57,12 +56,11 @@ Tensor observation(const Tensor& features, int64_t now, int64_t observed) {
   return rows(features, now - observed, observed);
 }
 
-std::vector<AnticipateWindow> test_windows(const std::vector<AnticipateSequence>& sequences,
-                                           const AnticipateConfig& config, int64_t per_action) {
+std::vector<Window> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action) {
   const auto second = static_cast<int64_t>(config.rate);
-  std::vector<AnticipateWindow> out;
+  std::vector<Window> out;
   for (const auto& [action, members] : by_action(sequences)) {
-    std::vector<AnticipateWindow> possible;
+    std::vector<Window> possible;
     for (const size_t i : members) {
       const int64_t frames = sequences[i].features.size(0);
       const int64_t latest = frames - second >= config.observed ? frames - second : frames - kLeastFuture;
@@ -75,14 +73,13 @@ std::vector<AnticipateWindow> test_windows(const std::vector<AnticipateSequence>
   return out;
 }
 
-AnticipateData::AnticipateData(std::vector<AnticipateSequence> sequences, const AnticipateNetworks& networks)
-    : config_(networks.config) {
-  for (const AnticipateSequence& sequence : sequences)
+Data::Data(std::vector<Sequence> sequences, const Networks& networks) : config_(networks.config) {
+  for (const Sequence& sequence : sequences)
     for (const Tensor& features : {sequence.features, mirrored_features(sequence.features)}) {
       features_.push_back(networks.scale.to_network(features));
       labels_.push_back(intention_labels(intention_poses(features), networks.clusters));
     }
-  std::map<std::string, std::vector<AnticipateWindow>> windows;
+  std::map<std::string, std::vector<Window>> windows;
   size_t most = 0;
   for (const auto& [action, members] : by_action(sequences)) {
     for (const size_t i : members)
@@ -94,7 +91,7 @@ AnticipateData::AnticipateData(std::vector<AnticipateSequence> sequences, const 
     for (size_t i = 0; i < std::min(most, 8 * some.size()); ++i) windows_.push_back(some[i % some.size()]);
 }
 
-AnticipateData::Window AnticipateData::window(int64_t index, bool mirrored) const {
+Data::Window Data::window(int64_t index, bool mirrored) const {
   const auto& [sequence, now] = windows_[static_cast<size_t>(index)];
   const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
   const int64_t first = now - config_.observed, frames = config_.observed + config_.future;
@@ -104,4 +101,4 @@ AnticipateData::Window AnticipateData::window(int64_t index, bool mirrored) cons
           std::min(labels, features.size(0) - first)};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

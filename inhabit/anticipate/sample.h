@@ -5,17 +5,17 @@
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/data/motion_set.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
 /// A recording as the networks see it.
-struct AnticipateSequence {
+struct Sequence {
   std::string name, action;
   torch::Tensor features;  ///< (T, F) metres and radians, on the model's bones
 };
 
 /// The recordings of one split on the bones of `skeleton`.
-std::vector<AnticipateSequence> anticipate_sequences(const std::vector<ActionMotion>& motions, const std::string& split,
-                                                     const Skeleton& skeleton);
+std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
+                                   const Skeleton& skeleton);
 
 /// The bones of the first training recording. Throws Error(source, ...) where there is none.
 Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::string& source);
@@ -24,15 +24,14 @@ Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::
 torch::Tensor intention_poses(const torch::Tensor& features);
 
 /// Intention labels clustered from recordings and their mirror images, as `config` has it.
-IntentionClusters cluster_recordings(const std::vector<AnticipateSequence>& recordings, const AnticipateConfig& config,
-                                     uint64_t seed);
+IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed);
 
 /// An observation (`observed`, F) of the frames before `now`; where the recording begins later its first frame is
 /// repeated in front.
 torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t observed);
 
 /// Where sequences are cut into windows: `now` is the first future frame.
-struct AnticipateWindow {
+struct Window {
   size_t sequence = 0;
   int64_t now = 0;
 };
@@ -40,14 +39,13 @@ struct AnticipateWindow {
 /// Windows for a test: up to `per_action` of every action, spread evenly over its recordings. Each is observed for
 /// config.observed frames and has a second of future; recordings too short for that are observed for as long as 0.4 s
 /// of future leave, and such with less than kappa frames then are left out.
-std::vector<AnticipateWindow> test_windows(const std::vector<AnticipateSequence>& sequences,
-                                           const AnticipateConfig& config, int64_t per_action);
+std::vector<Window> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action);
 
 /// Training data: every recording and its mirror image, with intention labels.
-class AnticipateData {
+class Data {
  public:
   /// @param networks config, skeleton, scale and clusters are read.
-  AnticipateData(std::vector<AnticipateSequence> sequences, const AnticipateNetworks& networks);
+  Data(std::vector<Sequence> sequences, const Networks& networks);
 
   /// Windows, each action's repeated (up to eight times) until it has as many as the largest.
   int64_t size() const { return static_cast<int64_t>(windows_.size()); }
@@ -62,9 +60,9 @@ class AnticipateData {
   Window window(int64_t index, bool mirrored) const;
 
  private:
-  AnticipateConfig config_;
+  Config config_;
   std::vector<torch::Tensor> features_, labels_;  // 2 i: sequence i, 2 i + 1: its mirror image
-  std::vector<AnticipateWindow> windows_;
+  std::vector<Window> windows_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

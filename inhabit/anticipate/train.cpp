@@ -10,7 +10,7 @@
 #include "inhabit/math/random.h"
 #include "inhabit/train/stages.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
@@ -29,18 +29,18 @@ constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting r
 
 /// Ours with its adversaries, which live only while it is trained.
 struct IntentionModelImpl : torch::nn::Module {
-  explicit IntentionModelImpl(const AnticipateConfig& config) {
+  explicit IntentionModelImpl(const Config& config) {
     intention = register_module("intention", IntentionNetwork(config));
     pose = register_module("pose", PoseNetwork(config));
     label_adversary =
-        register_module("label_adversary", Adversary(config.future * config.labels, config.adversary_hidden, 1));
+        register_module("label_adversary", Discriminator(config.future * config.labels, config.adversary_hidden, 1));
     pose_adversary = register_module(
         "pose_adversary",
-        Adversary(2 * config.adversary_frames * kAnticipateFeatures + config.labels, config.adversary_hidden, 2));
+        Discriminator(2 * config.adversary_frames * kFeatureCount + config.labels, config.adversary_hidden, 2));
   }
   IntentionNetwork intention{nullptr};
   PoseNetwork pose{nullptr};
-  Adversary label_adversary{nullptr}, pose_adversary{nullptr};
+  Discriminator label_adversary{nullptr}, pose_adversary{nullptr};
 };
 TORCH_MODULE(IntentionModel);
 
@@ -64,18 +64,18 @@ void let_learn(torch::nn::Module& module, bool learn) {
 }
 
 /// Adds to `total` what one adversary and the forecast it judges lessen; named for the log.
-void add_adversary(Adversary adversary, const std::string& name, const Tensor& real, const Tensor& forecast,
+void add_adversary(Discriminator adversary, const std::string& name, const Tensor& real, const Tensor& forecast,
                    double weight, Tensor& total, Losses& losses) {
   if (forecast.requires_grad()) {
     let_learn(*adversary, false);
-    const Tensor deception = deception_loss(adversary->forward(forecast));
+    const Tensor deception = generator_loss(adversary->forward(forecast));
     let_learn(*adversary, true);
     total = total + weight * deception;
     losses.emplace_back(name + "_deception", deception);
   }
   const Tensor seen = real.detach().clone().requires_grad_(torch::GradMode::is_enabled());
   const Tensor logits = adversary->forward(seen);
-  const Tensor judged = adversary_loss(logits, adversary->forward(forecast.detach()));
+  const Tensor judged = discriminator_loss(logits, adversary->forward(forecast.detach()));
   total = total + judged;
   if (torch::GradMode::is_enabled()) {
     const Tensor slope = torch::autograd::grad({logits.sum()}, {seen}, {}, true, /*create_graph=*/true)[0];
@@ -98,8 +98,7 @@ enum : size_t {
   kRun
 };
 
-Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
-                      uint64_t seed) {
+Batch intention_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
   const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
   std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later;
@@ -134,7 +133,7 @@ Batch intention_batch(const AnticipateData& data, const AnticipateConfig& c, con
           torch::tensor(run)};
 }
 
-Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateConfig& c, const FeatureScale& scale) {
+Losses intention_losses(IntentionModel model, const Batch& b, const Config& c, const FeatureScale& scale) {
   const Tensor past = b[kFrames].slice(1, 0, c.observed), truth = b[kFrames].slice(1, c.observed);
   const Tensor later_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
   const Tensor true_labels = later_labels.slice(1, 0, c.observed + c.future + c.gamma - 1);
@@ -193,9 +192,8 @@ Losses intention_losses(IntentionModel model, const Batch& b, const AnticipateCo
   return losses;
 }
 
-TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& data,
-                         const std::vector<AnticipateSequence>& validation) {
-  const AnticipateConfig& c = networks.config;
+TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation) {
+  const Config& c = networks.config;
   IntentionModel model(c);
   networks.intention = model->intention;
   networks.pose = model->pose;
@@ -216,8 +214,8 @@ TrainTask intention_task(AnticipateNetworks& networks, const AnticipateData& dat
 
 /// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T), and the seed of what the network drops
 /// out.
-Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, const std::vector<int64_t>& indices,
-                     uint64_t seed, int64_t frames) {
+Batch compared_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed,
+                     int64_t frames) {
   std::mt19937_64 random(seed);
   std::vector<Tensor> windows, known;
   for (const int64_t index : indices) {
@@ -230,15 +228,15 @@ Batch compared_batch(const AnticipateData& data, const AnticipateConfig& c, cons
 }
 
 /// Seq2Seq or LTD: joint error over the first second.
-TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, const AnticipateData& data,
-                        const std::vector<AnticipateSequence>& validation) {
-  const AnticipateConfig& c = networks.config;
+TrainTask compared_task(const std::string& name, Networks& networks, const Data& data,
+                        const std::vector<Sequence>& validation) {
+  const Config& c = networks.config;
   const int64_t frames =
       name == "trajectory" ? c.ltd_future : std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
   TrainTask task;
   task.name = name;
   if (name == "trajectory")
-    task.module = (networks.trajectory = make_trajectory_network(c)).ptr();
+    task.module = (networks.trajectory = forecast::make_trajectory_network(c)).ptr();
   else
     task.module = (networks.seq2seq = Seq2SeqNetwork(c)).ptr();
   task.samples = data.size();
@@ -259,37 +257,37 @@ TrainTask compared_task(const std::string& name, AnticipateNetworks& networks, c
 
 }  // namespace
 
-bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
-  const AnticipateConfig& config = options.config;
+bool train(const Training& options, Notes* notes) {
+  const Config& config = options.config;
   validate(config, options.out);
   const std::vector<ActionMotion> motions = read_motion_set(options.data, config.rate, notes);
 
-  using Choice = AnticipateTraining::Stage;
+  using Choice = Training::Stage;
   std::vector<std::string> stages;
   if (options.stage == Choice::intention || options.stage == Choice::all) stages.push_back("intention");
   if (options.stage == Choice::seq2seq || options.stage == Choice::all) stages.push_back("seq2seq");
   if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
   const size_t first = first_stage(options.out, stages, options.resume);
 
-  AnticipateNetworks networks;
+  Networks networks;
   networks.config = config;
   networks.skeleton = training_skeleton(motions, options.data);
-  const auto train_sequences = anticipate_sequences(motions, "train", networks.skeleton),
-             validation = anticipate_sequences(motions, "val", networks.skeleton);
+  const auto train_sequences = sequences_of(motions, "train", networks.skeleton),
+             validation = sequences_of(motions, "val", networks.skeleton);
   if (test_windows(validation, config, 1).empty())
     throw Error(options.data, "has no validation recording that is long enough");
   std::vector<Tensor> features;
-  for (const AnticipateSequence& s : train_sequences)
+  for (const Sequence& s : train_sequences)
     for (const Tensor& f : {s.features, mirrored_features(s.features)}) features.push_back(f);
   networks.scale = feature_scale(torch::cat(features));
   networks.clusters = cluster_recordings(train_sequences, config, options.seed);
-  const AnticipateData data(train_sequences, networks);
+  const Data data(train_sequences, networks);
 
   for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
-    AnticipateNetworks before;
+    Networks before;
     if (std::filesystem::exists(options.out) && (options.resume || s > 0 || options.stage != Choice::all))
-      before = load_anticipate_networks(options.out);
+      before = load_networks(options.out);
     const bool kept = (stages[s] != "intention" && !before.pose.is_empty()) ||
                       (stages[s] != "seq2seq" && !before.seq2seq.is_empty()) ||
                       (stages[s] != "trajectory" && !before.trajectory.is_empty());
@@ -299,7 +297,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
     TrainTask task = stages[s] == "intention" ? intention_task(networks, data, validation)
                                               : compared_task(stages[s], networks, data, validation);
     task.on_best = [&, name = stages[s]] {
-      AnticipateNetworks best = networks;
+      Networks best = networks;
       if (name != "intention") {
         best.intention = before.intention;
         best.pose = before.pose;
@@ -307,7 +305,7 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
       }
       if (name != "seq2seq") best.seq2seq = before.seq2seq;
       if (name != "trajectory") best.trajectory = before.trajectory;
-      save_anticipate_networks(options.out, best);
+      save_networks(options.out, best);
     };
     TrainOptions loop = stage_options(options.out, s, first, options.resume);
     loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 1600 : 2000;
@@ -320,4 +318,4 @@ bool train_anticipate(const AnticipateTraining& options, Notes* notes) {
   return true;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

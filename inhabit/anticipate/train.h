@@ -6,12 +6,12 @@
 #include "inhabit/io/read_options.h"
 #include "inhabit/train/loop.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 
-struct AnticipateTraining {
+struct Training {
   std::string data;  ///< as read_motion_set takes it
   std::string out;   ///< model file; its best weights by validation are written as training goes on
-  AnticipateConfig config;
+  Config config;
   enum class Stage { intention, seq2seq, trajectory, all } stage = Stage::all;
   bool resume = false;
   uint64_t seed = 1;
@@ -23,6 +23,6 @@ struct AnticipateTraining {
 /// earlier stage's networks in `out` are kept. Ours is validated by 1 - NDMS over ten seconds of the validation
 /// recordings, the others by their joint error over one. `notes` gets the files that were missing.
 /// Returns false when it was interrupted; resuming gives the same numbers.
-bool train_anticipate(const AnticipateTraining& options, Notes* notes = nullptr);
+bool train(const Training& options, Notes* notes = nullptr);
 
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -5,7 +5,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 using nlohmann::json;
@@ -97,8 +97,8 @@ void check_mlp(const std::vector<int>& mlp, const std::string& subject) {
 
 }  // namespace
 
-ForecastConfig forecast_preset(const std::string& name) {
-  ForecastConfig config;
+Config preset(const std::string& name) {
+  Config config;
   config.preset = name;
   if (name == "paper") {
     config.abstraction = {{PointVoxelSpec{64, 2, 32}, 1024, 0.1, 32, {64, 128}},
@@ -123,16 +123,16 @@ ForecastConfig forecast_preset(const std::string& name) {
   return config;
 }
 
-std::string to_json(const ForecastConfig& config) {
+std::string to_json(const Config& config) {
   nlohmann::ordered_json root = fields_to_json(config, fields);
   root["abstraction"] = abstraction_json(config.abstraction);
   root["propagation"] = propagation_json(config.propagation);
   return root.dump();
 }
 
-ForecastConfig forecast_config_from_json(const std::string& text, const std::string& subject) {
+Config config_from_json(const std::string& text, const std::string& subject) {
   const json root = config_object(text, subject);
-  ForecastConfig config;
+  Config config;
   fields_from_json(root, subject, fields, config, {"abstraction", "propagation"});
   try {
     config.abstraction = abstraction_from(root.at("abstraction"));
@@ -144,9 +144,8 @@ ForecastConfig forecast_config_from_json(const std::string& text, const std::str
   return config;
 }
 
-ForecastConfig released_forecast_config(const std::map<std::string, std::string>& metadata,
-                                        const std::string& subject) {
-  ForecastConfig config;
+Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject) {
+  Config config;
   config.preset = "released";
   config.decode_from_past = true;
   const auto text = [&](const char* key) {
@@ -177,7 +176,7 @@ ForecastConfig released_forecast_config(const std::map<std::string, std::string>
   return config;
 }
 
-void validate(const ForecastConfig& config, const std::string& subject) {
+void validate(const Config& config, const std::string& subject) {
   check(positive(config.rate) && config.rate <= 1000, subject, "rate");
   check(within(config.past, 1, 10000), subject, "past frames");
   check(within(config.future, 1, 10000), subject, "future frames");
@@ -211,4 +210,4 @@ void validate(const ForecastConfig& config, const std::string& subject) {
   }
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// A run of point-voxel convolutions of equal width.
 struct PointVoxelSpec {
@@ -37,7 +37,7 @@ struct PropagationSpec {
 };
 
 /// Everything that contact-aware forecasting must know to be built and run; it travels in a model file's metadata.
-struct ForecastConfig {
+struct Config {
   std::string preset = "paper";
   double rate = 30;                 ///< frames a second
   int past = 30;                    ///< P, observed frames
@@ -63,22 +63,22 @@ struct ForecastConfig {
   std::vector<PropagationSpec> propagation;
 
   int frames() const { return past + future; }
-  bool operator==(const ForecastConfig&) const = default;
+  bool operator==(const Config&) const = default;
 };
 
 /// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores.
 /// Throws Error for other names.
-ForecastConfig forecast_preset(const std::string& name);
+Config preset(const std::string& name);
 
-std::string to_json(const ForecastConfig& config);
+std::string to_json(const Config& config);
 
 /// @param subject named in errors (the file it came from). Unknown keys and impossible values are refused.
-ForecastConfig forecast_config_from_json(const std::string& text, const std::string& subject);
+Config config_from_json(const std::string& text, const std::string& subject);
 
 /// The config that the metadata of a file with released weights describes: sizes P, T, J, L, ... and the block lists.
-ForecastConfig released_forecast_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
+Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
 
 /// Throws Error(subject, ...) unless sizes are positive and bounded and the block lists fit together.
-void validate(const ForecastConfig& config, const std::string& subject);
+void validate(const Config& config, const std::string& subject);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -6,32 +6,32 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 struct ContactForecaster::Impl {
-  ForecastConfig config;
+  Config config;
   mutable FastContactNetwork contact;
   FastMotionNetwork motion;
 };
 
-ContactForecaster::ContactForecaster(const ForecastNetworks& networks)
+ContactForecaster::ContactForecaster(const Networks& networks)
     : impl_(std::make_unique<Impl>(
           Impl{networks.config, FastContactNetwork(networks.contact), FastMotionNetwork(networks.motion)})) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
 ContactForecaster ContactForecaster::load(const std::string& path) {
-  ForecastNetworks networks = load_forecast_networks(path);
+  Networks networks = load_networks(path);
   if (networks.contact.is_empty() || networks.motion.is_empty())
     throw Error(path, "lacks the contact or the motion network: train both stages");
   return ContactForecaster(networks);
 }
 
-const ForecastConfig& ContactForecaster::config() const { return impl_->config; }
+const Config& ContactForecaster::config() const { return impl_->config; }
 
 Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Tensor& points) const {
   torch::NoGradGuard no_grad;
-  const ForecastConfig& c = config();
+  const Config& c = config();
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
     throw Error("the forecaster observes (" + std::to_string(c.past) + ", " + std::to_string(c.joints) +
                 ", 3) joints, not another shape");
@@ -48,4 +48,4 @@ Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Ten
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -6,7 +6,7 @@
 
 #include "inhabit/forecast/model_file.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// A forecast and the contacts it was made from. World coordinates, metres.
 struct Forecast {
@@ -24,11 +24,11 @@ struct Forecast {
 class ContactForecaster {
  public:
   static ContactForecaster load(const std::string& path);
-  explicit ContactForecaster(const ForecastNetworks& networks);
+  explicit ContactForecaster(const Networks& networks);
   ~ContactForecaster();
   ContactForecaster(ContactForecaster&&) noexcept;
 
-  const ForecastConfig& config() const;
+  const Config& config() const;
   /// @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person (points_near,
   /// sample_points_near).
   Forecast forecast(const torch::Tensor& past, const torch::Tensor& points) const;
@@ -38,4 +38,4 @@ class ContactForecaster {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

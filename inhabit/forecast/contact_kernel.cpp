@@ -8,7 +8,7 @@
 
 #include "inhabit/math/simd.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 constexpr int64_t kBlock = 64;  // points handled together
@@ -217,4 +217,4 @@ void closest_point_of_joint(const float* const points[3], int64_t count, const f
   }
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

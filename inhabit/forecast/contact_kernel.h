@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// DCT coefficients of the contact of one joint with scene points, fused: no contact map is stored.
 /// out[l * stride + n] = sum over f of basis[l * frames + f] exp(-|joint_f - point_n|^2 / (2 sigma^2)).
@@ -19,4 +19,4 @@ void largest_contact_of_joint(const float* c, int64_t stride, int64_t count, con
 void closest_point_of_joint(const float* const points[3], int64_t count, const float* joint, int64_t frames,
                             float* squared_distance, int64_t* index);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

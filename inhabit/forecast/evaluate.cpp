@@ -9,7 +9,7 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/metrics/forecast_error.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 constexpr int64_t kBatch = 8;
@@ -25,9 +25,9 @@ struct Sums {
 
 }  // namespace
 
-ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastData& data) {
+Table evaluate(const Networks& model, const Data& data) {
   torch::NoGradGuard no_grad;
-  const ForecastConfig& config = model.config;
+  const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
   std::vector<std::pair<std::string, Sums>> methods = {{"last pose held", {}}, {"constant velocity", {}}};
   if (!model.trajectory.is_empty()) methods.push_back({"LTD", {}});
@@ -44,7 +44,7 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
   for (int64_t first = 0; first < data.size(); first += kBatch) {
     std::vector<torch::Tensor> joints, points;
     for (int64_t i = first; i < std::min(data.size(), first + kBatch); ++i) {
-      const ForecastSample s = data.sample(i, 0, false);
+      const Sample s = data.sample(i, 0, false);
       joints.push_back(s.joints);
       points.push_back(s.points);
     }
@@ -74,7 +74,7 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
     }
   }
 
-  ForecastTable table;
+  Table table;
   table.windows = data.size();
   for (int64_t quarter = 1; quarter <= 4; ++quarter) {
     const int64_t frame = T * quarter / 4;
@@ -82,7 +82,7 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
   }
   for (const auto& [name, sums] : methods) {
     if (!sums.path.defined()) continue;
-    ForecastScores row{name, {}, {}};
+    Scores row{name, {}, {}};
     auto fill = [&](const torch::Tensor& sum, std::vector<double>& out) {
       const torch::Tensor mm = sum * (1000.0 / static_cast<double>(data.size()));
       for (int64_t quarter = 1; quarter <= 4; ++quarter) out.push_back(mm[T * quarter / 4 - 1].item<double>());
@@ -95,13 +95,13 @@ ForecastTable evaluate_forecast(const ForecastNetworks& model, const ForecastDat
   return table;
 }
 
-std::string table_text(const ForecastTable& table) {
+std::string table_text(const Table& table) {
   std::string text = fmt::format("{:<20}|{:^45}|{:^45}\n{:<20}|", "", "Path Error (mm)", "Pose Error (mm)", "method");
   for (int block = 0; block < 2; ++block) {
     for (const double h : table.horizons) text += fmt::format("{:>8.1f}s", h);
     text += fmt::format("{:>9}{}", "mean", block == 0 ? "|" : "\n");
   }
-  for (const ForecastScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     text += fmt::format("{:<20}|", row.method);
     for (const double v : row.path) text += fmt::format("{:>9.1f}", v);
     text += "|";
@@ -111,9 +111,9 @@ std::string table_text(const ForecastTable& table) {
   return text + fmt::format("{} windows\n", table.windows);
 }
 
-nlohmann::json table_json(const ForecastTable& table) {
+nlohmann::json table_json(const Table& table) {
   nlohmann::json out = {{"horizons_seconds", table.horizons}, {"windows", table.windows}, {"unit", "millimetres"}};
-  for (const ForecastScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     nlohmann::json r = {{"method", row.method}};
     auto named = [&](const std::vector<double>& values) {
       nlohmann::json j;
@@ -128,4 +128,4 @@ nlohmann::json table_json(const ForecastTable& table) {
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

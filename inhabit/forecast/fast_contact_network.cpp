@@ -8,7 +8,7 @@
 #include "inhabit/nn/fast_point_voxel.h"
 #include "inhabit/nn/parallel_chunks.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 using torch::Tensor;
 
@@ -99,7 +99,7 @@ struct FastContactNetwork::Impl {
 
   void run(const Tensor& scene, const Tensor& contact, const Tensor& past, Tensor out);
 
-  ForecastConfig config;
+  Config config;
   nn::RowLayer encode, head_in, head_out;
   nn::RowGru gru;
   std::vector<Down> down;
@@ -185,7 +185,7 @@ FastContactNetwork& FastContactNetwork::operator=(FastContactNetwork&&) noexcept
 
 Tensor FastContactNetwork::forward(const Tensor& scene, const Tensor& contact_dct, const Tensor& past) {
   torch::NoGradGuard no_gradients;
-  const ForecastConfig& config = impl_->config;
+  const Config& config = impl_->config;
   const int64_t features = static_cast<int64_t>(config.contact_coefficients) * config.joints;
   if (scene.dim() != 3 || scene.size(1) < 1 || scene.size(2) != 3 ||
       contact_dct.sizes() != at::IntArrayRef({scene.size(0), features, scene.size(1)}) ||
@@ -198,4 +198,4 @@ Tensor FastContactNetwork::forward(const Tensor& scene, const Tensor& contact_dc
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

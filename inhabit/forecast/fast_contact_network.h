@@ -5,7 +5,7 @@
 
 #include "inhabit/forecast/network.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// Inference-only evaluation of a contact network on the CPU: the same outputs (to about 1e-6 of the largest) several
 /// times faster. Batch norms are folded into weights; voxel convolutions run only where their result is not one of a
@@ -28,4 +28,4 @@ class FastContactNetwork {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

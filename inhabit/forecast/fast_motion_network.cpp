@@ -9,7 +9,7 @@
 #include "inhabit/math/dct.h"
 #include "inhabit/nn/gru_kernel.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 using torch::Tensor;
 
@@ -136,4 +136,4 @@ MotionForecast FastMotionNetwork::forward(const Tensor& past, const Tensor& cont
   return forecast;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -6,7 +6,7 @@
 #include "inhabit/forecast/network.h"
 #include "inhabit/nn/row_layers.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// Inference-only evaluation of a motion network on the CPU: the same outputs as MotionNetworkImpl::forward() in
 /// evaluation mode, each sample decoded frame by frame in plain loops, without a graph and without allocating per
@@ -22,7 +22,7 @@ class FastMotionNetwork {
   void run(const float* past_local, const float* path_dct, const float* contact_points, float* root_path,
            float* local) const;
 
-  ForecastConfig config_;
+  Config config_;
   bool with_contact_;
   nn::RowLayer encode_past_, encode_contact_, decode_in_, decode_out_;
   nn::RowGru past_gru_, contact_gru_, decode_gru_;
@@ -30,4 +30,4 @@ class FastMotionNetwork {
   torch::Tensor padded_dct_, idct_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

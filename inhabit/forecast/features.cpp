@@ -9,7 +9,7 @@
 #include "inhabit/forecast/contact_kernel.h"
 #include "inhabit/math/dct.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 using torch::Tensor;
 
@@ -59,8 +59,7 @@ struct Arrays {
 };
 
 /// (B, L*J, N) coefficients basis (L, F) @ contact maps of joints (B, F, J, 3).
-Tensor contact_coefficients(const Tensor& scene, const Tensor& joints, const Tensor& basis,
-                            const ForecastConfig& config) {
+Tensor contact_coefficients(const Tensor& scene, const Tensor& joints, const Tensor& basis, const Config& config) {
   torch::NoGradGuard no_gradients;
   const int64_t batch = scene.size(0), count = scene.size(1), joint_count = joints.size(2), rows = basis.size(0);
   if (!scene.device().is_cpu()) {
@@ -84,23 +83,23 @@ Tensor contact_coefficients(const Tensor& scene, const Tensor& joints, const Ten
 
 }  // namespace
 
-Tensor contact_features(const Tensor& scene, const Tensor& past, const ForecastConfig& config) {
+Tensor contact_features(const Tensor& scene, const Tensor& past, const Config& config) {
   return contact_coefficients(scene, past, padded_dct_matrix(past.size(1), config.future, config.contact_coefficients),
                               config);
 }
 
-Tensor contact_targets(const Tensor& scene, const Tensor& joints, const ForecastConfig& config) {
+Tensor contact_targets(const Tensor& scene, const Tensor& joints, const Config& config) {
   return contact_coefficients(scene, joints, dct_matrix(joints.size(1), config.contact_coefficients), config);
 }
 
-Tensor contact_maps_from_dct(const Tensor& contact_dct, const ForecastConfig& config) {
+Tensor contact_maps_from_dct(const Tensor& contact_dct, const Config& config) {
   const int64_t batch = contact_dct.size(0), count = contact_dct.size(2);
   const Tensor idct = idct_matrix(config.frames(), config.contact_coefficients).to(contact_dct.device());
   return idct.matmul(contact_dct.reshape({batch, config.contact_coefficients, config.joints * count}))
       .view({batch, config.frames(), config.joints, count});
 }
 
-Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const ForecastConfig& config) {
+Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Config& config) {
   torch::NoGradGuard no_gradients;
   const int64_t batch = contact_dct.size(0), count = contact_dct.size(2);
   const Tensor idct =
@@ -127,7 +126,7 @@ Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Fore
   return pick_points(scene, indices.transpose(1, 2).contiguous(), values.transpose(1, 2) > config.contact_threshold);
 }
 
-Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const ForecastConfig& config) {
+Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Config& config) {
   torch::NoGradGuard no_gradients;
   const auto pick = [&](const Tensor& squared, const Tensor& index) {
     return pick_points(scene, index,
@@ -154,4 +153,4 @@ Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Fore
   return pick(squared.transpose(1, 2).contiguous(), indices.transpose(1, 2).contiguous());
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -9,7 +9,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/sampling.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 constexpr double kStep = 0.1;  // metres below the feet observed: who puts them there sat with feet up, or steps down
@@ -29,9 +29,9 @@ Clip with_clean_feet(const Clip& past, const Clip& prediction) {
 }  // namespace
 
 ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene,
-                            const ForecastClipOptions& options, const std::string& subject) {
+                            const Options& options, const std::string& subject) {
   torch::NoGradGuard no_grad;
-  const ForecastConfig& config = forecaster.config();
+  const Config& config = forecaster.config();
   if (options.start > clip.frames())
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
@@ -77,4 +77,4 @@ Scene assumed_floor(const Clip& clip) {
   return scene;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

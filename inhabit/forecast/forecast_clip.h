@@ -7,7 +7,7 @@
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// A forecast as motion: what was observed, what is predicted, what really happened where the clip goes on.
 struct ForecastClips {
@@ -18,7 +18,7 @@ struct ForecastClips {
   Forecast forecast;
 };
 
-struct ForecastClipOptions {
+struct Options {
   int64_t start = -1;      ///< first predicted frame, counted in `clip`; -1: its end
   int64_t points = 0;      ///< scene points looked at; 0: as the model was trained
   uint64_t seed = 1;       ///< draws the points
@@ -30,10 +30,10 @@ struct ForecastClipOptions {
 /// @param subject names the clip in errors. Throws Error where less than a second lies before `start` or nothing of the
 /// scene is near.
 ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& clip, const Scene& scene,
-                            const ForecastClipOptions& options, const std::string& subject);
+                            const Options& options, const std::string& subject);
 
 /// The floor that is assumed where no scene is given: flat, under the lowest place of the feet, around where the person
 /// is.
 Scene assumed_floor(const Clip& clip);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

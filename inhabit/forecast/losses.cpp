@@ -1,16 +1,15 @@
 #include "inhabit/forecast/losses.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
-torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth,
-                               const ForecastConfig& config) {
+torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth, const Config& config) {
   const double values = static_cast<double>(config.past + config.future) *
                         static_cast<double>(config.joints * truth.size(0) * truth.size(2));
   return (predicted - truth).square().sum() / values;
 }
 
 MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,
-                           const torch::Tensor& contact_points, const ForecastConfig& config) {
+                           const torch::Tensor& contact_points, const Config& config) {
   MotionLosses out;
   const torch::Tensor true_path = future.select(2, config.root);
   const torch::Tensor path = forecast.root_path.narrow(1, config.past, config.future);
@@ -27,4 +26,4 @@ MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& 
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -4,14 +4,13 @@
 #include "inhabit/forecast/config.h"
 #include "inhabit/forecast/network.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// Eq. 7 from DCT coefficients: the basis is orthonormal, so the squared error of the first L coefficients differs from
 /// that of the contact maps only by the energy above L, which no prediction can change. Mean over frames, joints and
 /// points.
 /// @param predicted, truth (B, J*L, N) coefficients over past + future frames.
-torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth,
-                               const ForecastConfig& config);
+torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth, const Config& config);
 
 /// Terms of Eq. 13, each a scalar.
 struct MotionLosses {
@@ -23,6 +22,6 @@ struct MotionLosses {
 
 /// @param past (B, P, J, 3), future (B, T, J, 3) true joints; @param contact_points (B, T, J, 4) true contact points.
 MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,
-                           const torch::Tensor& contact_points, const ForecastConfig& config);
+                           const torch::Tensor& contact_points, const Config& config);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

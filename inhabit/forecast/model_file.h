@@ -4,11 +4,11 @@
 #include "inhabit/forecast/network.h"
 #include "inhabit/nn/trajectory_graph.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// Both stages of a forecasting model and its variants; a network that a file lacks is null.
-struct ForecastNetworks {
-  ForecastConfig config;
+struct Networks {
+  Config config;
   ContactNetwork contact{nullptr};          ///< stage one, "contact_net." in the file
   MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
   MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."
@@ -16,14 +16,14 @@ struct ForecastNetworks {
 };
 
 /// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).
-nn::TrajectoryGraph make_trajectory_network(const ForecastConfig& config);
+nn::TrajectoryGraph anticipate::make_trajectory_network(const Config& config);
 
 /// Writes whichever networks are there, with the config in the metadata. @param half store weights in half precision.
-void save_forecast_networks(const std::string& path, const ForecastNetworks& networks, bool half = false);
+void save_networks(const std::string& path, const Networks& networks, bool half = false);
 
-/// Reads a file written by save_forecast_networks(), or one with released parameter names and sizes in its metadata.
+/// Reads a file written by save_networks(), or one with released parameter names and sizes in its metadata.
 /// Networks come in evaluation mode on the CPU. Throws Error naming the file where it is of another system, or a
 /// parameter is missing, of another shape, or not finite.
-ForecastNetworks load_forecast_networks(const std::string& path);
+Networks load_networks(const std::string& path);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -3,14 +3,14 @@
 #include "inhabit/error.h"
 #include "inhabit/math/dct.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 namespace tn = torch::nn;
 using torch::Tensor;
 
 namespace {
 
-int64_t features_per_point(const ForecastConfig& config) {
+int64_t features_per_point(const Config& config) {
   return static_cast<int64_t>(config.contact_coefficients) * config.joints;
 }
 
@@ -63,7 +63,7 @@ Tensor world_pose(const Tensor& local, int root) {
   return torch::cat({world.slice(-2, 0, root), path, world.slice(-2, root + 1)}, -2);
 }
 
-PointEncoderImpl::PointEncoderImpl(const ForecastConfig& config) {
+PointEncoderImpl::PointEncoderImpl(const Config& config) {
   tn::ModuleList sa_layers;
   int64_t channels = 3 + features_per_point(config);
   for (const AbstractionSpec& spec : config.abstraction) {
@@ -91,7 +91,7 @@ std::vector<nn::PointFeatures> PointEncoderImpl::forward(const nn::PointFeatures
   return inputs;
 }
 
-PointDecoderImpl::PointDecoderImpl(const ForecastConfig& config, const std::vector<int64_t>& level_channels) {
+PointDecoderImpl::PointDecoderImpl(const Config& config, const std::vector<int64_t>& level_channels) {
   tn::ModuleList fp_layers;
   channels = level_channels.back();
   for (size_t i = 0; i < config.propagation.size(); ++i) {
@@ -117,7 +117,7 @@ Tensor PointDecoderImpl::forward(const std::vector<nn::PointFeatures>& encoded) 
   return x.features;
 }
 
-ContactNetworkImpl::ContactNetworkImpl(const ForecastConfig& given) : config(given) {
+ContactNetworkImpl::ContactNetworkImpl(const Config& given) : config(given) {
   validate(config, "forecast network");
   const int64_t features = features_per_point(config);
   x_enc = register_module("x_enc", tn::Linear(config.joints * 3, config.hidden));
@@ -148,7 +148,7 @@ Tensor ContactNetworkImpl::forward(const Tensor& scene, const Tensor& contact_dc
   return out_mlp->forward(features.transpose(1, 2)).transpose(1, 2) + contact_dct;
 }
 
-MotionNetworkImpl::MotionNetworkImpl(const ForecastConfig& given, bool contact) : config(given), with_contact(contact) {
+MotionNetworkImpl::MotionNetworkImpl(const Config& given, bool contact) : config(given), with_contact(contact) {
   validate(config, "forecast network");
   const int hidden = config.hidden, pose = config.joints * 3, touch = with_contact ? config.joints * 4 : 0;
   x_enc = register_module("x_enc", tn::Linear(pose, hidden));
@@ -222,4 +222,4 @@ Tensor forecast_joints(const MotionForecast& forecast, int root) {
   return torch::cat({forecast.local.slice(2, 0, root) + path, path, forecast.local.slice(2, root + 1) + path}, 2);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -7,7 +7,7 @@
 #include "inhabit/forecast/config.h"
 #include "inhabit/nn/layers.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// Joints in the form the networks see: positions relative to the root, the root's own row holding its path.
 /// (..., J, 3) world metres -> (..., J, 3).
@@ -18,7 +18,7 @@ torch::Tensor world_pose(const torch::Tensor& local, int root);
 
 /// Encoder half of the point-voxel network: levels of convolutions and set abstraction.
 struct PointEncoderImpl : torch::nn::Module {
-  explicit PointEncoderImpl(const ForecastConfig& config);
+  explicit PointEncoderImpl(const Config& config);
   /// @return the input of every level, finest first, then the output of the last.
   std::vector<nn::PointFeatures> forward(const nn::PointFeatures& input);
 
@@ -34,7 +34,7 @@ TORCH_MODULE(PointEncoder);
 /// Decoder half: levels of feature propagation and convolutions, back to the scene points.
 struct PointDecoderImpl : torch::nn::Module {
   /// @param level_channels of the encoder, that of the finest level replaced by what is to be joined there.
-  PointDecoderImpl(const ForecastConfig& config, const std::vector<int64_t>& level_channels);
+  PointDecoderImpl(const Config& config, const std::vector<int64_t>& level_channels);
   /// @param levels as the encoder returned them, with what is to be used at either end put in.
   torch::Tensor forward(const std::vector<nn::PointFeatures>& levels);
 
@@ -50,7 +50,7 @@ TORCH_MODULE(PointDecoder);
 /// Predicts DCT coefficients of contact maps over past and future from those of the padded past (Eq. 6). Parameters
 /// carry the released names.
 struct ContactNetworkImpl : torch::nn::Module {
-  explicit ContactNetworkImpl(const ForecastConfig& config);
+  explicit ContactNetworkImpl(const Config& config);
 
   /// @param scene (B, N, 3) metres, origin at the root of the last observed frame.
   /// @param contact_dct (B, L*J, N), coefficient l of joint j in row l*J + j (see contact_features()).
@@ -58,7 +58,7 @@ struct ContactNetworkImpl : torch::nn::Module {
   /// @return (B, L*J, N) in the same layout.
   torch::Tensor forward(const torch::Tensor& scene, const torch::Tensor& contact_dct, const torch::Tensor& past);
 
-  ForecastConfig config;
+  Config config;
   torch::nn::Linear x_enc{nullptr};
   torch::nn::GRU x_gru{nullptr};
   PointEncoder pointnet_sa{nullptr};
@@ -76,13 +76,13 @@ struct MotionForecast {
 /// Predicts the root path (Eq. 8), then local poses frame by frame (Eq. 9), given past motion and contact points.
 struct MotionNetworkImpl : torch::nn::Module {
   /// @param with_contact false builds the no-contact variant, which has no contact encoder.
-  explicit MotionNetworkImpl(const ForecastConfig& config, bool with_contact = true);
+  explicit MotionNetworkImpl(const Config& config, bool with_contact = true);
 
   /// @param past (B, P, J, 3) world joints, origin at the root of the last observed frame.
   /// @param contact_points (B, T, J, 4) position and 0/1; ignored (may be undefined) by the no-contact variant.
   MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points);
 
-  ForecastConfig config;
+  Config config;
   bool with_contact;
   torch::nn::Linear x_enc{nullptr}, cont_enc{nullptr}, g_w4{nullptr}, out_enc{nullptr}, out_mlp{nullptr};
   torch::nn::GRU x_gru{nullptr}, cont_gru{nullptr};
@@ -100,4 +100,4 @@ TORCH_MODULE(MotionNetwork);
 /// World joints (B, T, J, 3) of a forecast: local poses moved along the future part of the root path.
 torch::Tensor forecast_joints(const MotionForecast& forecast, int root);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

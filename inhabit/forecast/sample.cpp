@@ -10,7 +10,7 @@
 #include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 constexpr int64_t kPoolPoints = 20000;  // a scene's points in memory: some 7,000 within 2.5 m of a person in a room
@@ -44,14 +44,14 @@ torch::Tensor Augmentation::operator()(const torch::Tensor& positions) const {
   return torch::matmul(positions, turn.t()) + shift;
 }
 
-Augmentation draw_augmentation(const ForecastConfig& config, std::mt19937_64& random) {
+Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {
   if (!config.hips.empty()) return {yaw_matrix(uniform(random, -0.3, 0.3)), torch::zeros({3})};
   const double yaw = uniform(random, 0, M_PI), x = uniform(random, -0.5, 0.5), z = uniform(random, -0.5, 0.5);
   return {yaw_matrix(yaw), torch::tensor({x, 0., z}, torch::kFloat)};
 }
 
-struct ForecastData::Impl {
-  ForecastConfig config;
+struct Data::Impl {
+  Config config;
   std::vector<Dataset> sets;
   std::vector<Window> windows;
   mutable RecentCache<torch::Tensor> clips{kClipsKept, [this](const std::string& key) { return read_joints(key); }};
@@ -74,8 +74,7 @@ struct ForecastData::Impl {
   }
 };
 
-ForecastData::ForecastData(const std::vector<std::string>& folders, const std::string& split,
-                           const ForecastConfig& config, int64_t stride)
+Data::Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride)
     : impl_(std::make_unique<Impl>()) {
   impl_->config = config;
   for (const std::string& folder : folders) {
@@ -96,18 +95,18 @@ ForecastData::ForecastData(const std::vector<std::string>& folders, const std::s
   }
 }
 
-ForecastData::~ForecastData() = default;
+Data::~Data() = default;
 
-int64_t ForecastData::size() const { return static_cast<int64_t>(impl_->windows.size()); }
+int64_t Data::size() const { return static_cast<int64_t>(impl_->windows.size()); }
 
-ForecastSample ForecastData::sample(int64_t index, uint64_t seed, bool augment) const {
-  const ForecastConfig& config = impl_->config;
+Sample Data::sample(int64_t index, uint64_t seed, bool augment) const {
+  const Config& config = impl_->config;
   const Window& w = impl_->windows[static_cast<size_t>(index)];
   std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(index)));
   const Dataset& set = impl_->sets[w.set];
   const DatasetClip& entry = set.clips[w.clip];
   const torch::Tensor clip = impl_->clips.get(Impl::key(w.set, std::to_string(w.clip)));
-  ForecastSample out;
+  Sample out;
   out.joints = clip.slice(0, w.start, w.start + config.past + config.future);
   const WindowFrame frame = window_frame(out.joints, config);
   const torch::Tensor pool = impl_->pools.get(Impl::key(w.set, entry.scene));
@@ -125,4 +124,4 @@ ForecastSample ForecastData::sample(int64_t index, uint64_t seed, bool augment) 
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

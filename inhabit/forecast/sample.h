@@ -9,10 +9,10 @@
 
 #include "inhabit/forecast/config.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// One training or test window, in the axes of window_frame.
-struct ForecastSample {
+struct Sample {
   torch::Tensor joints;  ///< (P+T, J, 3) observed, then future
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
 };
@@ -24,7 +24,7 @@ struct Augmentation {
 };
 
 /// An angle in [0, pi) and a shift in [-0.5, 0.5) m; where windows face +Z (config.hips) an angle in [-0.3, 0.3) alone.
-Augmentation draw_augmentation(const ForecastConfig& config, std::mt19937_64& random);
+Augmentation draw_augmentation(const Config& config, std::mt19937_64& random);
 
 /// N points of a cloud `pool` (M, 3) at random among those within `radius` of `center` (3): without repetition where
 /// there are enough, else each at least once. Throws Error when none is near.
@@ -33,23 +33,22 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
 
 /// Windows of clips in rooms, read from native data sets as they are asked for; clips and scenes are kept only while
 /// recently used. Safe to use from several threads.
-class ForecastData {
+class Data {
  public:
   /// Windows of past + future frames, one every `stride` frames, of every clip of `split` ("train", "val", "test" or
   /// "all").
-  ForecastData(const std::vector<std::string>& folders, const std::string& split, const ForecastConfig& config,
-               int64_t stride);
-  ~ForecastData();
-  ForecastData(const ForecastData&) = delete;
-  ForecastData& operator=(const ForecastData&) = delete;
+  Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride);
+  ~Data();
+  Data(const Data&) = delete;
+  Data& operator=(const Data&) = delete;
 
   int64_t size() const;
   /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
-  ForecastSample sample(int64_t index, uint64_t seed, bool augment) const;
+  Sample sample(int64_t index, uint64_t seed, bool augment) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -15,7 +15,7 @@
 #include "inhabit/metrics/forecast_error.h"
 #include "inhabit/train/stages.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 // Stage "adapt" keeps a prediction of each of its windows: fewer, so that some 15,000 of 200 minutes take 150 MB.
@@ -29,8 +29,8 @@ struct Stage {
 };
 
 /// The stages that a choice runs, in order.
-const std::vector<std::string>& stages_of(ForecastTraining::Stage choice) {
-  using Choice = ForecastTraining::Stage;
+const std::vector<std::string>& stages_of(Training::Stage choice) {
+  using Choice = Training::Stage;
   static const std::map<Choice, std::vector<std::string>> stages = {
       {Choice::contact, {"contact"}},
       {Choice::motion, {"motion", "no_contact"}},
@@ -41,7 +41,7 @@ const std::vector<std::string>& stages_of(ForecastTraining::Stage choice) {
   return stages.at(choice);
 }
 
-Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t windows) {
+Stage stage_of(const Training& options, const std::string& name, int64_t windows) {
   const bool contact = name == "contact", adapt = name == "adapt";
   Stage stage{name, contact ? 6500 : adapt ? 13000 : 10000, contact ? 8 : 32, 1e-3};
   if (options.preset == "paper") {
@@ -56,7 +56,7 @@ Stage stage_of(const ForecastTraining& options, const std::string& name, int64_t
 }
 
 /// Evenly spread windows of the validation split.
-std::vector<int64_t> validation_windows(const ForecastData& data) {
+std::vector<int64_t> validation_windows(const Data& data) {
   std::vector<int64_t> out;
   const int64_t n = std::min(data.size(), kValidationWindows);
   for (int64_t i = 0; i < n; ++i) out.push_back(i * data.size() / n);
@@ -64,11 +64,11 @@ std::vector<int64_t> validation_windows(const ForecastData& data) {
 }
 
 /// Joints (B, P+T, J, 3) and points (B, N, 3) of windows.
-std::pair<torch::Tensor, torch::Tensor> read_windows(const ForecastData& data, const std::vector<int64_t>& windows,
+std::pair<torch::Tensor, torch::Tensor> read_windows(const Data& data, const std::vector<int64_t>& windows,
                                                      uint64_t seed, bool augment) {
   std::vector<torch::Tensor> joints, points;
   for (const int64_t i : windows) {
-    const ForecastSample s = data.sample(i, seed, augment);
+    const Sample s = data.sample(i, seed, augment);
     joints.push_back(s.joints);
     points.push_back(s.points);
   }
@@ -76,8 +76,8 @@ std::pair<torch::Tensor, torch::Tensor> read_windows(const ForecastData& data, c
 }
 
 /// Points, padded contact DCT, past, true contact DCT.
-Batch contact_batch(const ForecastData& data, const ForecastConfig& config, const std::vector<int64_t>& windows,
-                    uint64_t seed, bool augment) {
+Batch contact_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows, uint64_t seed,
+                    bool augment) {
   torch::NoGradGuard no_grad;
   const auto [joints, points] = read_windows(data, windows, seed, augment);
   const torch::Tensor past = joints.slice(1, 0, config.past).contiguous();
@@ -85,43 +85,43 @@ Batch contact_batch(const ForecastData& data, const ForecastConfig& config, cons
 }
 
 /// Contact points (T, J, 4) of window `window`, the `place`-th of its batch, in the sample's axes.
-using ContactSource = std::function<torch::Tensor(int64_t place, int64_t window, const ForecastSample& sample)>;
+using ContactSource = std::function<torch::Tensor(int64_t place, int64_t window, const Sample& sample)>;
 
-ContactSource no_contacts(const ForecastConfig& config) {
-  return [&config](int64_t, int64_t, const ForecastSample&) { return torch::zeros({config.future, config.joints, 4}); };
+ContactSource no_contacts(const Config& config) {
+  return [&config](int64_t, int64_t, const Sample&) { return torch::zeros({config.future, config.joints, 4}); };
 }
 
-ContactSource true_contacts(const ForecastConfig& config) {
-  return [&config](int64_t, int64_t, const ForecastSample& s) {
+ContactSource true_contacts(const Config& config) {
+  return [&config](int64_t, int64_t, const Sample& s) {
     return true_contact_points(s.points.unsqueeze(0), s.joints.slice(0, config.past).unsqueeze(0), config)[0];
   };
 }
 
 /// What the contact network predicts, in every `period`-th window of a batch the truth. A window's prediction is made
 /// once and kept (10 kB): its scene points must be the same every time.
-ContactSource predicted_contacts(const ForecastConfig& config, const ContactNetwork& network, int64_t period) {
+ContactSource predicted_contacts(const Config& config, const ContactNetwork& network, int64_t period) {
   auto contact = std::make_shared<FastContactNetwork>(network);
   auto known = std::make_shared<std::unordered_map<int64_t, torch::Tensor>>();
-  return [&config, contact, known, period, truth = true_contacts(config)](int64_t place, int64_t window,
-                                                                          const ForecastSample& s) {
-    if (period > 0 && place % period == 0) return truth(place, window, s);
-    torch::Tensor& kept = (*known)[window];
-    if (!kept.defined()) {
-      const torch::Tensor points = s.points.unsqueeze(0), past = s.joints.slice(0, 0, config.past).unsqueeze(0);
-      const torch::Tensor dct = contact->forward(points, contact_features(points, past, config), past);
-      kept = contact_points(points, dct, config)[0].to(torch::kHalf);
-    }
-    return kept.to(torch::kFloat);
-  };
+  return
+      [&config, contact, known, period, truth = true_contacts(config)](int64_t place, int64_t window, const Sample& s) {
+        if (period > 0 && place % period == 0) return truth(place, window, s);
+        torch::Tensor& kept = (*known)[window];
+        if (!kept.defined()) {
+          const torch::Tensor points = s.points.unsqueeze(0), past = s.joints.slice(0, 0, config.past).unsqueeze(0);
+          const torch::Tensor dct = contact->forward(points, contact_features(points, past, config), past);
+          kept = contact_points(points, dct, config)[0].to(torch::kHalf);
+        }
+        return kept.to(torch::kFloat);
+      };
 }
 
 /// Past, future, contact points. Scene points are drawn from `point_seed`, the augmentation from `seed`.
-Batch motion_batch(const ForecastData& data, const ForecastConfig& config, const std::vector<int64_t>& windows,
+Batch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
                    const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed) {
   torch::NoGradGuard no_grad;
   std::vector<torch::Tensor> joints, touching;
   for (size_t i = 0; i < windows.size(); ++i) {
-    ForecastSample s = data.sample(windows[i], point_seed, false);
+    Sample s = data.sample(windows[i], point_seed, false);
     torch::Tensor contact = contacts(static_cast<int64_t>(i), windows[i], s);
     if (seed) {
       std::mt19937_64 random(item_seed(*seed, static_cast<uint64_t>(windows[i])));
@@ -137,9 +137,8 @@ Batch motion_batch(const ForecastData& data, const ForecastConfig& config, const
   return {all.slice(1, 0, config.past).contiguous(), all.slice(1, config.past).contiguous(), torch::stack(touching)};
 }
 
-TrainTask contact_task(ForecastNetworks& model, const ForecastData& data, const ForecastData& validation,
-                       torch::Device device) {
-  const ForecastConfig& config = model.config;
+TrainTask contact_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+  const Config& config = model.config;
   auto loss = [&model, device](const Batch& b) {
     return contact_map_loss(model.contact->forward(b[0].to(device), b[1].to(device), b[2].to(device)), b[3].to(device),
                             model.config);
@@ -162,9 +161,9 @@ TrainTask contact_task(ForecastNetworks& model, const ForecastData& data, const 
 }
 
 /// Stage "motion", "no_contact" or "adapt".
-TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const ForecastData& data,
-                      const ForecastData& validation, torch::Device device) {
-  const ForecastConfig& config = model.config;
+TrainTask motion_task(const std::string& stage, Networks& model, const Data& data, const Data& validation,
+                      torch::Device device) {
+  const Config& config = model.config;
   MotionNetwork network = stage == "no_contact" ? model.no_contact : model.motion;
   const bool adapt = stage == "adapt";
   // Preparing runs beside validation, so that each has its own contact network.
@@ -203,9 +202,8 @@ TrainTask motion_task(const std::string& stage, ForecastNetworks& model, const F
 }
 
 /// LTD: mean joint error in the world.
-TrainTask trajectory_task(ForecastNetworks& model, const ForecastData& data, const ForecastData& validation,
-                          torch::Device device) {
-  const ForecastConfig& config = model.config;
+TrainTask trajectory_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+  const Config& config = model.config;
   auto forecast = [network = model.trajectory, &config, device](const torch::Tensor& past) mutable {
     return network->forward(past.to(device).flatten(2)).unflatten(2, {config.joints, 3});
   };
@@ -234,10 +232,9 @@ TrainTask trajectory_task(ForecastNetworks& model, const ForecastData& data, con
 
 }  // namespace
 
-bool train_forecast(const ForecastTraining& options) {
-  const ForecastConfig config = forecast_preset(options.preset);
-  const ForecastData data(options.data, "train", config, kTrainStride),
-      adapt_data(options.data, "train", config, kAdaptStride),
+bool train(const Training& options) {
+  const Config config = preset(options.preset);
+  const Data data(options.data, "train", config, kTrainStride), adapt_data(options.data, "train", config, kAdaptStride),
       validation(options.data, "val", config, kValidationStride);
   if (data.size() == 0)
     throw Error(options.data.front(),
@@ -250,35 +247,34 @@ bool train_forecast(const ForecastTraining& options) {
   // What earlier stages (of this run or another) left in the model file is kept, but by a run of them all, which begins
   // it anew; a network without weights is not written.
   torch::manual_seed(options.seed);
-  ForecastNetworks model{config, ContactNetwork(config), MotionNetwork(config),
-                         MotionNetwork(config, /*with_contact=*/false), make_trajectory_network(config)};
+  Networks model{config, ContactNetwork(config), MotionNetwork(config), MotionNetwork(config, /*with_contact=*/false),
+                 anticipate::make_trajectory_network(config)};
   const bool keep = std::filesystem::exists(options.out) &&
-                    (options.resume || stages.size() < stages_of(ForecastTraining::Stage::both).size());
+                    (options.resume || stages.size() < stages_of(Training::Stage::both).size());
   for (size_t s = first; s < stages.size(); ++s) {
     // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
-    const ForecastNetworks before = std::filesystem::exists(options.out) && (keep || s > first)
-                                        ? load_forecast_networks(options.out)
-                                        : ForecastNetworks{};
+    const Networks before =
+        std::filesystem::exists(options.out) && (keep || s > first) ? load_networks(options.out) : Networks{};
     if (keep && !(before.config == config)) throw Error(options.out, "holds networks of another configuration");
     if (stages[s] == "adapt") {
       if (before.contact.is_empty() || before.motion.is_empty())
         throw Error(options.out, "lacks the contact or the motion network that stage adapt goes on from");
       model.contact = before.contact;
-      model.motion = load_forecast_networks(options.out).motion;  // `before` keeps its own until this one is better
+      model.motion = load_networks(options.out).motion;  // `before` keeps its own until this one is better
     }
-    const ForecastData& windows = stages[s] == "adapt" ? adapt_data : data;
+    const Data& windows = stages[s] == "adapt" ? adapt_data : data;
     TrainTask task = stages[s] == "contact"      ? contact_task(model, windows, validation, options.device)
                      : stages[s] == "trajectory" ? trajectory_task(model, windows, validation, options.device)
                                                  : motion_task(stages[s], model, windows, validation, options.device);
     task.module->to(options.device);
     task.on_best = [&, name = stages[s]] {
-      ForecastNetworks best = before;
+      Networks best = before;
       best.config = config;
       if (name == "contact") best.contact = model.contact;
       if (name == "motion" || name == "adapt") best.motion = model.motion;
       if (name == "no_contact") best.no_contact = model.no_contact;
       if (name == "trajectory") best.trajectory = model.trajectory;
-      save_forecast_networks(options.out, best);
+      save_networks(options.out, best);
     };
     const Stage stage = stage_of(options, stages[s], windows.size());
     TrainOptions loop = stage_options(options.out, s, first, options.resume);
@@ -292,4 +288,4 @@ bool train_forecast(const ForecastTraining& options) {
   return true;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -5,9 +5,9 @@
 #include "inhabit/forecast/config.h"
 #include "inhabit/train/loop.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
-struct ForecastTraining {
+struct Training {
   std::vector<std::string> data;  ///< native data set folders
   std::string out;                ///< model file; its best weights by validation are written as training goes on
   std::string preset = "compact";
@@ -25,6 +25,6 @@ struct ForecastTraining {
 /// mistake of the first network. LTD, which is only compared with, is trained by stage trajectory and by all.
 /// `out`.log.jsonl is the log, `out`.checkpoint.safetensors where an interrupted run goes on. Returns false when it was
 /// interrupted.
-bool train_forecast(const ForecastTraining& options);
+bool train(const Training& options);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -2,7 +2,7 @@
 
 #include "inhabit/math/rotation.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 using torch::Tensor;
 
@@ -10,7 +10,7 @@ Tensor WindowFrame::to_window(const Tensor& world) const { return torch::matmul(
 
 Tensor WindowFrame::to_world(const Tensor& window) const { return torch::matmul(window, turn) + origin; }
 
-WindowFrame window_frame(const Tensor& past, const ForecastConfig& config) {
+WindowFrame window_frame(const Tensor& past, const Config& config) {
   const Tensor last = past[config.past - 1];
   WindowFrame out{last[config.root].clone(), torch::eye(3)};
   if (!config.hips.empty()) {
@@ -20,4 +20,4 @@ WindowFrame window_frame(const Tensor& past, const ForecastConfig& config) {
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

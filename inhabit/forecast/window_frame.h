@@ -3,7 +3,7 @@
 
 #include "inhabit/forecast/config.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 
 /// The axes the networks see a window in: metres, up +Y, origin at the root of the last observed frame. The release
 /// keeps the world's axes; where config.hips names the hip joints, the person faces +Z in that frame instead, so that
@@ -17,6 +17,6 @@ struct WindowFrame {
 };
 
 /// @param past (P, J, 3) observed joints, world.
-WindowFrame window_frame(const torch::Tensor& past, const ForecastConfig& config);
+WindowFrame window_frame(const torch::Tensor& past, const Config& config);
 
-}  // namespace inhabit
+}  // namespace inhabit::forecast

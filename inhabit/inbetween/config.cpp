@@ -3,7 +3,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using nlohmann::json;
@@ -40,8 +40,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
 
 }  // namespace
 
-InbetweenConfig inbetween_preset(const std::string& name) {
-  InbetweenConfig config;
+Config preset(const std::string& name) {
+  Config config;
   config.preset = name;
   if (name == "compact") {
     config.width = 96;
@@ -59,18 +59,17 @@ InbetweenConfig inbetween_preset(const std::string& name) {
   return config;
 }
 
-std::string to_json(const InbetweenConfig& config) { return fields_to_json(config, fields).dump(); }
+std::string to_json(const Config& config) { return fields_to_json(config, fields).dump(); }
 
-InbetweenConfig inbetween_config_from_json(const std::string& text, const std::string& subject) {
-  InbetweenConfig config;
+Config config_from_json(const std::string& text, const std::string& subject) {
+  Config config;
   fields_from_json(config_object(text, subject), subject, fields, config);
   validate(config, subject);
   return config;
 }
 
-InbetweenConfig released_inbetween_config(const std::map<std::string, std::string>& metadata,
-                                          const std::string& subject) {
-  InbetweenConfig config;
+Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject) {
+  Config config;
   config.preset = "released";
   /// The values of the metadata are JSON themselves.
   const auto value = [&](const char* key) {
@@ -101,13 +100,13 @@ InbetweenConfig released_inbetween_config(const std::map<std::string, std::strin
   of_vit("depth", config.scene_encoder.depth);
   of_vit("heads", config.scene_encoder.heads);
   of_vit("mlp", config.scene_encoder.mlp);
-  if (features != kInbetweenFeatures || image != kSceneSide || channels != kSceneHeight)
+  if (features != kFeatureCount || image != kSceneSide || channels != kSceneHeight)
     throw Error(subject, "metadata: features or occupancy of another size");
   validate(config, subject);
   return config;
 }
 
-void validate(const InbetweenConfig& c, const std::string& subject) {
+void validate(const Config& c, const std::string& subject) {
   const auto check = [&](bool good, const char* name) {
     if (!good) throw Error(subject, std::string("configuration: '") + name + "' is out of range");
   };
@@ -144,4 +143,4 @@ void validate(const InbetweenConfig& c, const std::string& subject) {
   within("scene_dropout", c.scene_dropout, 0, 1);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

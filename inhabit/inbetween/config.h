@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Numbers a frame that in-betweening works on: [0, 3) root translation, [3, 9) root orientation 6D, [9, 135) 21 body
 /// rotations 6D, [135, 201) 22 joint positions.
-inline constexpr int64_t kInbetweenFeatures = 201;
+inline constexpr int64_t kFeatureCount = 201;
 /// Mask channels of a model that takes partial key poses: root translation, root orientation, body rotations, 22
 /// joints.
 inline constexpr int64_t kMaskChannels = 25;
@@ -28,7 +28,7 @@ struct SceneEncoderSpec {
 
 /// Everything that scene-aware in-betweening must know to be built, trained and run; it travels in a model file's
 /// metadata. Defaults are the paper's (Table 5).
-struct InbetweenConfig {
+struct Config {
   std::string preset = "paper";
   double rate = 30;                          ///< frames a second
   int frames = 121;                          ///< N, frames of a clip
@@ -59,24 +59,23 @@ struct InbetweenConfig {
 
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
-  bool operator==(const InbetweenConfig&) const = default;
+  bool operator==(const Config&) const = default;
 };
 
 /// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores, for partial keys too.
 /// Throws Error for other names.
-InbetweenConfig inbetween_preset(const std::string& name);
+Config preset(const std::string& name);
 
-std::string to_json(const InbetweenConfig& config);
+std::string to_json(const Config& config);
 
 /// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible
 /// values are refused.
-InbetweenConfig inbetween_config_from_json(const std::string& text, const std::string& subject);
+Config config_from_json(const std::string& text, const std::string& subject);
 
 /// The config that the metadata of a file with released weights describes: latent_dim, dim_mults, vit, frames, ...
-InbetweenConfig released_inbetween_config(const std::map<std::string, std::string>& metadata,
-                                          const std::string& subject);
+Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
 
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
-void validate(const InbetweenConfig& config, const std::string& subject);
+void validate(const Config& config, const std::string& subject);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

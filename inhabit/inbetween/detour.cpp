@@ -4,7 +4,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/scene/shapes.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
@@ -51,7 +51,7 @@ bool crosses_table(const Clip& clip) {
   return ((root.select(1, 0) < kTableWidth / 2) & (root.select(1, 2) < kTableDepth / 2)).any().item<bool>();
 }
 
-DetourScores evaluate_detour(const SceneInbetweener& model, InbetweenRequest request, int64_t runs) {
+DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int64_t runs) {
   const Detour detour = table_detour(model.config().frames, model.config().rate);
   request.keys = {0, detour.ends.frames() - 1};
   DetourScores scores;
@@ -62,4 +62,4 @@ DetourScores evaluate_detour(const SceneInbetweener& model, InbetweenRequest req
   return scores;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -1,7 +1,7 @@
 #pragma once
 #include "inhabit/inbetween/scene_inbetweener.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Somebody stands before a table and, when the clip ends, behind it: the straight way is blocked.
 struct Detour {
@@ -21,6 +21,6 @@ struct DetourScores {
 };
 
 /// Fills table_detour for `runs` seeds from request.seed on; request.keys are set to its ends.
-DetourScores evaluate_detour(const SceneInbetweener& model, InbetweenRequest request, int64_t runs);
+DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int64_t runs);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

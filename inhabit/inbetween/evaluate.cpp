@@ -20,7 +20,7 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/metrics/frechet.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -62,9 +62,9 @@ struct Run {
 
 double ratio(double sum, int64_t count) { return count > 0 ? sum / static_cast<double>(count) : kNone; }
 
-InbetweenScores scores_of(const std::string& method, const std::string& keyframes, const std::vector<Run>& runs,
-                          const FeatureGaussian* real, double real_jerk) {
-  InbetweenScores out;
+Scores scores_of(const std::string& method, const std::string& keyframes, const std::vector<Run>& runs,
+                 const FeatureGaussian* real, double real_jerk) {
+  Scores out;
   out.method = method;
   out.keyframes = keyframes;
   out.runs = static_cast<int64_t>(runs.size());
@@ -92,7 +92,7 @@ InbetweenScores scores_of(const std::string& method, const std::string& keyframe
 }
 
 /// The window's motion with joints where its poses put them, and a shape for its skin.
-Clip posed_truth(const InbetweenWindow& window) {
+Clip posed_truth(const Window& window) {
   const Clip& truth = window.truth;
   validate(truth, window.name);
   if (!truth.rotations.defined() || !truth.trans.defined() || truth.skeleton.size() != kStandardJoints)
@@ -104,8 +104,7 @@ Clip posed_truth(const InbetweenWindow& window) {
 }
 
 /// What a method made of a window, checked; with the truth's shape, so that every method moves the same body.
-Clip filled(const InbetweenMethod& method, const InbetweenWindow& window, const std::vector<int64_t>& keys,
-            uint64_t seed) {
+Clip filled(const Method& method, const Window& window, const std::vector<int64_t>& keys, uint64_t seed) {
   Clip out = method.fill(window, keys, seed);
   const std::string subject = method.name + " on " + window.name;
   validate(out, subject);
@@ -122,36 +121,36 @@ std::string number(double value, int decimals) {
 struct Column {
   const char* title;
   const char* key;
-  Estimate InbetweenScores::*value;
+  Estimate Scores::*value;
   int decimals;
 };
 
 constexpr std::array<Column, 12> kColumns = {
-    {{"FID", "fid", &InbetweenScores::fid, 3},
-     {"Foot Skating", "foot_skating", &InbetweenScores::skating, 3},
-     {"Jerk (m/s3)", "jerk", &InbetweenScores::jerk, 1},
-     {"Jerk / real", "jerk_ratio", &InbetweenScores::jerk_ratio, 2},
-     {"MPJE Key (mm)", "mpje_key_mm", &InbetweenScores::key_error, 1},
-     {"MPJE All (mm)", "mpje_all_mm", &InbetweenScores::error, 1},
-     {"Coll. Frames", "collision_frame_ratio", &InbetweenScores::frame_ratio, 4},
-     {"Coll. Vertices", "collision_vertex_ratio", &InbetweenScores::vertex_ratio, 5},
-     {"Pene. Max (mm)", "penetration_max_mm", &InbetweenScores::penetration, 1},
-     {"Coll. Frames", "close_collision_frame_ratio", &InbetweenScores::close_frame_ratio, 4},
-     {"Coll. Vertices", "close_collision_vertex_ratio", &InbetweenScores::close_vertex_ratio, 5},
-     {"Pene. Max (mm)", "close_penetration_max_mm", &InbetweenScores::close_penetration, 1}}};
+    {{"FID", "fid", &Scores::fid, 3},
+     {"Foot Skating", "foot_skating", &Scores::skating, 3},
+     {"Jerk (m/s3)", "jerk", &Scores::jerk, 1},
+     {"Jerk / real", "jerk_ratio", &Scores::jerk_ratio, 2},
+     {"MPJE Key (mm)", "mpje_key_mm", &Scores::key_error, 1},
+     {"MPJE All (mm)", "mpje_all_mm", &Scores::error, 1},
+     {"Coll. Frames", "collision_frame_ratio", &Scores::frame_ratio, 4},
+     {"Coll. Vertices", "collision_vertex_ratio", &Scores::vertex_ratio, 5},
+     {"Pene. Max (mm)", "penetration_max_mm", &Scores::penetration, 1},
+     {"Coll. Frames", "close_collision_frame_ratio", &Scores::close_frame_ratio, 4},
+     {"Coll. Vertices", "close_collision_vertex_ratio", &Scores::close_vertex_ratio, 5},
+     {"Pene. Max (mm)", "close_penetration_max_mm", &Scores::close_penetration, 1}}};
 
 /// Indices of kColumns.
-std::vector<size_t> columns_of(InbetweenLayout layout) {
+std::vector<size_t> columns_of(Layout layout) {
   switch (layout) {
-    case InbetweenLayout::methods:
+    case Layout::methods:
       return {0, 1, 2, 3, 4, 5, 6, 8};
-    case InbetweenLayout::close:
+    case Layout::close:
       return {9, 10, 11};
-    case InbetweenLayout::keys:
+    case Layout::keys:
       return {0, 2, 5};
-    case InbetweenLayout::settings:
+    case Layout::settings:
       return {0, 2, 5, 6, 8};
-    case InbetweenLayout::seeds:
+    case Layout::seeds:
       return {0, 2, 5, 6};
   }
   return {};
@@ -159,13 +158,13 @@ std::vector<size_t> columns_of(InbetweenLayout layout) {
 
 }  // namespace
 
-std::vector<InbetweenMethod> interpolation_methods() {
+std::vector<Method> interpolation_methods() {
   const auto method = [](const char* name, Clip (*interpolate)(const Clip&, const std::vector<int64_t>&)) {
-    return InbetweenMethod{name,
-                           [interpolate](const InbetweenWindow& window, const std::vector<int64_t>& keys, uint64_t) {
-                             return interpolate(window.given, keys);
-                           },
-                           false};
+    return Method{name,
+                  [interpolate](const Window& window, const std::vector<int64_t>& keys, uint64_t) {
+                    return interpolate(window.given, keys);
+                  },
+                  false};
   };
   return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline)};
 }
@@ -191,12 +190,11 @@ Clip noisy_keys(const Clip& clip, double level, uint64_t seed) {
   if (!(level >= 0 && level <= 90)) throw Error("noise level", "is not from 0 to 90 degrees and centimetres");
   if (level == 0) return clip;
   std::mt19937_64 random(seed);
-  return clip_of_features(noisy_features(inbetween_features(clip), clip.skeleton.offsets, level, random), clip);
+  return clip_of_features(noisy_features(clip_features(clip), clip.skeleton.offsets, level, random), clip);
 }
 
-InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
-                                  const std::vector<InbetweenMethod>& methods, MotionAutoencoder features,
-                                  const InbetweenEvaluation& options) {
+Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& methods, MotionAutoencoder features,
+               const Evaluation& options) {
   const torch::NoGradGuard no_gradients;
   if (windows.empty()) throw Error("evaluation", "has no window");
   if (options.keyframes.empty()) throw Error("evaluation", "has no choice of key frames");
@@ -206,20 +204,20 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
       std::all_of(windows.begin(), windows.end(), [](const auto& w) { return w.truth.frames() == kFeatureFrames; });
 
   struct Row {
-    const InbetweenMethod* method;
+    const Method* method;
     std::string keyframes;
     std::vector<Run> runs;
   };
   std::vector<Row> rows;
   int64_t fills = 0;
-  const InbetweenMethod input = {
-      "noisy input", [](const InbetweenWindow& w, const std::vector<int64_t>&, uint64_t) { return w.given; }, false};
+  const Method input = {"noisy input", [](const Window& w, const std::vector<int64_t>&, uint64_t) { return w.given; },
+                        false};
   if (options.noise > 0) {
     rows.push_back({&input, "", std::vector<Run>(static_cast<size_t>(options.seeds))});
     fills += options.seeds * static_cast<int64_t>(windows.size());
   }
   for (const std::string& keyframes : options.keyframes)
-    for (const InbetweenMethod& method : methods) {
+    for (const Method& method : methods) {
       const bool varies = method.random || options.noise > 0 || keyframes.rfind("random:", 0) == 0;
       rows.push_back({&method, keyframes, std::vector<Run>(static_cast<size_t>(varies ? options.seeds : 1))});
       fills += static_cast<int64_t>(rows.back().runs.size() * windows.size());
@@ -229,14 +227,14 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
   const Scene nothing;
   const Scene* met = nullptr;
   std::optional<CollisionMeter> meter;
-  const auto measure = [&](Run& run, const Clip& clip, const InbetweenWindow& window, const std::vector<int64_t>& keys,
+  const auto measure = [&](Run& run, const Clip& clip, const Window& window, const std::vector<int64_t>& keys,
                            const Tensor& close) {
     run.add(clip, window.truth, keys, options.key_joints, *meter, close);
     if (comparable) run.features.push_back(motion_features(features, clip.joints.unsqueeze(0))[0]);
   };
   int64_t done = 0;
   for (size_t w = 0; w < windows.size(); ++w) {
-    InbetweenWindow window = windows[w];
+    Window window = windows[w];
     window.truth = posed_truth(windows[w]);
     const Scene* scene = window.scene ? window.scene.get() : &nothing;
     if (!meter || scene != met) meter.emplace(builtin_body(), *(met = scene));
@@ -254,7 +252,7 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
       }
   }
 
-  InbetweenTable table;
+  Table table;
   table.windows = static_cast<int64_t>(windows.size());
   table.close_frames = real.close_frames;
   table.noise = options.noise;
@@ -267,49 +265,48 @@ InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
   return table;
 }
 
-std::string table_text(const InbetweenTable& table, InbetweenLayout layout) {
+std::string table_text(const Table& table, Layout layout) {
   std::set<std::string> choices, methods;
-  for (const InbetweenScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     if (row.keyframes.empty()) continue;
     choices.insert(row.keyframes);
     methods.insert(row.method);
   }
   const bool one_choice = choices.size() <= 1, one_method = methods.size() <= 1;
-  const auto label = [&](const InbetweenScores& row) {
+  const auto label = [&](const Scores& row) {
     if (row.keyframes.empty()) return row.method;
-    if (layout == InbetweenLayout::keys && one_method) return row.keyframes;
-    return one_choice && layout != InbetweenLayout::keys ? row.method : row.method + ", " + row.keyframes;
+    if (layout == Layout::keys && one_method) return row.keyframes;
+    return one_choice && layout != Layout::keys ? row.method : row.method + ", " + row.keyframes;
   };
   size_t first = 24;
-  for (const InbetweenScores& row : table.rows) first = std::max(first, label(row).size() + 1);
-  std::string text =
-      fmt::format("{:<{}}", layout == InbetweenLayout::keys && one_method ? "Key frames" : "Method", first);
+  for (const Scores& row : table.rows) first = std::max(first, label(row).size() + 1);
+  std::string text = fmt::format("{:<{}}", layout == Layout::keys && one_method ? "Key frames" : "Method", first);
   const std::vector<size_t> columns = columns_of(layout);
   for (const size_t c : columns) text += fmt::format("{:>17}", kColumns[c].title);
   text += "\n";
-  for (const InbetweenScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     text += fmt::format("{:<{}}", label(row), first);
     for (const size_t c : columns) {
       const Estimate& e = row.*kColumns[c].value;
       std::string cell = number(e.mean, kColumns[c].decimals);
-      if (layout == InbetweenLayout::seeds && row.runs > 1) cell += " +- " + number(e.interval, kColumns[c].decimals);
+      if (layout == Layout::seeds && row.runs > 1) cell += " +- " + number(e.interval, kColumns[c].decimals);
       text += fmt::format("{:>17}", cell);
     }
     text += "\n";
   }
   text += fmt::format("{} windows", table.windows);
-  if (layout == InbetweenLayout::close)
+  if (layout == Layout::close)
     text += fmt::format(", {} frames closer to the scene than {:.0f} cm", table.close_frames, kCloseProximity * 100);
   if (table.noise > 0) text += fmt::format(", key frames with noise of level {:g}", table.noise);
   int64_t runs = 1;
-  for (const InbetweenScores& row : table.rows) runs = std::max(runs, row.runs);
+  for (const Scores& row : table.rows) runs = std::max(runs, row.runs);
   return text + fmt::format(", {} seed{}\n", runs, runs == 1 ? "" : "s");
 }
 
-nlohmann::ordered_json table_json(const InbetweenTable& table) {
+nlohmann::ordered_json table_json(const Table& table) {
   const auto value = [](double x) { return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x); };
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const InbetweenScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     nlohmann::ordered_json r = {{"method", row.method}, {"keyframes", row.keyframes}, {"runs", row.runs}};
     for (const Column& column : kColumns) {
       const Estimate& e = row.*column.value;
@@ -320,4 +317,4 @@ nlohmann::ordered_json table_json(const InbetweenTable& table) {
   return {{"windows", table.windows}, {"close_frames", table.close_frames}, {"noise", table.noise}, {"rows", rows}};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

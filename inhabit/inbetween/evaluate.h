@@ -10,10 +10,10 @@
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// A stretch of recorded motion to be filled in between its key frames.
-struct InbetweenWindow {
+struct Window {
   std::string name;  ///< in errors
   Clip truth;        ///< on the standard skeleton, with rotations
   Clip given;        ///< what methods take key frames from: the truth, or noisy poses. The evaluation sets it
@@ -21,14 +21,14 @@ struct InbetweenWindow {
 };
 
 /// One way of filling in. `fill` may look at the frames `keys` of window.given and at the scene.
-struct InbetweenMethod {
+struct Method {
   std::string name;
-  std::function<Clip(const InbetweenWindow& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;
+  std::function<Clip(const Window& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;
   bool random = true;  ///< false where the seed changes nothing
 };
 
 /// "linear + slerp" and "cubic spline".
-std::vector<InbetweenMethod> interpolation_methods();
+std::vector<Method> interpolation_methods();
 
 /// The mean over runs with different seeds, and half of its 95 % confidence interval by Student's t; 0 for one run. NaN
 /// where there is no value.
@@ -38,7 +38,7 @@ struct Estimate {
 Estimate estimate(const std::vector<double>& runs);
 
 /// What one method scores over all windows, each number a mean over them.
-struct InbetweenScores {
+struct Scores {
   std::string method;
   std::string keyframes;  ///< as key_frames takes it; empty for the real motion and the noisy input
   int64_t runs = 1;       ///< seeds
@@ -54,14 +54,14 @@ struct InbetweenScores {
   Estimate close_frame_ratio, close_vertex_ratio, close_penetration;
 };
 
-struct InbetweenTable {
+struct Table {
   int64_t windows = 0, close_frames = 0;
   double noise = 0;
-  std::vector<InbetweenScores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
-                                      ///< frames as they are; then each way of choosing keys with each method
+  std::vector<Scores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
+                             ///< frames as they are; then each way of choosing keys with each method
 };
 
-struct InbetweenEvaluation {
+struct Evaluation {
   std::vector<std::string> keyframes = {"every:60"};  ///< as key_frames takes them
   int64_t seeds = 1;                                  ///< runs of what depends on a seed
   uint64_t seed = 1;
@@ -80,12 +80,11 @@ Clip noisy_keys(const Clip& clip, double level, uint64_t seed);
 /// methods draw follow from (seed, run, window) alone, so that methods see the same key frames.
 /// @param features may be empty. Throws Error naming method and window where what comes out has another length or is
 /// not finite.
-InbetweenTable evaluate_inbetween(const std::vector<InbetweenWindow>& windows,
-                                  const std::vector<InbetweenMethod>& methods, MotionAutoencoder features,
-                                  const InbetweenEvaluation& options);
+Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& methods, MotionAutoencoder features,
+               const Evaluation& options);
 
 /// Columns of the paper's tables.
-enum class InbetweenLayout {
+enum class Layout {
   methods,   ///< Tables 1 and 3
   close,     ///< Table 2
   keys,      ///< Table 6
@@ -93,7 +92,7 @@ enum class InbetweenLayout {
   seeds      ///< Table 9, with intervals
 };
 
-std::string table_text(const InbetweenTable& table, InbetweenLayout layout = InbetweenLayout::methods);
-nlohmann::ordered_json table_json(const InbetweenTable& table);
+std::string table_text(const Table& table, Layout layout = Layout::methods);
+nlohmann::ordered_json table_json(const Table& table);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

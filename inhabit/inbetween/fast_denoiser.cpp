@@ -10,7 +10,7 @@
 #include "inhabit/nn/parallel_chunks.h"
 #include "inhabit/nn/row_products_kernel.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 namespace tn = torch::nn;
 using torch::Tensor;
@@ -172,7 +172,7 @@ struct FastDenoiser::Impl {
     Rows input;
   };
 
-  explicit Impl(const InbetweenNetwork& of) : network(of) {
+  explicit Impl(const Denoiser& of) : network(of) {
     TemporalUnet unet = network->unet;
     std::vector<Tensor> weights, biases;
     int64_t film = 0;
@@ -286,7 +286,7 @@ struct FastDenoiser::Impl {
     multiply(out, end, 0, 1, padded, 1, 0, scratch, y);
     return torch::from_blob(y, {batch, padded, out.w.stride()}, torch::kFloat32)
         .slice(1, 0, frames)
-        .slice(2, 0, kInbetweenFeatures)
+        .slice(2, 0, kFeatureCount)
         .transpose(1, 2)
         .contiguous();
   }
@@ -303,7 +303,7 @@ struct FastDenoiser::Impl {
     }
   }
 
-  InbetweenNetwork network;
+  Denoiser network;
   std::vector<Level> downs, ups;
   std::vector<Block> middle;
   Product last, out;
@@ -315,7 +315,7 @@ struct FastDenoiser::Impl {
   int64_t last_frames = 0;
 };
 
-FastDenoiser::FastDenoiser(const InbetweenNetwork& network) : impl_(std::make_unique<Impl>(network)) {}
+FastDenoiser::FastDenoiser(const Denoiser& network) : impl_(std::make_unique<Impl>(network)) {}
 FastDenoiser::~FastDenoiser() = default;
 FastDenoiser::FastDenoiser(FastDenoiser&&) noexcept = default;
 FastDenoiser& FastDenoiser::operator=(FastDenoiser&&) noexcept = default;
@@ -336,4 +336,4 @@ Tensor FastDenoiser::guided(const Tensor& x, const Tensor& mask, const Tensor& l
   return both[1] + guidance * (both[0] - both[1]);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

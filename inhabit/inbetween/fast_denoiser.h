@@ -3,7 +3,7 @@
 
 #include "inhabit/inbetween/network.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Inference-only evaluation of a denoiser on the CPU: the same outputs (to about 1e-6 of the largest) several times
 /// faster. Frames are rows, so that a convolution is one matrix product over overlapping rows, with weights packed
@@ -13,12 +13,12 @@ namespace inhabit {
 /// caller.
 class FastDenoiser {
  public:
-  explicit FastDenoiser(const InbetweenNetwork& network);
+  explicit FastDenoiser(const Denoiser& network);
   ~FastDenoiser();
   FastDenoiser(FastDenoiser&&) noexcept;
   FastDenoiser& operator=(FastDenoiser&&) noexcept;
 
-  /// As InbetweenNetworkImpl::forward() in evaluation mode, without gradients. CPU tensors.
+  /// As DenoiserImpl::forward() in evaluation mode, without gradients. CPU tensors.
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local,
                         const torch::Tensor& steps, const torch::Tensor& embedding);
 
@@ -32,4 +32,4 @@ class FastDenoiser {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -8,21 +8,21 @@
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/motion/clip.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 // A frame is 201 numbers in the canonical frame (the first root above the origin, facing +Z): root joint (3, metres),
 // root orientation (6D), the 21 other joints' rotations (6D, each relative to its parent), 22 joint positions (metres).
 inline constexpr int64_t kOrientFeature = 3, kBodyFeature = 9, kJointFeature = 135;
 
 /// (T, 201) of a clip on the standard skeleton, which has rotations; in the frame that the clip is in.
-torch::Tensor inbetween_features(const Clip& clip);
+torch::Tensor clip_features(const Clip& clip);
 
 /// Local rotations (..., 22, 3, 3) that features (..., 201) name.
 torch::Tensor feature_rotations(const torch::Tensor& features);
 
 /// Joint positions (..., T, 22, 3) by forward kinematics from the features' rotations and root.
 /// @param features (..., T, 201); @param offsets (..., 22, 3) metres, the bones of each person.
-torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& offsets);
+torch::Tensor anticipate::feature_joints(const torch::Tensor& features, const torch::Tensor& offsets);
 
 /// `like` with the motion that `features` (T, 201) name: rotations, trans, and joints by forward kinematics.
 Clip clip_of_features(const torch::Tensor& features, const Clip& like);
@@ -53,4 +53,4 @@ torch::Tensor noisy_features(const torch::Tensor& features, const torch::Tensor&
 /// @param betas (B') or undefined for the mean shape.
 torch::Tensor body_shape_features(const BodyModel& model, const torch::Tensor& betas);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

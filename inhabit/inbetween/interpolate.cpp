@@ -6,7 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/motion/pose_track.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 void require_keys(const Clip& clip, const std::vector<int64_t>& keys) {
@@ -95,4 +95,4 @@ Clip interpolate_spline(const Clip& clip, const std::vector<int64_t>& keys) {
   return moved(clip, track);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

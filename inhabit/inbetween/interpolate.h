@@ -4,7 +4,7 @@
 
 #include "inhabit/motion/clip.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 // What scene-aware in-betweening is compared with: motion that follows from the key frames by arithmetic alone. Both
 // read frames `keys` of `clip` only (in order, the first and the last frame among them, as key_frames gives them), meet
@@ -20,4 +20,4 @@ Clip interpolate_linear(const Clip& clip, const std::vector<int64_t>& keys);
 /// vanish halfway, since neighbouring keys are never more than a right angle apart as unit vectors.
 Clip interpolate_spline(const Clip& clip, const std::vector<int64_t>& keys);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

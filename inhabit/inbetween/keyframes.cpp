@@ -9,7 +9,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 /// "a,b,,c" -> a, b, "", c.
@@ -98,4 +98,4 @@ torch::Tensor feature_mask(const torch::Tensor& groups) {
   return groups.index_select(-1, torch::tensor(group, torch::TensorOptions(torch::kLong).device(groups.device())));
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -8,7 +8,7 @@
 #include "inhabit/body/skeleton.h"
 #include "inhabit/inbetween/config.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Which frames of a clip are given, in order, each once, the first and the last always among them. `text` is one of
 ///   every:N        frames 0, N, 2N, ...
@@ -33,7 +33,7 @@ torch::Tensor given_groups(const std::string& joints);
 /// The joints whose places groups (25) give, standard order; none where `groups` is undefined (whole poses).
 std::vector<int64_t> given_joints(const torch::Tensor& groups);
 
-/// (..., kInbetweenFeatures) from groups (..., 25): each feature takes its group's value.
+/// (..., kFeatureCount) from groups (..., 25): each feature takes its group's value.
 torch::Tensor feature_mask(const torch::Tensor& groups);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -3,19 +3,18 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
-std::vector<std::pair<std::string, Tensor>> inbetween_loss_terms(const Tensor& predicted, const Tensor& truth,
-                                                                 const Tensor& bones, const Tensor& mean,
-                                                                 const Tensor& deviation,
-                                                                 const InbetweenConfig& config) {
+std::vector<std::pair<std::string, Tensor>> loss_terms(const Tensor& predicted, const Tensor& truth,
+                                                       const Tensor& bones, const Tensor& mean, const Tensor& deviation,
+                                                       const Config& config) {
   constexpr double kUnit = 0.3;    // metres
   constexpr double kStill = 0.01;  // metres that a standing foot moves at most from one frame to the next
   const auto in_units = [&](const Tensor& features) { return features.transpose(1, 2) * deviation + mean; };
-  const Tensor simple = (truth - predicted).square().mean();       // Eq. 1
-  const Tensor here = feature_joints(in_units(predicted), bones);  // (B, T, 22, 3)
+  const Tensor simple = (truth - predicted).square().mean();                   // Eq. 1
+  const Tensor here = anticipate::feature_joints(in_units(predicted), bones);  // (B, T, 22, 3)
   const Tensor there = in_units(truth).slice(2, kJointFeature).reshape(here.sizes());
   const Tensor moved = (there - here) / kUnit;
   const auto steps_of_feet = [&](const Tensor& joints) {  // (B, T - 1, 4, 3)
@@ -33,4 +32,4 @@ std::vector<std::pair<std::string, Tensor>> inbetween_loss_terms(const Tensor& p
       {"feet", feet}};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

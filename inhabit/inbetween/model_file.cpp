@@ -4,7 +4,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/parameters.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 constexpr const char* kSystem = "scene-inbetweening";
@@ -13,14 +13,14 @@ torch::Tensor scale_of(const SafeTensors& content, const std::string& name, cons
   const auto found = content.tensors.find(name);
   if (found == content.tensors.end()) throw Error(path, "lacks " + name);
   const torch::Tensor t = found->second.to(torch::kFloat32);
-  if (t.dim() != 1 || t.size(0) != kInbetweenFeatures) throw Error(path, name + " has the wrong shape");
+  if (t.dim() != 1 || t.size(0) != kFeatureCount) throw Error(path, name + " has the wrong shape");
   if (!t.isfinite().all().item<bool>()) throw Error(path, name + " is not finite");
   return t;
 }
 
 }  // namespace
 
-void save_inbetween_networks(const std::string& path, const InbetweenNetworks& networks, bool half) {
+void save_networks(const std::string& path, const Networks& networks, bool half) {
   SafeTensors content;
   content.metadata = {{"system", kSystem}, {"config", to_json(networks.config)}};
   content.tensors["scale.mean"] = networks.mean;
@@ -29,26 +29,26 @@ void save_inbetween_networks(const std::string& path, const InbetweenNetworks& n
   write_safetensors(path, content, half);
 }
 
-InbetweenNetworks load_inbetween_networks(const std::string& path) {
+Networks load_networks(const std::string& path) {
   const SafeTensors content = read_safetensors(path);
-  InbetweenNetworks networks;
+  Networks networks;
   const auto system = content.metadata.find("system"), config = content.metadata.find("config");
   if (system != content.metadata.end() && system->second == kSystem) {
     if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
-    networks.config = inbetween_config_from_json(config->second, path);
+    networks.config = config_from_json(config->second, path);
     networks.mean = scale_of(content, "scale.mean", path);
     networks.deviation = scale_of(content, "scale.deviation", path);
     if ((networks.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
   } else if (system == content.metadata.end() && nn::has_parameters(content, "net.unet.")) {
-    networks.config = released_inbetween_config(content.metadata, path);
-    networks.mean = torch::zeros({kInbetweenFeatures});
-    networks.deviation = torch::ones({kInbetweenFeatures});
+    networks.config = released_config(content.metadata, path);
+    networks.mean = torch::zeros({kFeatureCount});
+    networks.deviation = torch::ones({kFeatureCount});
   } else {
     throw Error(path, std::string("is not a model of ") + kSystem);
   }
-  networks.network = InbetweenNetwork(networks.config);
+  networks.network = Denoiser(networks.config);
   nn::load_parameters(*networks.network, "net.", content, path);
   return networks;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -3,21 +3,21 @@
 
 #include "inhabit/inbetween/network.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// A trained denoiser and the scale of its features.
-struct InbetweenNetworks {
-  InbetweenConfig config;
-  InbetweenNetwork network{nullptr};  ///< "net." in the file
-  torch::Tensor mean, deviation;      ///< (201), what features are standardised with
+struct Networks {
+  Config config;
+  Denoiser network{nullptr};      ///< "net." in the file
+  torch::Tensor mean, deviation;  ///< (201), what features are standardised with
 };
 
 /// @param half store weights in half precision.
-void save_inbetween_networks(const std::string& path, const InbetweenNetworks& networks, bool half = false);
+void save_networks(const std::string& path, const Networks& networks, bool half = false);
 
 /// The network comes in evaluation mode on the CPU. Files with released weights are read too; they tell no scale, so
 /// that their features stay as they are (mean 0, deviation 1). Throws Error naming the file where it is of another
 /// system, or a parameter is missing, of another shape, or not finite.
-InbetweenNetworks load_inbetween_networks(const std::string& path);
+Networks load_networks(const std::string& path);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

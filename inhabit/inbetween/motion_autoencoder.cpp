@@ -7,7 +7,7 @@
 #include "inhabit/motion/local_pose.h"
 #include "inhabit/nn/parameters.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -145,4 +145,4 @@ MotionAutoencoder load_motion_autoencoder(const std::string& path) {
   return network;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -5,7 +5,7 @@
 
 #include "inhabit/train/loop.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Frames of the windows whose features the Frechet distance of in-betweening compares, and how many features there
 /// are.
@@ -51,4 +51,4 @@ void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& n
 /// shape, or not finite.
 MotionAutoencoder load_motion_autoencoder(const std::string& path);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -4,12 +4,12 @@
 
 #include "inhabit/nn/mish.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 namespace tn = torch::nn;
 using torch::Tensor;
 
-InbetweenNetworkImpl::InbetweenNetworkImpl(const InbetweenConfig& network_config) : config(network_config) {
+DenoiserImpl::DenoiserImpl(const Config& network_config) : config(network_config) {
   const int64_t width = config.width;
   if (config.local_scene) {
     const int64_t widths[] = {3 * config.anchors, 1024, 256, 32, kLocalChannels};
@@ -20,9 +20,9 @@ InbetweenNetworkImpl::InbetweenNetworkImpl(const InbetweenConfig& network_config
   if (config.body_shape)
     shape_layer = register_module("beta_process", std::make_shared<tn::Module>())
                       ->register_module("lin0", tn::Linear(kShapeFeatures, width));
-  const int64_t channels = kInbetweenFeatures + config.mask_channels() + (config.local_scene ? kLocalChannels : 0) +
-                           (config.from_interpolation ? kInbetweenFeatures : 0);
-  unet = register_module("unet", TemporalUnet(channels, kInbetweenFeatures, width, config.multipliers));
+  const int64_t channels = kFeatureCount + config.mask_channels() + (config.local_scene ? kLocalChannels : 0) +
+                           (config.from_interpolation ? kFeatureCount : 0);
+  unet = register_module("unet", TemporalUnet(channels, kFeatureCount, width, config.multipliers));
   const auto steps = register_module("embed_timestep", std::make_shared<tn::Module>())
                          ->register_module("time_embed", std::make_shared<tn::Module>());
   step_in = steps->register_module("0", tn::Linear(width, width));
@@ -31,24 +31,24 @@ InbetweenNetworkImpl::InbetweenNetworkImpl(const InbetweenConfig& network_config
     scene_encoder = register_module("scene_embedding", SceneEncoder(config.scene_encoder, width));
 }
 
-Tensor InbetweenNetworkImpl::embed_scene(const Tensor& occupancy) {
+Tensor DenoiserImpl::embed_scene(const Tensor& occupancy) {
   if (!scene_encoder.is_empty()) return scene_encoder(occupancy);
   return torch::zeros({occupancy.size(0), config.width}, occupancy.options());
 }
 
-Tensor InbetweenNetworkImpl::embed_shape(const Tensor& shape) {
+Tensor DenoiserImpl::embed_shape(const Tensor& shape) {
   if (!shape_layer.is_empty()) return shape_layer(shape);
   return torch::zeros({shape.size(0), config.width}, shape.options());
 }
 
-Tensor InbetweenNetworkImpl::embed_offsets(const Tensor& offsets, const Tensor& keys) {
+Tensor DenoiserImpl::embed_offsets(const Tensor& offsets, const Tensor& keys) {
   if (!config.local_scene) return torch::zeros({offsets.size(0), 0, offsets.size(3)}, offsets.options());
   Tensor x = (offsets.flatten(1, 2) * keys.unsqueeze(1)).transpose(1, 2);  // (B, T, 3 anchors)
   for (int i = 0; i < 4; ++i) x = i == 0 ? offset_layers[i](x) : offset_layers[i](nn::mish(x));
   return x.transpose(1, 2);
 }
 
-Tensor InbetweenNetworkImpl::embed_steps(const Tensor& steps) {
+Tensor DenoiserImpl::embed_steps(const Tensor& steps) {
   const auto options = step_in->weight.options().requires_grad(false);
   const Tensor rate = torch::exp(torch::arange(0, config.width, 2, options) * (-std::log(10000.0) / config.width));
   const Tensor angle = steps.to(options).unsqueeze(1) * rate;
@@ -56,11 +56,11 @@ Tensor InbetweenNetworkImpl::embed_steps(const Tensor& steps) {
   return step_out(torch::silu(step_in(torch::stack({angle.sin(), angle.cos()}, 2).flatten(1))));
 }
 
-Tensor InbetweenNetworkImpl::forward(const Tensor& x, const Tensor& mask, const Tensor& local, const Tensor& steps,
-                                     const Tensor& embedding) {
+Tensor DenoiserImpl::forward(const Tensor& x, const Tensor& mask, const Tensor& local, const Tensor& steps,
+                             const Tensor& embedding) {
   const int64_t frames = x.size(2);
   const Tensor all = torch::constant_pad_nd(torch::cat({x, mask, local}, 1), {0, config.padded - frames});
   return unet(all, embed_steps(steps) + embedding).slice(2, 0, frames);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

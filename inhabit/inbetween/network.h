@@ -5,12 +5,12 @@
 #include "inhabit/inbetween/scene_encoder.h"
 #include "inhabit/inbetween/temporal_unet.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// The denoiser (3.2): from a noisy clip, what of it is given, and what is known of scene, body and diffusion step, the
 /// clean clip. Parts that the config leaves out have no parameters; their embeddings are zero or empty.
-struct InbetweenNetworkImpl : torch::nn::Module {
-  explicit InbetweenNetworkImpl(const InbetweenConfig& network_config);
+struct DenoiserImpl : torch::nn::Module {
+  explicit DenoiserImpl(const Config& network_config);
 
   /// c_g, the scene around the first root frame. @param occupancy (B, 24, 48, 48), -1 free or 1 occupied.
   /// @return (B, width); zero in its place is "no scene", for guidance.
@@ -31,12 +31,12 @@ struct InbetweenNetworkImpl : torch::nn::Module {
   /// Sines and cosines of the step, through two layers: (B, width).
   torch::Tensor embed_steps(const torch::Tensor& steps);
 
-  InbetweenConfig config;
+  Config config;
   torch::nn::Linear step_in{nullptr}, step_out{nullptr}, shape_layer{nullptr},
       offset_layers[4]{nullptr, nullptr, nullptr, nullptr};
   SceneEncoder scene_encoder{nullptr};
   TemporalUnet unet{nullptr};
 };
-TORCH_MODULE(InbetweenNetwork);
+TORCH_MODULE(Denoiser);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

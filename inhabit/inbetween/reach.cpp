@@ -11,7 +11,7 @@
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/smooth_step.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using Eigen::Vector3d;
@@ -172,4 +172,4 @@ Clip reach_given(const Clip& filled, const Clip& given, const std::vector<int64_
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -5,7 +5,7 @@
 
 #include "inhabit/motion/clip.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Brings the joints that partial keys give to their places: the body moves as a whole by what head, trunk, shoulders
 /// and hips miss theirs by, or hands and feet by more than a limb reaches, unless the root is given: then the trunk
@@ -16,4 +16,4 @@ namespace inhabit {
 /// @param keys in order; the first and the last are whole. @param groups (25) what those between give (keyframes.h)
 Clip reach_given(const Clip& filled, const Clip& given, const std::vector<int64_t>& keys, const torch::Tensor& groups);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -16,7 +16,7 @@
 #include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/occupancy.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
@@ -81,7 +81,7 @@ Tensor scene_occupancy(const SceneQuery& scene, const Tensor& root, double yaw) 
   return occupancy_grid(scene.solid(), center, yaw).permute({1, 0, 2}).contiguous();
 }
 
-struct InbetweenData::Impl {
+struct Data::Impl {
   int64_t frames = 0, stride = 0;
   std::vector<Dataset> sets;
   std::vector<Place> places;
@@ -120,8 +120,7 @@ struct InbetweenData::Impl {
   }
 };
 
-InbetweenData::InbetweenData(const std::vector<std::string>& folders, const std::string& split,
-                             const InbetweenConfig& config, int64_t stride)
+Data::Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride)
     : impl_(std::make_unique<Impl>()) {
   impl_->frames = config.frames;
   impl_->stride = stride;
@@ -142,19 +141,19 @@ InbetweenData::InbetweenData(const std::vector<std::string>& folders, const std:
   }
 }
 
-InbetweenData::~InbetweenData() = default;
+Data::~Data() = default;
 
-int64_t InbetweenData::size() const { return static_cast<int64_t>(impl_->places.size()); }
+int64_t Data::size() const { return static_cast<int64_t>(impl_->places.size()); }
 
-InbetweenSample InbetweenData::sample(int64_t index) const {
+Sample Data::sample(int64_t index) const {
   const torch::NoGradGuard no_gradients;
   const Place& place = impl_->places.at(static_cast<size_t>(index));
   const auto recording = impl_->recordings.get(Impl::key(place.set, std::to_string(place.clip)));
   const Clip window = slice(recording->clip, place.start, place.start + impl_->frames);
   const GroundTransform to_canonical = canonical_transform(window);
   const Clip canonical = transformed(window, to_canonical);
-  InbetweenSample out;
-  out.features = inbetween_features(canonical);
+  Sample out;
+  out.features = clip_features(canonical);
   const auto number = static_cast<size_t>(place.start / impl_->stride);
   out.occupancy = unpacked(recording->grids.at(number), {24, 48, 48});
   out.floor = unpacked(recording->floors.at(number), {96, 96});
@@ -166,19 +165,19 @@ InbetweenSample InbetweenData::sample(int64_t index) const {
   return out;
 }
 
-Tensor InbetweenData::features(int64_t index) const {
+Tensor Data::features(int64_t index) const {
   const torch::NoGradGuard no_gradients;
   const Place& place = impl_->places.at(static_cast<size_t>(index));
   const Clip window = slice(load_clip(impl_->sets[place.set], impl_->sets[place.set].clips[place.clip]), place.start,
                             place.start + impl_->frames);
-  return inbetween_features(transformed(window, canonical_transform(window)));
+  return clip_features(transformed(window, canonical_transform(window)));
 }
 
-InbetweenData::Window InbetweenData::window(int64_t index) const {
+Data::Window Data::window(int64_t index) const {
   const Place& place = impl_->places.at(static_cast<size_t>(index));
   const auto recording = impl_->recordings.get(Impl::key(place.set, std::to_string(place.clip)));
   return {slice(recording->clip, place.start, place.start + impl_->frames), impl_->room(place).scene,
           impl_->sets[place.set].clips[place.clip].file + " " + std::to_string(place.start)};
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -8,12 +8,12 @@
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/query.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
-struct InbetweenConfig;
+struct Config;
 
 /// One window of motion in its scene, in the canonical frame of its first pose.
-struct InbetweenSample {
+struct Sample {
   torch::Tensor features;    ///< (T, 201)
   torch::Tensor occupancy;   ///< (24, 48, 48): up, left, ahead; 1 occupied, -1 free
   torch::Tensor floor;       ///< (96, 96) of scene_floor
@@ -36,18 +36,17 @@ torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root
 /// Windows of clips in rooms, read from native data sets as they are asked for. What a clip's windows need of its scene
 /// is worked out when the first is asked for and then kept: 138 KB for each clip, 8 KB for each window. Safe to use
 /// from several threads.
-class InbetweenData {
+class Data {
  public:
   /// Windows of config.frames frames, one every `stride`, of every clip of `split` ("train", "val", "test" or "all")
   /// that has a scene and is long enough.
-  InbetweenData(const std::vector<std::string>& folders, const std::string& split, const InbetweenConfig& config,
-                int64_t stride);
-  ~InbetweenData();
-  InbetweenData(const InbetweenData&) = delete;
-  InbetweenData& operator=(const InbetweenData&) = delete;
+  Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride);
+  ~Data();
+  Data(const Data&) = delete;
+  Data& operator=(const Data&) = delete;
 
   int64_t size() const;
-  InbetweenSample sample(int64_t index) const;
+  Sample sample(int64_t index) const;
   torch::Tensor features(int64_t index) const;  ///< a sample's features alone
 
   /// The window itself, as recorded, with its scene.
@@ -63,4 +62,4 @@ class InbetweenData {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

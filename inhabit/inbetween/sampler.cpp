@@ -9,7 +9,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
@@ -147,4 +147,4 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
   return given.lead == 0 ? x : lead_to_given(x, given);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -6,7 +6,7 @@
 
 #include "inhabit/inbetween/schedule.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// What of a clip is given, in standardised features.
 struct GivenFeatures {
@@ -73,4 +73,4 @@ torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t
                      const GivenFeatures& given, const NoiseSource& noise,
                      const std::function<void(int64_t)>& progress = {});
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

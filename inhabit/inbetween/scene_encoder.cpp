@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 namespace tn = torch::nn;
 using torch::Tensor;
@@ -80,4 +80,4 @@ Tensor SceneEncoderImpl::forward(const Tensor& occupancy) {
   return head_(last_norm_(tokens).select(1, 0));
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

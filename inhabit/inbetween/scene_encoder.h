@@ -5,7 +5,7 @@
 
 #include "inhabit/inbetween/config.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Global scene features (3.1): a vision transformer over the occupancy, whose height cells are the channels of an
 /// image seen from above.
@@ -31,4 +31,4 @@ struct SceneEncoderImpl : torch::nn::Module {
 };
 TORCH_MODULE(SceneEncoder);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -17,7 +17,7 @@
 #include "inhabit/motion/feet.h"
 #include "inhabit/scene/basis_points.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
@@ -29,7 +29,7 @@ constexpr int64_t kLead = 60;         // frames around a clean key that make up 
 constexpr double kFootNoise = 0.05;   // metres from where a noisy key has it that a foot may be put, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
 
-void check(const Clip& clip, const InbetweenRequest& request, const InbetweenConfig& config) {
+void check(const Clip& clip, const Options& request, const Config& config) {
   if (clip.skeleton.parents != standard_parents() || !clip.rotations.defined() || !clip.trans.defined())
     throw Error("in-betweening", "needs rotations on the standard skeleton");
   if (std::abs(clip.rate - config.rate) > 1e-6)
@@ -50,7 +50,7 @@ void check(const Clip& clip, const InbetweenRequest& request, const InbetweenCon
 
 }  // namespace
 
-SceneInbetweener::SceneInbetweener(InbetweenNetworks networks)
+SceneInbetweener::SceneInbetweener(Networks networks)
     : networks_(std::move(networks)), schedule_(cosine_schedule(networks_.config.diffusion_steps)) {
   const int64_t anchors = builtin_body().anchors.size(0);
   if (config().local_scene && config().anchors != anchors)
@@ -59,16 +59,14 @@ SceneInbetweener::SceneInbetweener(InbetweenNetworks networks)
   networks_.network->eval();
 }
 
-SceneInbetweener SceneInbetweener::load(const std::string& path) {
-  return SceneInbetweener(load_inbetween_networks(path));
-}
+SceneInbetweener SceneInbetweener::load(const std::string& path) { return SceneInbetweener(load_networks(path)); }
 
-Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const InbetweenRequest& request) const {
+Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Options& request) const {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig& c = config();
+  const Config& c = config();
   check(clip, request, c);
   const auto windows = fill_windows(request.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
-  InbetweenNetwork network = networks_.network;
+  Denoiser network = networks_.network;
   FastDenoiser denoiser(network);
   const SceneQuery query(scene);
   Clip out = person_of(clip);
@@ -102,10 +100,10 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
     const Clip poses = frames_at(out, at);
     GroundTransform to_canonical = canonical_transform(poses);
     to_canonical.shift.y() -= floor;
-    const Tensor metres = inbetween_features(transformed(poses, to_canonical)),
+    const Tensor metres = clip_features(transformed(poses, to_canonical)),
                  features = (metres - networks_.mean) / networks_.deviation;
     GivenFeatures given;
-    given.values = torch::zeros({1, kInbetweenFeatures, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
+    given.values = torch::zeros({1, kFeatureCount, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
     given.mask = feature_mask(groups).t().unsqueeze(0);
     given.always = given.mask * always;
     given.t_star = c.t_star;
@@ -132,7 +130,7 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
       if (c.global_scene) return between + denoiser.guided(x, mask, local, t, occupied, shape, c.guidance);
       return between + denoiser.forward(x, mask, local, torch::full({1}, t, torch::kInt64), shape);
     };
-    const auto noise = seeded_noise(1, kInbetweenFeatures, c.frames, item_seed(request.seed, w));
+    const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(request.seed, w));
     const Tensor filled = sample(schedule_, request.sampler, request.steps, denoise, given, noise, [&](int64_t done) {
       if (request.progress)
         request.progress(static_cast<int64_t>(w) * request.steps + done,
@@ -165,4 +163,4 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Inbetwee
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

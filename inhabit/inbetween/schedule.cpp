@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using torch::Tensor;
 
@@ -43,4 +43,4 @@ Tensor diffuse(const DiffusionSchedule& schedule, const Tensor& x0, const Tensor
   return kept.sqrt().to(x0.scalar_type()).view(shape) * x0 + (1 - kept).sqrt().to(x0.scalar_type()).view(shape) * noise;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Variances of the forward process and coefficients of its posterior, by step 0 (least noise) to T - 1, in double.
 struct DiffusionSchedule {
@@ -26,4 +26,4 @@ DiffusionSchedule schedule_of(const std::vector<double>& betas);
 torch::Tensor diffuse(const DiffusionSchedule& schedule, const torch::Tensor& x0, const torch::Tensor& steps,
                       const torch::Tensor& noise);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -2,7 +2,7 @@
 
 #include "inhabit/nn/mish.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 namespace tn = torch::nn;
 using torch::Tensor;
@@ -101,4 +101,4 @@ Tensor TemporalUnetImpl::forward(Tensor x, const Tensor& embedding) {
   return out_conv(nn::mish(last(x)));
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

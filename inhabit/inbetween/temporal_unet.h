@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Groups of the group norms, taps of the convolutions.
 inline constexpr int64_t kNormGroups = 8, kTaps = 5;
@@ -57,4 +57,4 @@ struct TemporalUnetImpl : torch::nn::Module {
 };
 TORCH_MODULE(TemporalUnet);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

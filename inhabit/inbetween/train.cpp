@@ -18,7 +18,7 @@
 #include "inhabit/nn/bfloat16.h"
 #include "inhabit/train/stages.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -103,14 +103,14 @@ struct Standard {
   Tensor operator()(const Tensor& features) const { return (features - mean) / deviation; }
 };
 
-Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const Standard& standard,
-                      const std::vector<int64_t>& indices, uint64_t seed) {
+Batch make_batch(const Data& data, const Config& c, const Standard& standard, const std::vector<int64_t>& indices,
+                 uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends, ways;
   std::vector<int64_t> steps;
   std::vector<float> kept;
   for (const int64_t index : indices) {
-    InbetweenSample s = data.sample(index);
+    Sample s = data.sample(index);
     if (c.rest_turn > 0) {
       auto turns = at::detail::createCPUGenerator(random());
       const double deviation = uniform(random, 0, c.rest_turn) * M_PI / 180;
@@ -136,17 +136,16 @@ Batch inbetween_batch(const InbetweenData& data, const InbetweenConfig& c, const
     kept.push_back(chance(random, c.scene_dropout) ? 0.F : 1.F);
   }
   auto generator = at::detail::createCPUGenerator(random());
-  const Tensor noise = torch::randn({static_cast<int64_t>(indices.size()), kInbetweenFeatures, c.frames}, generator);
+  const Tensor noise = torch::randn({static_cast<int64_t>(indices.size()), kFeatureCount, c.frames}, generator);
   return {torch::stack(features), torch::stack(occupancy), torch::tensor(kept),  torch::stack(offsets),
           torch::stack(shape),    torch::stack(bones),     torch::stack(keys),   torch::stack(groups),
           torch::stack(ends),     torch::stack(ways),      torch::tensor(steps), noise};
 }
 
 /// What the network makes of a batch, in float32. @param between the keys' interpolation where the network sees it.
-Tensor predict(const InbetweenNetworks& networks, const Batch& b, const Tensor& x, const Tensor& between,
-               bool bfloat16) {
-  const InbetweenConfig& c = networks.config;
-  InbetweenNetwork network = networks.network;
+Tensor predict(const Networks& networks, const Batch& b, const Tensor& x, const Tensor& between, bool bfloat16) {
+  const Config& c = networks.config;
+  Denoiser network = networks.network;
   const Bfloat16Products products(bfloat16);
   Tensor embedding = torch::zeros({x.size(0), c.width});
   if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
@@ -157,9 +156,8 @@ Tensor predict(const InbetweenNetworks& networks, const Batch& b, const Tensor& 
   return network->forward(x, mask, local, b[kSteps], embedding).to(torch::kFloat32);
 }
 
-Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedule& schedule, const Batch& b,
-                        bool bfloat16) {
-  const InbetweenConfig& c = networks.config;
+Losses losses_of(const Networks& networks, const DiffusionSchedule& schedule, const Batch& b, bool bfloat16) {
+  const Config& c = networks.config;
   const Tensor noisy = diffuse(schedule, b[kFeatures], b[kSteps], b[kNoise]);
   GivenFeatures given;
   given.values = b[kKeys];
@@ -173,13 +171,13 @@ Losses inbetween_losses(const InbetweenNetworks& networks, const DiffusionSchedu
                              : Tensor();
   Tensor predicted = predict(networks, b, x, between, bfloat16);
   if (between.defined()) predicted = predicted + between;
-  return inbetween_loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
+  return loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
 }
 
 /// Mean and deviation of every feature over `data`; at least kLeastDeviation, as the first root stands at the origin in
 /// every window, and kLeastTurn for rotations, as joints that hardly turn here do so elsewhere.
-Standard feature_standard(const InbetweenData& data) {
-  Tensor sum = torch::zeros({kInbetweenFeatures}, torch::kFloat64), squares = torch::zeros_like(sum);
+Standard feature_standard(const Data& data) {
+  Tensor sum = torch::zeros({kFeatureCount}, torch::kFloat64), squares = torch::zeros_like(sum);
   int64_t frames = 0;
   const int64_t stride = std::max<int64_t>(1, data.size() / 1000);
   for (int64_t i = 0; i < data.size(); i += stride) {
@@ -195,7 +193,7 @@ Standard feature_standard(const InbetweenData& data) {
 }
 
 /// Joints (N, T, 22, 3) of all windows of a split.
-Tensor window_joints(const InbetweenData& data) {
+Tensor window_joints(const Data& data) {
   std::vector<Tensor> out;
   for (int64_t i = 0; i < data.size(); ++i)
     out.push_back(data.features(i).slice(1, kJointFeature).reshape({-1, kStandardJoints, 3}));
@@ -203,10 +201,10 @@ Tensor window_joints(const InbetweenData& data) {
 }
 
 /// Copies the weights of a network that sees at least as much.
-void adopt_weights(InbetweenNetworkImpl& network, const InbetweenNetworkImpl& start, const std::string& file) {
+void adopt_weights(DenoiserImpl& network, const DenoiserImpl& start, const std::string& file) {
   const torch::NoGradGuard no_gradients;
   const auto parameters = start.named_parameters();
-  const int64_t at = kInbetweenFeatures + network.config.mask_channels();  // where the offsets' channels come in
+  const int64_t at = kFeatureCount + network.config.mask_channels();  // where the offsets' channels come in
   const bool no_offsets = start.config.local_scene && !network.config.local_scene;
   for (auto& p : network.named_parameters()) {
     const Tensor* found = parameters.find(p.key());
@@ -219,14 +217,14 @@ void adopt_weights(InbetweenNetworkImpl& network, const InbetweenNetworkImpl& st
   }
 }
 
-void require_windows(const InbetweenTraining& options, const InbetweenData& train, const InbetweenData& validation) {
+void require_windows(const Training& options, const Data& train, const Data& validation) {
   if (train.size() == 0 || validation.size() == 0)
     throw Error(options.data.front(), "has no window of " + std::to_string(options.config.frames) +
                                           " frames in a scene in its split " + (train.size() == 0 ? "train" : "val"));
 }
 
 /// False when it was interrupted.
-bool run(const TrainTask& task, const InbetweenTraining& options, size_t first) {
+bool run(const TrainTask& task, const Training& options, size_t first) {
   TrainOptions loop = stage_options(options.out, 0, first, options.resume);
   loop.steps = options.steps;
   loop.batch = options.batch;
@@ -238,9 +236,9 @@ bool run(const TrainTask& task, const InbetweenTraining& options, size_t first) 
 
 }  // namespace
 
-bool train_motion_features(const InbetweenTraining& options) {
+bool train_motion_features(const Training& options) {
   const size_t first = first_stage(options.out, {"motion_features"}, options.resume);
-  const InbetweenData data(options.data, "train", options.config, options.stride),
+  const Data data(options.data, "train", options.config, options.stride),
       validation(options.data, "val", options.config, options.config.frames);
   require_windows(options, data, validation);
   torch::manual_seed(options.seed);
@@ -251,22 +249,22 @@ bool train_motion_features(const InbetweenTraining& options) {
   return run(task, options, first);
 }
 
-bool train_inbetween(const InbetweenTraining& options) {
-  const InbetweenConfig& config = options.config;
+bool train(const Training& options) {
+  const Config& config = options.config;
   validate(config, options.out);
   const size_t first = first_stage(options.out, {"denoiser"}, options.resume);
-  const InbetweenData data(options.data, "train", config, options.stride),
+  const Data data(options.data, "train", config, options.stride),
       validation(options.data, "val", config, config.frames);
   require_windows(options, data, validation);
   torch::manual_seed(options.seed);
-  InbetweenNetworks networks;
+  Networks networks;
   networks.config = config;
-  networks.network = InbetweenNetwork(config);
+  networks.network = Denoiser(config);
   Standard standard;
   if (options.from.empty()) {
     standard = feature_standard(data);
   } else {
-    const InbetweenNetworks start = load_inbetween_networks(options.from);
+    const Networks start = load_networks(options.from);
     adopt_weights(*networks.network, *start.network, options.from);
     standard = {start.mean, start.deviation};
   }
@@ -282,22 +280,22 @@ bool train_inbetween(const InbetweenTraining& options) {
   task.module = networks.network.ptr();
   task.samples = data.size();
   task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
-    return inbetween_batch(data, config, standard, indices, seed);
+    return make_batch(data, config, standard, indices, seed);
   };
-  task.losses = [&](const Batch& batch) { return inbetween_losses(networks, schedule, batch, options.bfloat16); };
+  task.losses = [&](const Batch& batch) { return losses_of(networks, schedule, batch, options.bfloat16); };
   // The geometric mean over windows: in the plain one, single windows whose 6D rotations flip outweigh all others.
   task.validate = [&] {
     const int64_t windows = std::min(kValidationWindows, validation.size());
     double sum = 0;
     for (int64_t i = 0; i < windows; ++i) {  // spread over the whole split
-      const Batch window = inbetween_batch(validation, config, standard, {i * validation.size() / windows},
-                                           item_seed(options.seed, static_cast<uint64_t>(i)));
-      sum += std::log(inbetween_losses(networks, schedule, window, false).front().second.item<double>());
+      const Batch window = make_batch(validation, config, standard, {i * validation.size() / windows},
+                                      item_seed(options.seed, static_cast<uint64_t>(i)));
+      sum += std::log(losses_of(networks, schedule, window, false).front().second.item<double>());
     }
     return std::exp(sum / static_cast<double>(windows));
   };
-  task.on_best = [&] { save_inbetween_networks(options.out, networks, options.half); };
+  task.on_best = [&] { save_networks(options.out, networks, options.half); };
   return run(task, options, first);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -5,13 +5,13 @@
 
 #include "inhabit/inbetween/config.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
-struct InbetweenTraining {
+struct Training {
   std::vector<std::string> data;  ///< native data set folders
   std::string from;               ///< model file that the weights start from; empty: at random
   std::string out;                ///< model file; its best weights by validation are written as training goes on
-  InbetweenConfig config = inbetween_preset("compact");
+  Config config = preset("compact");
   bool resume = false;
   uint64_t seed = 1;
   int64_t steps = 20000;
@@ -26,10 +26,10 @@ struct InbetweenTraining {
 /// the first and the last. Noise-aware where config.t_star > 0: key frames are noisy then and given for t >= t_star
 /// alone. `out`.log.jsonl is the log, `out`.checkpoint.safetensors where an interrupted run goes on. Returns false when
 /// it was interrupted.
-bool train_inbetween(const InbetweenTraining& options);
+bool train(const Training& options);
 
 /// Trains the motion features that the Frechet distance is taken over, on the same windows; steps, batch and rate of
 /// `options` count. Returns false when it was interrupted.
-bool train_motion_features(const InbetweenTraining& options);
+bool train_motion_features(const Training& options);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

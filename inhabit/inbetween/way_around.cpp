@@ -11,7 +11,7 @@
 #include "inhabit/scene/occupancy.h"
 #include "inhabit/scene/walk_path.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 using Eigen::Vector2d;
 using torch::Tensor;
@@ -110,9 +110,9 @@ Tensor along_ways(const Tensor& between, const Tensor& ways, const Tensor& mask,
   for (const int64_t axis : {0, 2}) {
     const Tensor move = ways.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)
     moves.slice(1, axis, axis + 1).copy_(move);
-    moves.slice(1, kJointFeature + axis, kInbetweenFeatures, 3).copy_(move.expand({-1, 22, -1}));
+    moves.slice(1, kJointFeature + axis, kFeatureCount, 3).copy_(move.expand({-1, 22, -1}));
   }
   return between + moves / deviation.unsqueeze(1) * (1 - mask);
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -3,7 +3,7 @@
 
 #include "inhabit/scene/query.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// Where nobody can walk: (96, 96) 1 or -1 of 0.1 m squares, along the person's left and ahead, about the root joint of
 /// the first frame. Occupied is what has something from 0.2 to 1.7 m above the floor.
@@ -23,4 +23,4 @@ torch::Tensor ways_around(const torch::Tensor& floor, const torch::Tensor& root,
 torch::Tensor along_ways(const torch::Tensor& between, const torch::Tensor& ways, const torch::Tensor& mask,
                          const torch::Tensor& deviation);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -5,7 +5,7 @@
 
 #include "inhabit/error.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
                                      int64_t redone) {
@@ -31,4 +31,4 @@ std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t f
   return out;
 }
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

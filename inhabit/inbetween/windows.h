@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 
 /// A stretch of a clip that one run of the sampler fills.
 struct FillWindow {
@@ -17,4 +17,4 @@ struct FillWindow {
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
                                      int64_t redone);
 
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

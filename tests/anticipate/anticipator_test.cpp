@@ -13,16 +13,16 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using ::testing::HasSubstr;
 using torch::Tensor;
 
 /// An untrained model whose decoder changes poses little and is drawn to none.
-AnticipateNetworks gentle() {
+Networks gentle() {
   const torch::NoGradGuard no_gradients;
-  AnticipateNetworks n = untrained();
+  Networks n = untrained();
   n.pose->out->weight.mul_(0.02);
   n.pose->out->bias.zero_();
   n.pose->pull.fill_(-100);
@@ -167,23 +167,23 @@ TEST(IntentionAnticipator, RefusesTooShortAnObservationAndBadNumbers) {
 
 TEST(IntentionAnticipator, NeedsTheNetworksThatForecast) {
   const TempFolder folder;
-  AnticipateNetworks networks = gentle();
-  save_anticipate_networks(folder / "all.safetensors", networks);
+  Networks networks = gentle();
+  save_networks(folder / "all.safetensors", networks);
   const Clip clip = person("walk", 30);
   const auto loaded = IntentionAnticipator::load(folder / "all.safetensors");
   EXPECT_TRUE(loaded.config() == networks.config);
   EXPECT_TRUE(torch::equal(loaded.anticipate(clip, {-1, 1, 0.4, 1}, "walk").futures[0].joints,
                            IntentionAnticipator(networks).anticipate(clip, {-1, 1, 0.4, 1}, "walk").futures[0].joints));
-  AnticipateNetworks some = networks;
+  Networks some = networks;
   some.intention = nullptr;
-  save_anticipate_networks(folder / "some.safetensors", some);
+  save_networks(folder / "some.safetensors", some);
   EXPECT_THAT(refusal_of([&] { IntentionAnticipator::load(folder / "some.safetensors"); }),
               HasSubstr("some.safetensors: lacks the networks"));
   some = networks;
   some.pose = nullptr;
-  save_anticipate_networks(folder / "some.safetensors", some);
+  save_networks(folder / "some.safetensors", some);
   EXPECT_THAT(refusal_of([&] { IntentionAnticipator::load(folder / "some.safetensors"); }), HasSubstr("lacks"));
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

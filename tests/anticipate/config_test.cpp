@@ -9,30 +9,30 @@
 
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(AnticipateConfig, EverySettingComesBackFromJson) {
+TEST(Config, EverySettingComesBackFromJson) {
   // Each setting in turn takes another value that can be.
-  const auto defaults = nlohmann::json::parse(to_json(AnticipateConfig()));
+  const auto defaults = nlohmann::json::parse(to_json(Config()));
   for (const auto& [key, value] : defaults.items()) {
-    AnticipateConfig config;
+    Config config;
     nlohmann::json other = !value.is_boolean() || !value.get<bool>();
     if (value.is_number_integer()) other = value.get<int>() - 1;
     if (value.is_number_float()) other = value.get<double>() / 2;
     set_field(config, key + "=" + other.dump());
-    EXPECT_FALSE(config == AnticipateConfig()) << key;
-    const AnticipateConfig back = anticipate_config_from_json(to_json(config), "test");
+    EXPECT_FALSE(config == Config()) << key;
+    const Config back = config_from_json(to_json(config), "test");
     EXPECT_TRUE(back == config) << key;
-    EXPECT_TRUE(back == anticipate_config_from_json(to_json(back), "test")) << key;
+    EXPECT_TRUE(back == config_from_json(to_json(back), "test")) << key;
   }
 }
 
-TEST(AnticipateConfig, DefaultsAreThePapers) {
-  const AnticipateConfig c = anticipate_config_from_json("{}", "test");
-  EXPECT_TRUE(c == AnticipateConfig());
+TEST(Config, DefaultsAreThePapers) {
+  const Config c = config_from_json("{}", "test");
+  EXPECT_TRUE(c == Config());
   EXPECT_EQ(c.gamma, 10);
   EXPECT_EQ(c.rec_frames, 15);
   EXPECT_EQ(c.kappa, 8);
@@ -41,9 +41,9 @@ TEST(AnticipateConfig, DefaultsAreThePapers) {
   EXPECT_EQ(c.observed, 50);
 }
 
-TEST(AnticipateConfig, RefusesWhatCannotBe) {
+TEST(Config, RefusesWhatCannotBe) {
   const auto refusal = [](const std::string& text) {
-    return refusal_of([&] { anticipate_config_from_json(text, "m.safetensors"); });
+    return refusal_of([&] { config_from_json(text, "m.safetensors"); });
   };
   EXPECT_THAT(refusal("{"), HasSubstr("m.safetensors: the configuration is no JSON"));
   EXPECT_THAT(refusal("[1]"), HasSubstr("no JSON object"));
@@ -80,15 +80,15 @@ TEST(AnticipateConfig, RefusesWhatCannotBe) {
       << "its views begin in the observation";
 }
 
-TEST(AnticipateConfig, SettingsFromTheCommandLine) {
-  AnticipateConfig c;
+TEST(Config, SettingsFromTheCommandLine) {
+  Config c;
   set_field(c, "gamma=5");
   set_field(c, "intention=false");
   set_field(c, "adversary_weight=0.25");
   EXPECT_EQ(c.gamma, 5);
   EXPECT_FALSE(c.intention);
   EXPECT_EQ(c.adversary_weight, 0.25);
-  const AnticipateConfig before = c;
+  const Config before = c;
   const auto refusal = [&](const std::string& setting) { return refusal_of([&] { set_field(c, setting); }); };
   for (const char* text : {"gamma", "gamma=", "gamma=five", "=5", "gamma=5=6", ""})
     EXPECT_THAT(refusal(text), ::testing::Not("")) << text;
@@ -104,4 +104,4 @@ TEST(AnticipateConfig, SettingsFromTheCommandLine) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

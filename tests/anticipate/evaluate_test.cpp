@@ -9,21 +9,21 @@
 
 #include "anticipate/small_networks.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
 
-const AnticipateScores* row_of(const AnticipateTable& table, const std::string& action, const std::string& method) {
+const Scores* row_of(const Table& table, const std::string& action, const std::string& method) {
   for (const auto& entry : table.actions)
-    for (const AnticipateScores& row : entry.rows)
+    for (const Scores& row : entry.rows)
       if (entry.name == action && row.method == method) return &row;
   return nullptr;
 }
 
 /// Every joint but the hips goes straight on at its own 1 to 2 cm a frame; the root goes 5 cm a frame ahead.
 struct Straight {
-  Tensor change = torch::zeros({kAnticipateFeatures});
+  Tensor change = torch::zeros({kFeatureCount});
   double mean_speed = 0;  // metres a frame, over 21 joints
 
   Straight() {
@@ -32,21 +32,21 @@ struct Straight {
       mean_speed += (0.01 + 0.0005 * static_cast<double>(j)) / 21;
     }
   }
-  AnticipateSequence recording(const std::string& name, const std::string& action, int64_t frames) const {
+  Sequence recording(const std::string& name, const std::string& action, int64_t frames) const {
     Tensor first = person("wave", 2).joints.slice(0, 0, 1);
-    Tensor features = anticipate_features(first) + torch::arange(frames).unsqueeze(1) * change;
+    Tensor features = joint_features(first) + torch::arange(frames).unsqueeze(1) * change;
     features.select(1, 64).fill_(0.05);
     return {name, action, features.contiguous()};
   }
   /// Networks whose pose decoder adds `change` every frame.
-  AnticipateNetworks planted() const {
+  Networks planted() const {
     const torch::NoGradGuard no_gradients;
-    AnticipateNetworks n = untrained();
+    Networks n = untrained();
     n.seq2seq = nullptr;
     n.trajectory = nullptr;
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
-    n.pose->out->bias.slice(0, 0, kAnticipateFeatures).copy_(change / n.scale.deviation);
+    n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);
     n.pose->pull.fill_(-100);
     return n;
   }
@@ -54,14 +54,13 @@ struct Straight {
 
 TEST(EvaluateAnticipate, GoingOnAsRecordedIsPerfectAndHoldingStillIsTheClosedForm) {
   const Straight straight;
-  const AnticipateTable table =
-      evaluate_anticipate(straight.planted(), {straight.recording("a", "drift", 250)}, {3, 2, 10, 1});
+  const Table table = evaluate(straight.planted(), {straight.recording("a", "drift", 250)}, {3, 2, 10, 1});
   EXPECT_EQ(table.horizons, (std::vector<double>{0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0}));
   EXPECT_EQ(table.samples, 3);
   ASSERT_EQ(table.actions.size(), 2U) << "the action and the mean";
   EXPECT_EQ(table.actions[0].windows, 2);
   EXPECT_EQ(table.actions[0].words, 250 - 8 + 1);
-  const AnticipateScores *ours = row_of(table, "drift", "ours"), *held = row_of(table, "drift", "last pose held");
+  const Scores *ours = row_of(table, "drift", "ours"), *held = row_of(table, "drift", "last pose held");
   ASSERT_TRUE(ours != nullptr && held != nullptr);
   for (size_t i = 0; i < 10; ++i) {
     const double frames = 25 * table.horizons[i];
@@ -85,13 +84,13 @@ TEST(EvaluateAnticipate, GoingOnAsRecordedIsPerfectAndHoldingStillIsTheClosedFor
 
 TEST(EvaluateAnticipate, NothingIsSaidOfWhatWasNotRecorded) {
   const Straight straight;
-  const AnticipateTable table = evaluate_anticipate(
+  const Table table = evaluate(
       straight.planted(),
       {straight.recording("a", "long", 90), straight.recording("b", "short", 40), straight.recording("c", "gone", 15)},
       {2, 1, 2, 1});
   EXPECT_EQ(table.left_out, (std::vector<std::string>{"gone"}));
-  const AnticipateScores *both = row_of(table, "mean", "ours"), *brief = row_of(table, "short", "ours"),
-                         *lasting = row_of(table, "long", "ours");
+  const Scores *both = row_of(table, "mean", "ours"), *brief = row_of(table, "short", "ours"),
+               *lasting = row_of(table, "long", "ours");
   ASSERT_TRUE(both != nullptr && brief != nullptr && lasting != nullptr);
   // 40 frames: the window lies at 14, 26 frames are known.
   EXPECT_FALSE(std::isnan(brief->error[1]));
@@ -116,33 +115,33 @@ TEST(EvaluateAnticipate, NothingIsSaidOfWhatWasNotRecorded) {
 
 TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers) {
   const auto recordings = people(70);
-  AnticipateNetworks networks = untrained();
-  const AnticipateEvaluation options{3, 2, 0.8, 5};
-  const AnticipateTable table = evaluate_anticipate(networks, recordings, options);
+  Networks networks = untrained();
+  const Evaluation options{3, 2, 0.8, 5};
+  const Table table = evaluate(networks, recordings, options);
   std::vector<std::string> methods;
-  for (const AnticipateScores& row : table.actions[0].rows) methods.push_back(row.method);
+  for (const Scores& row : table.actions[0].rows) methods.push_back(row.method);
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "seq2seq", "LTD", "ours"}));
-  const AnticipateScores* ours = row_of(table, "walk", "ours");
+  const Scores* ours = row_of(table, "walk", "ours");
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_GT(ours->apd[i], 0);
     EXPECT_GT(ours->best_error[i], 0);
     EXPECT_GT(ours->ndms[i], 0);
     EXPECT_LE(ours->ndms[i], 1);
   }
-  EXPECT_EQ(table_json(evaluate_anticipate(networks, recordings, options)).dump(), table_json(table).dump());
-  AnticipateEvaluation other = options;
+  EXPECT_EQ(table_json(evaluate(networks, recordings, options)).dump(), table_json(table).dump());
+  Evaluation other = options;
   other.seed = 6;
-  EXPECT_NE(row_of(evaluate_anticipate(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
+  EXPECT_NE(row_of(evaluate(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
   networks.pose = nullptr;
   networks.seq2seq = nullptr;
-  EXPECT_EQ(evaluate_anticipate(networks, recordings, options).actions[0].rows.size(), 2U);
-  EXPECT_TRUE(evaluate_anticipate(networks, people(12), options).actions.empty());
+  EXPECT_EQ(evaluate(networks, recordings, options).actions[0].rows.size(), 2U);
+  EXPECT_TRUE(evaluate(networks, people(12), options).actions.empty());
 }
 
 TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
   const Straight straight;
-  AnticipateNetworks networks = straight.planted();
-  const std::vector<AnticipateSequence> recordings = {straight.recording("a", "drift", 60)};
+  Networks networks = straight.planted();
+  const std::vector<Sequence> recordings = {straight.recording("a", "drift", 60)};
   EXPECT_NEAR(validation_ndms(networks, recordings), 11.0 / 12, 2e-3);
   const torch::NoGradGuard no_gradients;
   networks.seq2seq = Seq2SeqNetwork(networks.config);
@@ -154,4 +153,4 @@ TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -8,23 +8,23 @@
 #include "inhabit/anticipate/fast_futures.h"
 #include "largest.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
 
 /// An observation of each of `count` people (S, t, F).
-Tensor pasts(const AnticipateConfig& c, int64_t count) {
+Tensor pasts(const Config& c, int64_t count) {
   std::vector<Tensor> out;
   for (int64_t i = 0; i < count; ++i)
-    out.push_back(anticipate_features(person(i % 2 == 0 ? "walk" : "wave", c.observed, static_cast<int>(i)).joints));
+    out.push_back(joint_features(person(i % 2 == 0 ? "walk" : "wave", c.observed, static_cast<int>(i)).joints));
   return torch::stack(out);
 }
 
 /// Weights of some size, so that labels change and poses go somewhere.
-AnticipateNetworks lively(const AnticipateConfig& config) {
+Networks lively(const Config& config) {
   const torch::NoGradGuard no_gradients;
-  AnticipateNetworks n = untrained(config);
+  Networks n = untrained(config);
   for (const auto& p : n.pose->named_parameters())
     if (p.key() != "pull") p.value().mul_(1.2);
   if (config.intention)
@@ -35,11 +35,11 @@ AnticipateNetworks lively(const AnticipateConfig& config) {
 /// The fast decoder and the plain networks in double precision: over many frames the rounding of single precision
 /// is the larger part of what they differ by.
 struct Compared {
-  AnticipateConfig config;
+  Config config;
   FastFutures fast;
-  AnticipateNetworks exact;
+  Networks exact;
 
-  explicit Compared(const AnticipateNetworks& networks) : config(networks.config), fast(networks), exact(networks) {
+  explicit Compared(const Networks& networks) : config(networks.config), fast(networks), exact(networks) {
     if (config.intention) exact.intention->to(torch::kFloat64);
     exact.pose->to(torch::kFloat64);
     exact.scale = {networks.scale.mean.to(torch::kFloat64), networks.scale.deviation.to(torch::kFloat64)};
@@ -54,7 +54,7 @@ struct Compared {
       const Futures found = fast.forward(past, noise, frames),
                     expected = plain_futures(exact, past.to(torch::kFloat64),
                                              {noise.z.to(torch::kFloat64), noise.gumbel.to(torch::kFloat64)}, frames);
-      ASSERT_EQ(found.features.sizes(), (torch::IntArrayRef{samples, frames, kAnticipateFeatures}));
+      ASSERT_EQ(found.features.sizes(), (torch::IntArrayRef{samples, frames, kFeatureCount}));
       EXPECT_LT(largest(found.features - expected.features), 1e-5);
       ASSERT_EQ(found.labels.defined(), config.intention);
       if (config.intention) {
@@ -65,25 +65,25 @@ struct Compared {
 };
 
 TEST(FastFutures, AreThePlainNetworksFutures) {
-  AnticipateConfig c = small_anticipate_config();
+  Config c = small_anticipate_config();
   const Compared small(lively(c));
   for (const int64_t samples : {1, 2, 17})
     for (const int64_t frames : {1, 60}) small.expect_alike(samples, frames);
   c.gamma = 1;
   c.noise = 0;
   Compared(lively(c)).expect_alike(3, 20);
-  Compared(untrained(AnticipateConfig())).expect_alike(5, 40);  // the sizes that ship
+  Compared(untrained(Config())).expect_alike(5, 40);  // the sizes that ship
 }
 
 TEST(FastFutures, NeedNoIntention) {
-  AnticipateConfig c = small_anticipate_config();
+  Config c = small_anticipate_config();
   c.intention = false;
   const Compared small(lively(c));
   for (const int64_t samples : {1, 6}) small.expect_alike(samples, 30);
 }
 
 TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   const FutureNoise few = draw_noise(c, 3, 20, 5), many = draw_noise(c, 40, 20, 5), far = draw_noise(c, 3, 70, 5),
                     other = draw_noise(c, 3, 20, 6);
   EXPECT_EQ(few.z.sizes(), (torch::IntArrayRef{3, c.noise}));
@@ -100,8 +100,8 @@ TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
 }
 
 TEST(Futures, BeginAlikeHoweverManyAndHoweverFar) {
-  const AnticipateNetworks networks = lively(small_anticipate_config());
-  const AnticipateConfig& c = networks.config;
+  const Networks networks = lively(small_anticipate_config());
+  const Config& c = networks.config;
   const FastFutures fast(networks);
   const Tensor past = pasts(c, 1);
   const Futures few = fast.forward(past, draw_noise(c, 2, 15, 9), 15),
@@ -111,12 +111,12 @@ TEST(Futures, BeginAlikeHoweverManyAndHoweverFar) {
 }
 
 TEST(ComparedFutures, GoOnForAnyHorizon) {
-  const AnticipateNetworks networks = untrained();
-  const AnticipateConfig& c = networks.config;
+  const Networks networks = untrained();
+  const Config& c = networks.config;
   const Tensor past = pasts(c, 3);
   for (const int64_t frames : {1, 6, 7, 30}) {
     const Tensor ltd = trajectory_future(networks, past, frames);
-    EXPECT_EQ(ltd.sizes(), (torch::IntArrayRef{3, frames, kAnticipateFeatures}));
+    EXPECT_EQ(ltd.sizes(), (torch::IntArrayRef{3, frames, kFeatureCount}));
     EXPECT_LT(largest(ltd - trajectory_future(networks, past, 40).slice(1, 0, frames)), 1e-5) << frames;
     EXPECT_EQ(seq2seq_future(networks, past, frames).sizes(), ltd.sizes());
     EXPECT_TRUE(torch::isfinite(ltd).all().item<bool>());
@@ -124,4 +124,4 @@ TEST(ComparedFutures, GoOnForAnyHorizon) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -6,14 +6,14 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using testing::HasSubstr;
 using torch::Tensor;
 
 /// Frames whose every number is that of `values`.
-AnticipateSequence recording(const std::string& name, const std::string& action, const std::vector<float>& values) {
+Sequence recording(const std::string& name, const std::string& action, const std::vector<float>& values) {
   return {name, action, torch::tensor(values).unsqueeze(1).expand({-1, 67}).contiguous()};
 }
 
@@ -25,8 +25,8 @@ IntentionClusters two_poses() {
 }
 
 TEST(IntentionSummary, CountsFramesSegmentsAndActions) {
-  const std::vector<AnticipateSequence> recordings = {recording("a", "walk", {0, 0, 0, 10, 10}),
-                                                      recording("b", "jump", {10, 10, 10, 0, 10})};
+  const std::vector<Sequence> recordings = {recording("a", "walk", {0, 0, 0, 10, 10}),
+                                            recording("b", "jump", {10, 10, 10, 0, 10})};
   const IntentionSummary s = summarise_intentions(recordings, two_poses(), 5);
   ASSERT_EQ(s.labels.size(), 2U);
   EXPECT_NEAR(s.labels[0].share, 0.4, 1e-12);
@@ -49,7 +49,7 @@ TEST(IntentionSummary, CountsFramesSegmentsAndActions) {
 TEST(IntentionSummary, TheLongestOfTheNearestQuarterStandsForALabel) {
   // Label 1 has eight segments; the two nearest to its centre, 10, are of one frame (10) and of three (11). The longest
   // of all is far off.
-  const std::vector<AnticipateSequence> recordings = {
+  const std::vector<Sequence> recordings = {
       recording("a", "walk", {10, 0, 14, 14, 14, 14, 0, 13, 0, 13, 0, 13, 0, 12, 0, 12, 12}),
       recording("b", "walk", {0, 0, 11, 11, 11})};
   const LabelSummary label = summarise_intentions(recordings, two_poses(), 5).labels[1];
@@ -64,9 +64,9 @@ TEST(IntentionSummary, SegmentsAreComparedByMeanAndDeviation) {
   IntentionClusters clusters = two_poses();
   clusters.labels =
       torch::cat({torch::tensor({{0.F}, {5.F}}).expand({2, 63}), torch::tensor({{0.F}, {10.F}}).expand({2, 63})}, 1);
-  const std::vector<AnticipateSequence> recordings = {recording("uneven", "walk", {0, 10, 10, 0, 10, 10, 0, 10, 10}),
-                                                      recording("even", "walk", {0, 10, 0, 10, 0, 10}),
-                                                      recording("still", "stand", {0, 0, 0, 0})};
+  const std::vector<Sequence> recordings = {recording("uneven", "walk", {0, 10, 10, 0, 10, 10, 0, 10, 10}),
+                                            recording("even", "walk", {0, 10, 0, 10, 0, 10}),
+                                            recording("still", "stand", {0, 0, 0, 0})};
   const IntentionSummary s = summarise_intentions(recordings, clusters, 5);
   EXPECT_EQ(s.labels[1].segments, 2);
   EXPECT_EQ(s.labels[1].recording, 1U) << "the uneven one is longer and farther from the centre";
@@ -74,7 +74,7 @@ TEST(IntentionSummary, SegmentsAreComparedByMeanAndDeviation) {
 }
 
 TEST(IntentionSummary, ALabelWithoutFramesIsEmpty) {
-  const std::vector<AnticipateSequence> recordings = {recording("a", "walk", {0, 0, 0})};
+  const std::vector<Sequence> recordings = {recording("a", "walk", {0, 0, 0})};
   const IntentionSummary s = summarise_intentions(recordings, two_poses(), 5);
   EXPECT_EQ(s.labels[1].segments, 0);
   EXPECT_EQ(s.labels[1].first, s.labels[1].last);
@@ -82,4 +82,4 @@ TEST(IntentionSummary, ALabelWithoutFramesIsEmpty) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

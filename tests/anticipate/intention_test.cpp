@@ -10,7 +10,7 @@
 #include "inhabit/error.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
@@ -143,4 +143,4 @@ TEST(IntentionLabels, AlternatingPosesAreOneIntentionButNaivelySeveral) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

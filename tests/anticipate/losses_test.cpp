@@ -7,7 +7,7 @@
 
 #include "inhabit/anticipate/network.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
@@ -55,12 +55,12 @@ TEST(AdversaryLosses, AreThoseOfProbabilities) {
   // Taken for real with probability 0.8 and 0.5 (real input), 0.25 (forecast).
   const auto logit = [](double p) { return std::log(p / (1 - p)); };
   const Tensor real = torch::tensor({logit(0.8), logit(0.5)}), forecast = torch::tensor({logit(0.25)});
-  EXPECT_NEAR(adversary_loss(real, forecast).item<double>(), -(std::log(0.8) + std::log(0.5)) / 2 - std::log(1 - 0.25),
-              1e-6);
-  EXPECT_NEAR(deception_loss(forecast).item<double>(), -std::log(0.25), 1e-6);
+  EXPECT_NEAR(discriminator_loss(real, forecast).item<double>(),
+              -(std::log(0.8) + std::log(0.5)) / 2 - std::log(1 - 0.25), 1e-6);
+  EXPECT_NEAR(generator_loss(forecast).item<double>(), -std::log(0.25), 1e-6);
   const Tensor sure = torch::tensor({200.F});
-  EXPECT_NEAR(adversary_loss(sure, -sure).item<double>(), 0, 1e-6);
-  EXPECT_NEAR(deception_loss(-sure).item<double>(), 200, 1e-3) << "no logarithm of zero";
+  EXPECT_NEAR(discriminator_loss(sure, -sure).item<double>(), 0, 1e-6);
+  EXPECT_NEAR(generator_loss(-sure).item<double>(), 200, 1e-3) << "no logarithm of zero";
 }
 
 TEST(SamenessLoss, IsTheShareThatThePosesDistanceLacks) {
@@ -92,8 +92,8 @@ TEST(Losses, GradientsAreThoseOfFiniteDifferences) {
       {"pose", [&](const Tensor& x) { return pose_reconstruction_loss(x, truth, weights, scale); }},
       {"root", [&](const Tensor& x) { return root_reconstruction_loss(x, truth, weights); }},
       {"intention", [&](const Tensor& x) { return intention_loss(x, labels, weights); }},
-      {"adversary", [&](const Tensor& x) { return adversary_loss(x.select(2, 3), x.select(2, 4)); }},
-      {"deception", [&](const Tensor& x) { return deception_loss(x.select(2, 4)); }},
+      {"adversary", [&](const Tensor& x) { return discriminator_loss(x.select(2, 3), x.select(2, 4)); }},
+      {"deception", [&](const Tensor& x) { return generator_loss(x.select(2, 4)); }},
       {"sameness", [&](const Tensor& x) { return sameness_loss(x, other, scale, torch::full({2}, 100.0)); }}};
   for (const auto& [name, loss] : losses) {
     const Tensor x = torch::randn({2, 3, 67}, exact).requires_grad_(true), way = torch::randn({2, 3, 67}, exact);
@@ -110,4 +110,4 @@ TEST(Losses, GradientsAreThoseOfFiniteDifferences) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -13,7 +13,7 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using ::testing::AllOf;
@@ -30,14 +30,14 @@ void expect_same_parameters(const Network& a, const Network& b, double tolerance
 
 TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   const TempFolder folder;
-  const AnticipateNetworks saved = untrained();
+  const Networks saved = untrained();
   {
     const torch::NoGradGuard no_gradients;
     for (torch::Tensor& buffer : saved.trajectory->buffers())
       if (buffer.is_floating_point()) buffer.add_(0.5);  // running means and variances too
   }
-  save_anticipate_networks(folder / "m.safetensors", saved);
-  const AnticipateNetworks loaded = load_anticipate_networks(folder / "m.safetensors");
+  save_networks(folder / "m.safetensors", saved);
+  const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.config == saved.config);
   EXPECT_TRUE(torch::equal(loaded.skeleton.offsets, saved.skeleton.offsets));
   EXPECT_EQ(loaded.skeleton.names, standard_joint_names());
@@ -58,24 +58,24 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
 
 TEST(AnticipateModelFile, HalfPrecisionIsNearlyTheSame) {
   const TempFolder folder;
-  const AnticipateNetworks saved = untrained();
-  save_anticipate_networks(folder / "whole.safetensors", saved);
-  save_anticipate_networks(folder / "half.safetensors", saved, /*half=*/true);
-  expect_same_parameters(saved.pose, load_anticipate_networks(folder / "half.safetensors").pose, 5e-4);
+  const Networks saved = untrained();
+  save_networks(folder / "whole.safetensors", saved);
+  save_networks(folder / "half.safetensors", saved, /*half=*/true);
+  expect_same_parameters(saved.pose, load_networks(folder / "half.safetensors").pose, 5e-4);
   EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"),
             std::filesystem::file_size(folder / "whole.safetensors") * 6 / 10);
 }
 
 TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   const TempFolder folder;
-  AnticipateNetworks some = untrained();
+  Networks some = untrained();
   some.intention = nullptr;
   some.seq2seq = nullptr;
   some.trajectory = nullptr;
   some.config.naive_clusters = true;
   some.clusters.labels = torch::Tensor();
-  save_anticipate_networks(folder / "m.safetensors", some);
-  const AnticipateNetworks loaded = load_anticipate_networks(folder / "m.safetensors");
+  save_networks(folder / "m.safetensors", some);
+  const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.trajectory.is_empty());
   EXPECT_FALSE(loaded.pose.is_empty());
   EXPECT_FALSE(loaded.clusters.labels.defined());
@@ -84,9 +84,9 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
 TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   const TempFolder folder;
   const std::string path = folder / "m.safetensors";
-  save_anticipate_networks(path, untrained());
+  save_networks(path, untrained());
   const SafeTensors good = read_safetensors(path);
-  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_anticipate_networks(file); }); };
+  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_networks(file); }); };
   const auto changed = [&](const std::function<void(SafeTensors&)>& change) {
     SafeTensors bad = good;
     for (auto& [name, tensor] : bad.tensors) tensor = tensor.clone();
@@ -131,4 +131,4 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -9,14 +9,14 @@
 #include "inhabit/anticipate/losses.h"
 #include "largest.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
 namespace F = torch::nn::functional;
 
 /// Random labels, one-hot (B, T, C).
-Tensor random_labels(int64_t batch, int64_t frames, const AnticipateConfig& c) {
+Tensor random_labels(int64_t batch, int64_t frames, const Config& c) {
   return F::one_hot(torch::randint(c.labels, {batch, frames}, torch::kInt64), c.labels).to(torch::kFloat32);
 }
 
@@ -31,14 +31,14 @@ void expect_gradients_everywhere(const torch::nn::Module& module) {
 
 TEST(AnticipationNetworks, ForecastAnyHorizon) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(1);
   IntentionNetwork intention(c);
   PoseNetwork pose(c);
   Seq2SeqNetwork seq2seq(c);
   for (const int64_t frames : {1, 2, 16, 90}) {
     for (const int64_t observed : {2, 12, 30}) {
-      const Tensor past = torch::randn({3, observed, kAnticipateFeatures}), code = intention->encode(past);
+      const Tensor past = torch::randn({3, observed, kFeatureCount}), code = intention->encode(past);
       EXPECT_EQ(code.sizes(), (torch::IntArrayRef{3, c.intention_hidden}));
       const int64_t ahead = frames + c.gamma - 1;
       const Tensor drawn = intention->draw(code, gumbel_noise({3, ahead, c.labels}));
@@ -46,7 +46,7 @@ TEST(AnticipationNetworks, ForecastAnyHorizon) {
       EXPECT_EQ(intention->teacher_logits(code, drawn).sizes(), drawn.sizes());
       PoseNetworkImpl::State state = pose->start(past, torch::randn({3, c.noise}));
       const Tensor future = pose->roll(state, drawn, frames);
-      EXPECT_EQ(future.sizes(), (torch::IntArrayRef{3, frames, kAnticipateFeatures}));
+      EXPECT_EQ(future.sizes(), (torch::IntArrayRef{3, frames, kFeatureCount}));
       EXPECT_TRUE(torch::equal(state.pose, future.select(1, frames - 1)));
       EXPECT_EQ(seq2seq->forward(past, frames).sizes(), future.sizes());
     }
@@ -54,9 +54,9 @@ TEST(AnticipationNetworks, ForecastAnyHorizon) {
 }
 
 TEST(AnticipationNetworks, GradientsReachEveryParameter) {
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(2);
-  const Tensor past = torch::randn({4, 12, kAnticipateFeatures}), mix = torch::randn({4, 9, kAnticipateFeatures});
+  const Tensor past = torch::randn({4, 12, kFeatureCount}), mix = torch::randn({4, 9, kFeatureCount});
   PoseNetwork pose(c);
   PoseNetworkImpl::State state = pose->start(past, torch::randn({4, c.noise}));
   (pose->roll(state, random_labels(4, 9 + c.gamma - 1, c), 9) * mix).sum().backward();
@@ -73,8 +73,8 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
       .backward();
   expect_gradients_everywhere(*intention);
 
-  Adversary adversary(30, c.adversary_hidden, 2);
-  adversary_loss(adversary->forward(torch::randn({8, 30})), adversary->forward(torch::randn({8, 30}))).backward();
+  Discriminator adversary(30, c.adversary_hidden, 2);
+  discriminator_loss(adversary->forward(torch::randn({8, 30})), adversary->forward(torch::randn({8, 30}))).backward();
   expect_gradients_everywhere(*adversary);
 
   Seq2SeqNetwork seq2seq(c);
@@ -85,12 +85,12 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
 TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
   const torch::NoGradGuard no_gradients;
   for (const int gamma : {1, 4}) {
-    AnticipateConfig c = small_anticipate_config();
+    Config c = small_anticipate_config();
     c.gamma = gamma;
     torch::manual_seed(3);
     PoseNetwork pose(c);
     const int64_t frames = 10;
-    const Tensor past = torch::randn({1, 12, kAnticipateFeatures}), z = torch::randn({1, c.noise}),
+    const Tensor past = torch::randn({1, 12, kFeatureCount}), z = torch::randn({1, c.noise}),
                  labels = random_labels(1, frames + gamma - 1, c);
     const auto future = [&](const Tensor& intention) {
       PoseNetworkImpl::State state = pose->start(past, z);
@@ -113,10 +113,10 @@ TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
 
 TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(4);
   PoseNetwork pose(c);
-  const Tensor past = torch::randn({1, 12, kAnticipateFeatures}).expand({2, -1, -1}),
+  const Tensor past = torch::randn({1, 12, kFeatureCount}).expand({2, -1, -1}),
                labels = random_labels(1, 8 + c.gamma - 1, c).expand({2, -1, -1});
   Tensor z = torch::randn({2, c.noise});
   PoseNetworkImpl::State state = pose->start(past, z);
@@ -129,10 +129,10 @@ TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
 
 TEST(PoseNetwork, GoesOnWhereItStopped) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(5);
   PoseNetwork pose(c);
-  const Tensor past = torch::randn({2, 12, kAnticipateFeatures}), z = torch::randn({2, c.noise}),
+  const Tensor past = torch::randn({2, 12, kFeatureCount}), z = torch::randn({2, c.noise}),
                labels = random_labels(2, 20 + c.gamma - 1, c);
   PoseNetworkImpl::State state = pose->start(past, z);
   const Tensor whole = pose->roll(state, labels, 20);
@@ -143,7 +143,7 @@ TEST(PoseNetwork, GoesOnWhereItStopped) {
 
 TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(6);
   PoseNetwork pose(c);
   Seq2SeqNetwork seq2seq(c);
@@ -152,7 +152,7 @@ TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
     out->bias.zero_();
   }
   pose->pull.fill_(-100);
-  const Tensor past = torch::randn({2, 12, kAnticipateFeatures}), held = past.slice(1, 11).expand({-1, 5, -1});
+  const Tensor past = torch::randn({2, 12, kFeatureCount}), held = past.slice(1, 11).expand({-1, 5, -1});
   PoseNetworkImpl::State state = pose->start(past, torch::randn({2, c.noise}));
   EXPECT_TRUE(torch::equal(pose->roll(state, random_labels(2, 5 + c.gamma - 1, c), 5), held));
   EXPECT_TRUE(torch::equal(seq2seq->forward(past, 5), held));
@@ -160,14 +160,14 @@ TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
 
 TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(11);
   PoseNetwork pose(c);
-  const Tensor change = torch::randn({kAnticipateFeatures}), named = torch::randn({kAnticipateFeatures});
+  const Tensor change = torch::randn({kFeatureCount}), named = torch::randn({kFeatureCount});
   pose->out->weight.zero_();
   pose->out->bias.copy_(torch::cat({change, named}));
-  pose->pull.copy_(torch::randn({kAnticipateFeatures}));
-  const Tensor past = torch::randn({1, 12, kAnticipateFeatures}), last = past[0][11], share = pose->pull.sigmoid();
+  pose->pull.copy_(torch::randn({kFeatureCount}));
+  const Tensor past = torch::randn({1, 12, kFeatureCount}), last = past[0][11], share = pose->pull.sigmoid();
   PoseNetworkImpl::State state = pose->start(past, torch::randn({1, c.noise}));
   const Tensor future = pose->roll(state, random_labels(1, 2 + c.gamma - 1, c), 2)[0];
   const Tensor first = last + change + share * (named - last);
@@ -177,10 +177,10 @@ TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
 
 TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(7);
   IntentionNetwork intention(c);
-  const Tensor state = intention->encode(torch::randn({1, 12, kAnticipateFeatures})).expand({4000, -1});
+  const Tensor state = intention->encode(torch::randn({1, 12, kFeatureCount})).expand({4000, -1});
   const Tensor drawn = intention->draw(state, gumbel_noise({4000, 2, c.labels}));
   EXPECT_LT(largest(drawn.sum(2) - 1), 1e-6);
   EXPECT_LT(largest(drawn.amax(2) - 1), 1e-6);
@@ -190,7 +190,7 @@ TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
 }
 
 TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(8);
   IntentionNetwork intention(c);
   const Tensor state = torch::randn({5, c.intention_hidden}), mix = torch::randn({5, c.labels});
@@ -204,10 +204,10 @@ TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
 
 TEST(IntentionNetwork, ALabelChangesThoseAfterItAlone) {
   const torch::NoGradGuard no_gradients;
-  const AnticipateConfig c = small_anticipate_config();
+  const Config c = small_anticipate_config();
   torch::manual_seed(9);
   IntentionNetwork intention(c);
-  const Tensor code = intention->encode(torch::randn({1, 12, kAnticipateFeatures})), labels = random_labels(1, 8, c);
+  const Tensor code = intention->encode(torch::randn({1, 12, kFeatureCount})), labels = random_labels(1, 8, c);
   Tensor other = labels.clone();
   other[0][3] = labels[0][3].roll({1}, {0});
   const Tensor change = (intention->teacher_logits(code, other) - intention->teacher_logits(code, labels))[0].abs();
@@ -216,4 +216,4 @@ TEST(IntentionNetwork, ALabelChangesThoseAfterItAlone) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

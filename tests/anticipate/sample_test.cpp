@@ -10,7 +10,7 @@
 #include "anticipate/small_networks.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using torch::Tensor;
@@ -31,11 +31,11 @@ TEST(Observation, IsLedInByTheFirstFrame) {
 
 TEST(TestWindows, AreSpreadOverAllRecordingsOfAnAction) {
   // 12 frames observed, a second of 25 to come: `now` from 12 to 75 in 100 frames.
-  const AnticipateConfig c = small_anticipate_config();
-  const std::vector<AnticipateSequence> two = {
+  const Config c = small_anticipate_config();
+  const std::vector<Sequence> two = {
       {"a", "walk", counted(100)}, {"b", "wave", counted(40)}, {"c", "walk", counted(100)}};
   std::map<size_t, int64_t> count;
-  for (const AnticipateWindow& window : test_windows(two, c, 8)) {
+  for (const Window& window : test_windows(two, c, 8)) {
     ++count[window.sequence];
     EXPECT_GE(window.now, c.observed);
     EXPECT_LE(window.now + 25, two[window.sequence].features.size(0));
@@ -47,11 +47,10 @@ TEST(TestWindows, AreSpreadOverAllRecordingsOfAnAction) {
 }
 
 TEST(TestWindows, OfShortRecordingsSeeWhatThereIsAndTheShortestAreLeftOut) {
-  const AnticipateConfig c = small_anticipate_config();  // kappa 8
+  const Config c = small_anticipate_config();  // kappa 8
   const auto nows = [&](int64_t frames) {
     std::vector<int64_t> out;
-    for (const AnticipateWindow& window : test_windows({{"a", "walk", counted(frames)}}, c, 1000))
-      out.push_back(window.now);
+    for (const Window& window : test_windows({{"a", "walk", counted(frames)}}, c, 1000)) out.push_back(window.now);
     return out;
   };
   EXPECT_EQ(nows(37), (std::vector<int64_t>{12}));
@@ -71,27 +70,27 @@ TEST(AnticipateSequences, AreOfOneSplitOnTheModelsBones) {
   EXPECT_TRUE(torch::equal(training_skeleton(motions, "x").offsets, motions[0].clip.skeleton.offsets));
   Skeleton large = builtin_body().skeleton;
   large.offsets = large.offsets * 1.2;
-  const auto sequences = anticipate_sequences(motions, "train", large);
+  const auto sequences = sequences_of(motions, "train", large);
   ASSERT_EQ(sequences.size(), 2U) << "one frame has no motion";
   EXPECT_EQ(sequences[1].name, "w2");
   EXPECT_EQ(sequences[1].action, "walk");
-  const Tensor own = anticipate_features(motions[2].clip.joints);
+  const Tensor own = joint_features(motions[2].clip.joints);
   EXPECT_TRUE(torch::allclose(sequences[1].features.slice(1, 0, 65), own.slice(1, 0, 65) * 1.2, 1e-3, 1e-4));
   EXPECT_TRUE(torch::allclose(sequences[1].features.select(1, 65), own.select(1, 65), 1e-3, 1e-4)) << "turns are turns";
   EXPECT_THAT(refusal_of([] { training_skeleton({}, "data"); }),
               ::testing::HasSubstr("data: has no training recording"));
 }
 
-TEST(AnticipateData, WindowsRepeatFramesThatWereNotRecorded) {
-  const AnticipateNetworks networks = untrained();  // 12 observed, 16 to come, gamma 4
+TEST(Data, WindowsRepeatFramesThatWereNotRecorded) {
+  const Networks networks = untrained();  // 12 observed, 16 to come, gamma 4
   const auto recording = people(40)[0];
-  const AnticipateData data({recording}, networks);
+  const Data data({recording}, networks);
   ASSERT_EQ(data.size(), 40 - 8 - 10 + 1);
   const Tensor all = networks.scale.to_network(recording.features);
   const Tensor labels = intention_labels(intention_poses(recording.features), networks.clusters);
 
   const auto early = data.window(0, false);  // the future begins at frame 8
-  EXPECT_EQ(early.frames.sizes(), (torch::IntArrayRef{28, kAnticipateFeatures}));
+  EXPECT_EQ(early.frames.sizes(), (torch::IntArrayRef{28, kFeatureCount}));
   EXPECT_EQ(early.first, 4);
   EXPECT_EQ(early.last, 28);
   EXPECT_TRUE(torch::equal(early.frames.slice(0, 4), all.slice(0, 0, 24)));
@@ -108,12 +107,12 @@ TEST(AnticipateData, WindowsRepeatFramesThatWereNotRecorded) {
   EXPECT_EQ(late.last_label, 22);
 }
 
-TEST(AnticipateData, LabelsGoOnBeyondTheFrames) {
-  AnticipateConfig config = small_anticipate_config();
+TEST(Data, LabelsGoOnBeyondTheFrames) {
+  Config config = small_anticipate_config();
   config.label_frames = 25;
-  const AnticipateNetworks networks = untrained(config);
+  const Networks networks = untrained(config);
   const auto recording = people(60)[0];
-  const AnticipateData data({recording}, networks);
+  const Data data({recording}, networks);
   const Tensor labels = intention_labels(intention_poses(recording.features), networks.clusters);
   const auto early = data.window(4, false);  // the future begins at frame 12
   EXPECT_EQ(early.last, 28);
@@ -122,10 +121,10 @@ TEST(AnticipateData, LabelsGoOnBeyondTheFrames) {
   EXPECT_EQ(data.window(data.size() - 1, false).last_label, 22) << "ten frames before the end";
 }
 
-TEST(AnticipateData, MirroredWindowsAreThoseOfTheMotionInAMirror) {
-  const AnticipateNetworks networks = untrained();
+TEST(Data, MirroredWindowsAreThoseOfTheMotionInAMirror) {
+  const Networks networks = untrained();
   const auto recording = people(40)[2];  // waves the right arm
-  const AnticipateData data({recording}, networks);
+  const Data data({recording}, networks);
   const Tensor mirrored = mirrored_features(recording.features);
   const auto window = data.window(10, true);  // the future begins at frame 18
   EXPECT_TRUE(torch::allclose(window.frames, networks.scale.to_network(mirrored.slice(0, 6, 34)), 0, 1e-6));
@@ -134,13 +133,13 @@ TEST(AnticipateData, MirroredWindowsAreThoseOfTheMotionInAMirror) {
   EXPECT_FALSE(torch::allclose(window.frames, data.window(10, false).frames, 0, 0.1));
 }
 
-TEST(AnticipateData, RareActionsAreShownMoreOften) {
-  const AnticipateNetworks networks = untrained();
+TEST(Data, RareActionsAreShownMoreOften) {
+  const Networks networks = untrained();
   const auto long_walk = people(60)[0], wave = people(20)[2], glimpse = people(17)[3];
   // 43 windows of walking; 3 of waving, eight times; none in 17 frames.
-  EXPECT_EQ(AnticipateData({long_walk, wave}, networks).size(), 43 + 24);
-  EXPECT_EQ(AnticipateData({long_walk, glimpse}, networks).size(), 43);
+  EXPECT_EQ(Data({long_walk, wave}, networks).size(), 43 + 24);
+  EXPECT_EQ(Data({long_walk, glimpse}, networks).size(), 43);
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

@@ -3,8 +3,8 @@
 #include "inhabit/anticipate/model_file.h"
 
 /// Sizes small enough to build and train in a test.
-inline inhabit::AnticipateConfig small_anticipate_config() {
-  inhabit::AnticipateConfig c;
+inline inhabit::Config small_anticipate_config() {
+  inhabit::Config c;
   c.observed = 12;
   c.future = 16;
   c.label_frames = 19;
@@ -27,21 +27,21 @@ inline inhabit::AnticipateConfig small_anticipate_config() {
 }
 
 /// All four networks, with weights of no training; scale and intention labels are those of people(60).
-inline inhabit::AnticipateNetworks untrained(const inhabit::AnticipateConfig& config = small_anticipate_config()) {
+inline inhabit::Networks untrained(const inhabit::Config& config = small_anticipate_config()) {
   using namespace inhabit;
-  AnticipateNetworks n;
+  Networks n;
   n.config = config;
   n.skeleton = builtin_body().skeleton;
   const auto recordings = people(60);
   std::vector<torch::Tensor> features;
-  for (const AnticipateSequence& recording : recordings) features.push_back(recording.features);
+  for (const Sequence& recording : recordings) features.push_back(recording.features);
   n.scale = feature_scale(torch::cat(features));
   n.clusters = cluster_recordings(recordings, config, 1);
   torch::manual_seed(6);
   if (config.intention) n.intention = IntentionNetwork(config);
   n.pose = PoseNetwork(config);
   n.seq2seq = Seq2SeqNetwork(config);
-  n.trajectory = make_trajectory_network(config);
+  n.trajectory = forecast::make_trajectory_network(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();

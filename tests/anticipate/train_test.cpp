@@ -19,7 +19,7 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::anticipate {
 namespace {
 
 using nlohmann::json;
@@ -41,7 +41,7 @@ class StopAt : public spdlog::sinks::base_sink<std::mutex> {
 struct Training : TempFolder {
   std::shared_ptr<StopAt> sink = std::make_shared<StopAt>();
   std::shared_ptr<spdlog::logger> before = spdlog::default_logger();
-  AnticipateTraining options;
+  Training options;
 
   explicit Training(int64_t frames = 40) {
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
@@ -64,7 +64,7 @@ struct Training : TempFolder {
 TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
   Training t;
   t.options.steps = 40;
-  ASSERT_TRUE(train_anticipate(t.options));
+  ASSERT_TRUE(train(t.options));
   std::map<std::string, std::vector<double>> first, last;
   for (const json& line : t.log(t.options.out)) {
     if (!line.contains("losses")) continue;
@@ -83,7 +83,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
   for (const char* key : {"intention label_adversary", "intention label_deception", "intention pose_adversary",
                           "intention pose_deception"})
     EXPECT_EQ(first.count(key), 1U) << key;
-  const AnticipateNetworks trained = load_anticipate_networks(t.options.out);
+  const Networks trained = load_networks(t.options.out);
   EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
                trained.trajectory.is_empty());
   EXPECT_FALSE(std::filesystem::exists(t.options.out + ".checkpoint.safetensors"));
@@ -92,7 +92,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
 TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter) {
   Training t;
   t.options.steps = 5;
-  ASSERT_TRUE(train_anticipate(t.options));
+  ASSERT_TRUE(train(t.options));
   const SafeTensors whole = read_safetensors(t.options.out);
   const auto numbers = [&](const std::string& out) {
     std::map<std::string, std::string> validations;
@@ -102,10 +102,10 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
     return validations;
   };
 
-  AnticipateTraining cut = t.options;
+  Training cut = t.options;
   cut.out = t / "cut.safetensors";
   t.sink->at = "intention 3/5  validation";
-  EXPECT_FALSE(train_anticipate(cut));
+  EXPECT_FALSE(train(cut));
   // Adam has seen a gradient of every parameter, those of both adversaries too.
   const SafeTensors checkpoint = read_safetensors(cut.out + ".checkpoint.safetensors");
   size_t parameters = 0;
@@ -125,9 +125,9 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
 
   cut.resume = true;
   t.sink->at = "trajectory 2/5  validation";
-  EXPECT_FALSE(train_anticipate(cut));
+  EXPECT_FALSE(train(cut));
   t.sink->at = "";
-  ASSERT_TRUE(train_anticipate(cut));
+  ASSERT_TRUE(train(cut));
   EXPECT_EQ(numbers(cut.out), numbers(t.options.out));
   const SafeTensors resumed = read_safetensors(cut.out);
   ASSERT_EQ(resumed.tensors.size(), whole.tensors.size());
@@ -138,24 +138,24 @@ TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) 
   Training t;
   t.options.steps = 1;
   t.options.config.pose_adversary = false;
-  t.options.stage = AnticipateTraining::Stage::seq2seq;
-  ASSERT_TRUE(train_anticipate(t.options));
-  EXPECT_TRUE(load_anticipate_networks(t.options.out).trajectory.is_empty());
-  t.options.stage = AnticipateTraining::Stage::trajectory;
-  ASSERT_TRUE(train_anticipate(t.options));
-  EXPECT_FALSE(load_anticipate_networks(t.options.out).seq2seq.is_empty());
+  t.options.stage = Training::Stage::seq2seq;
+  ASSERT_TRUE(train(t.options));
+  EXPECT_TRUE(load_networks(t.options.out).trajectory.is_empty());
+  t.options.stage = Training::Stage::trajectory;
+  ASSERT_TRUE(train(t.options));
+  EXPECT_FALSE(load_networks(t.options.out).seq2seq.is_empty());
   t.options.config.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
-  EXPECT_THAT(refusal_of([&] { train_anticipate(t.options); }), HasSubstr("m.safetensors: holds other networks"));
-  EXPECT_NO_THROW(load_anticipate_networks(t.options.out));
+  EXPECT_THAT(refusal_of([&] { train(t.options); }), HasSubstr("m.safetensors: holds other networks"));
+  EXPECT_NO_THROW(load_networks(t.options.out));
 }
 
 TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
   Training t;
   t.options.steps = 1;
   t.options.config.intention = false;
-  t.options.stage = AnticipateTraining::Stage::intention;
-  ASSERT_TRUE(train_anticipate(t.options));
-  const AnticipateNetworks trained = load_anticipate_networks(t.options.out);
+  t.options.stage = Training::Stage::intention;
+  ASSERT_TRUE(train(t.options));
+  const Networks trained = load_networks(t.options.out);
   EXPECT_TRUE(trained.intention.is_empty());
   EXPECT_FALSE(trained.pose.is_empty());
 }
@@ -172,10 +172,10 @@ TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
       data.clips.push_back(entry);
     }
     write_index(data);
-    AnticipateTraining options = t.options;
+    Training options = t.options;
     options.data = folder;
     options.steps = 1;
-    const std::string why = refusal_of([&] { train_anticipate(options); });
+    const std::string why = refusal_of([&] { train(options); });
     EXPECT_FALSE(std::filesystem::exists(options.out)) << why;
     return why;
   };
@@ -183,19 +183,19 @@ TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
   EXPECT_THAT(refusal({"train"}, 40), HasSubstr("data1_40: has no validation recording"));
   EXPECT_THAT(refusal({"train", "train", "val"}, 17), HasSubstr("data3_17: has no validation recording that is long"));
   EXPECT_THAT(refusal({"train", "val"}, 1), HasSubstr("data2_1: has no training recording"));
-  AnticipateTraining options = t.options;
+  Training options = t.options;
   options.data = t / "nowhere";
-  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("nowhere"));
+  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("nowhere"));
   options = t.options;
   options.config.clusters = 1000;  // more than there are poses
-  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("for 1000 clusters"));
+  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("for 1000 clusters"));
   options = t.options;
   options.config.gamma = 0;
-  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("'gamma' is out of range"));
+  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("'gamma' is out of range"));
   options = t.options;
   options.resume = true;
-  EXPECT_THAT(refusal_of([&] { train_anticipate(options); }), HasSubstr("checkpoint.safetensors"));
+  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("checkpoint.safetensors"));
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::anticipate

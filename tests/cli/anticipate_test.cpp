@@ -89,7 +89,7 @@ struct BadRecordings : TempFolder {
   std::string out = *this / "out", model = *this / "m.safetensors";
   BadRecordings() {
     std::filesystem::create_directory(out);
-    save_anticipate_networks(model, untrained());
+    anticipate::save_networks(model, untrained());
   }
   void expect_refusal(const std::string& motion, const std::string& options,
                       const std::vector<std::string>& parts) const {

@@ -14,7 +14,7 @@ namespace {
 TEST(Average, OfTwoModelsIsTheirWeightedMean) {
   const TempFolder folder;
   const std::string a = folder / "a.safetensors", b = folder / "b.safetensors", out = folder / "mean.safetensors";
-  save_anticipate_networks(a, untrained());
+  anticipate::save_networks(a, untrained());
   SafeTensors first = read_safetensors(a), second = first;
   torch::manual_seed(2);
   for (auto& [name, tensor] : second.tensors)
@@ -33,14 +33,14 @@ TEST(Average, OfTwoModelsIsTheirWeightedMean) {
     const torch::Tensor expected = 0.75 * first.tensors[name].to(torch::kFloat64) + 0.25 * second.tensors[name];
     EXPECT_LT(largest_difference(tensor, expected), name == some ? 2e-3 : 1e-6) << name;
   }
-  load_anticipate_networks(out);
+  anticipate::load_networks(out);
 }
 
 TEST(Average, RefusesModelsThatHaveNone) {
   const TempFolder folder;
   std::filesystem::create_directory(folder.path / "out");
   const std::string a = folder / "a.safetensors", out = folder / "out", to = " -o " + out + "/m.safetensors";
-  save_anticipate_networks(a, untrained());
+  anticipate::save_networks(a, untrained());
   const SafeTensors model = read_safetensors(a);
   const std::string some = model.tensors.begin()->first;
   const auto changed = [&](const std::string& name, const std::function<void(SafeTensors&)>& change) {

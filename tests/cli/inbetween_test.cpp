@@ -21,7 +21,7 @@ using torch::Tensor;
 
 /// A model file of small sizes and weights of no training, for clips of the usual length.
 std::string model_file(const TempFolder& folder, int t_star = 0) {
-  InbetweenNetworks n;
+  inbetween::Networks n;
   n.config = small_inbetween_config();
   n.config.frames = 121;
   n.config.padded = 128;
@@ -29,10 +29,10 @@ std::string model_file(const TempFolder& folder, int t_star = 0) {
   n.config.t_star = t_star;
   n.config.partial_keys = true;
   n.network = untrained(n.config);
-  n.mean = torch::zeros({kInbetweenFeatures});
-  n.deviation = torch::full({kInbetweenFeatures}, 0.3);
+  n.mean = torch::zeros({inbetween::kFeatureCount});
+  n.deviation = torch::full({inbetween::kFeatureCount}, 0.3);
   const std::string path = folder / ("model" + std::to_string(t_star) + ".safetensors");
-  save_inbetween_networks(path, n);
+  inbetween::save_networks(path, n);
   return path;
 }
 
@@ -129,7 +129,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   const std::string more = "train inbetween --data " + folder / "data" + " --steps 1 --batch 2 --from " + model;
   r = run_command(more + " --without shape local --out " + less);
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  EXPECT_TRUE(load_inbetween_networks(less).network->offset_layers[0].is_empty());
+  EXPECT_TRUE(inbetween::load_networks(less).network->offset_layers[0].is_empty());
   std::filesystem::create_directory(folder / "out");
   expect_refused(more + " --out " + folder / "out/more.safetensors", {model, "another configuration"}, folder / "out");
 }

@@ -8,38 +8,39 @@
 #include "refusal_of.h"
 
 using namespace inhabit;
+using namespace inhabit::forecast;
 
-TEST(ForecastConfig, JsonRoundTripKeepsEverything) {
+TEST(Config, JsonRoundTripKeepsEverything) {
   for (const char* preset : {"paper", "compact"}) {
-    ForecastConfig config = forecast_preset(preset);
+    Config config = preset(preset);
     EXPECT_NO_THROW(validate(config, preset));
     config.joints = 21;
     config.root = 14;
     config.sigma = 0.17;
     config.decode_from_past = true;
-    const ForecastConfig back = forecast_config_from_json(to_json(config), "test");
+    const Config back = config_from_json(to_json(config), "test");
     EXPECT_TRUE(back == config);
-    EXPECT_FALSE(back == forecast_preset(preset));
+    EXPECT_FALSE(back == preset(preset));
   }
 }
 
-TEST(ForecastConfig, PaperPresetHasThePapersSize) {
-  ContactNetwork network(forecast_preset("paper"));
+TEST(Config, PaperPresetHasThePapersSize) {
+  ContactNetwork network(preset("paper"));
   int64_t parameters = 0;
   for (const auto& parameter : network->parameters()) parameters += parameter.numel();
   EXPECT_NEAR(static_cast<double>(parameters), 15.2e6, 0.1e6);
 }
 
-TEST(ForecastConfig, RefusesWhatCannotBe) {
+TEST(Config, RefusesWhatCannotBe) {
   const auto message = [](const std::string& text) {
-    return refusal_of([&] { return forecast_config_from_json(text, "model.safetensors"); });
+    return refusal_of([&] { return config_from_json(text, "model.safetensors"); });
   };
   using ::testing::HasSubstr;
   EXPECT_THAT(message("{"), HasSubstr("model.safetensors"));
   EXPECT_THAT(message("[]"), HasSubstr("no JSON object"));
   EXPECT_THAT(message("{}"), HasSubstr("malformed"));
   const auto with = [](const std::string& from, const std::string& to) {
-    std::string text = to_json(forecast_preset("compact"));
+    std::string text = to_json(preset("compact"));
     const size_t place = text.find(from);
     EXPECT_NE(place, std::string::npos) << from;
     return text.replace(place, from.size(), to);
@@ -51,5 +52,5 @@ TEST(ForecastConfig, RefusesWhatCannotBe) {
   EXPECT_THAT(message(with("\"root\":0", "\"root\":22")), HasSubstr("root joint"));
   EXPECT_THAT(message(with("\"sigma\":0.2", "\"sigma\":-1")), HasSubstr("sigma"));
   EXPECT_THAT(message(with("\"contact_coefficients\":12", "\"contact_coefficients\":91")), HasSubstr("coefficients"));
-  EXPECT_THROW(forecast_preset("huge"), Error);
+  EXPECT_THROW(preset("huge"), Error);
 }

@@ -16,14 +16,14 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 /// Networks of the compact model's form with weights of no training. Contacts are likely: the threshold is low.
-ForecastNetworks untrained() {
+Networks untrained() {
   torch::manual_seed(4);
-  ForecastNetworks networks;
-  networks.config = forecast_preset("compact");
+  Networks networks;
+  networks.config = preset("compact");
   networks.config.contact_threshold = 0.05;
   networks.contact = ContactNetwork(networks.config);
   networks.motion = MotionNetwork(networks.config);
@@ -42,8 +42,8 @@ struct Observed {
 
 TEST(ContactForecaster, GivesWhatThePlainNetworksGive) {
   torch::NoGradGuard no_grad;
-  ForecastNetworks networks = untrained();
-  const ForecastConfig& c = networks.config;
+  Networks networks = untrained();
+  const Config& c = networks.config;
   const Observed in;
   const ContactForecaster forecaster(networks);
   const Forecast f = forecaster.forecast(in.past, in.points);
@@ -90,16 +90,16 @@ TEST(ContactForecaster, MovesAlongWithPersonAndRoom) {
 TEST(ContactForecaster, RefusesAPastOfAnotherShapeAndFilesThatLackANetwork) {
   const TempFolder folder;
   const Observed in;
-  ForecastNetworks networks = untrained();
+  Networks networks = untrained();
   const ContactForecaster forecaster(networks);
   EXPECT_THROW(forecaster.forecast(in.past.slice(0, 1), in.points), Error);
   EXPECT_THROW(forecaster.forecast(in.past.slice(1, 1), in.points), Error);
 
-  save_forecast_networks(folder / "both.safetensors", networks);
+  save_networks(folder / "both.safetensors", networks);
   const Forecast f = ContactForecaster::load(folder / "both.safetensors").forecast(in.past, in.points);
   EXPECT_LT(largest(f.joints - forecaster.forecast(in.past, in.points).joints), 1e-5F);
   networks.motion = nullptr;
-  save_forecast_networks(folder / "contact.safetensors", networks);
+  save_networks(folder / "contact.safetensors", networks);
   EXPECT_THROW(ContactForecaster::load(folder / "contact.safetensors"), Error);
 }
 
@@ -170,4 +170,4 @@ TEST(AssumedFloor, LiesUnderTheFeetWhereThePersonIs) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -7,26 +7,26 @@
 #include "forecast/walker_data.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
-const ForecastScores* row_of(const ForecastTable& table, const std::string& method) {
-  for (const ForecastScores& row : table.rows)
+const Scores* row_of(const Table& table, const std::string& method) {
+  for (const Scores& row : table.rows)
     if (row.method == method) return &row;
   return nullptr;
 }
 
 TEST(EvaluateForecast, BaselinesOfAPersonAtConstantVelocityAreTheClosedForms) {
   const TempFolder folder;
-  ForecastNetworks none;
-  none.config = forecast_preset("compact");
-  const ForecastData data({write_walkers(folder / "data")}, "all", none.config, 30);
-  const ForecastTable table = evaluate_forecast(none, data);
+  Networks none;
+  none.config = preset("compact");
+  const Data data({write_walkers(folder / "data")}, "all", none.config, 30);
+  const Table table = evaluate(none, data);
   EXPECT_EQ(table.windows, 6);
   EXPECT_EQ(table.horizons, (std::vector<double>{0.5, 1.0, 1.5, 2.0}));
   ASSERT_EQ(table.rows.size(), 2U);
-  const ForecastScores* held = row_of(table, "last pose held");
-  const ForecastScores* moving = row_of(table, "constant velocity");
+  const Scores* held = row_of(table, "last pose held");
+  const Scores* moving = row_of(table, "constant velocity");
   ASSERT_TRUE(held != nullptr && moving != nullptr);
   // 1.2 m/s: 600 mm after half a second; the mean over frames 1..60 of 40 mm each.
   const std::vector<double> path = {600, 1200, 1800, 2400, 40 * 30.5};
@@ -41,23 +41,23 @@ TEST(EvaluateForecast, BaselinesOfAPersonAtConstantVelocityAreTheClosedForms) {
 TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
   const TempFolder folder;
   torch::manual_seed(2);
-  ForecastNetworks model;
-  model.config = forecast_preset("compact");
-  const ForecastData data({write_walkers(folder / "data", 30, 1)}, "test", model.config, 30);
+  Networks model;
+  model.config = preset("compact");
+  const Data data({write_walkers(folder / "data", 30, 1)}, "test", model.config, 30);
   model.motion = MotionNetwork(model.config);
   model.motion->eval();
-  EXPECT_NE(row_of(evaluate_forecast(model, data), "w/ true contact"), nullptr);
-  EXPECT_EQ(evaluate_forecast(model, data).rows.size(), 3U);
+  EXPECT_NE(row_of(evaluate(model, data), "w/ true contact"), nullptr);
+  EXPECT_EQ(evaluate(model, data).rows.size(), 3U);
   model.contact = ContactNetwork(model.config);
   model.contact->eval();
   model.no_contact = MotionNetwork(model.config, false);
   model.no_contact->eval();
-  model.trajectory = make_trajectory_network(model.config);
+  model.trajectory = anticipate::make_trajectory_network(model.config);
   model.trajectory->eval();
 
-  const ForecastTable table = evaluate_forecast(model, data);
+  const Table table = evaluate(model, data);
   std::vector<std::string> methods;
-  for (const ForecastScores& row : table.rows) {
+  for (const Scores& row : table.rows) {
     methods.push_back(row.method);
     EXPECT_EQ(row.path.size(), 5U);
     for (const double v : row.path) EXPECT_GT(v, 0) << row.method;
@@ -75,4 +75,4 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -9,6 +9,7 @@
 #include "small_config.h"
 
 using namespace inhabit;
+using namespace inhabit::forecast;
 using torch::Tensor;
 
 namespace {
@@ -20,7 +21,7 @@ Tensor contact_maps(const Tensor& scene, const Tensor& joints, double sigma) {
 }
 
 struct Input {
-  ForecastConfig config = small_forecast_config();
+  Config config = small_forecast_config();
   Tensor scene, motion, past;
 
   explicit Input(int64_t points, double spread = 1.0) {

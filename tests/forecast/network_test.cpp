@@ -17,6 +17,7 @@
 #include "temp_folder.h"
 
 using namespace inhabit;
+using namespace inhabit::forecast;
 using torch::Tensor;
 
 namespace {
@@ -33,14 +34,14 @@ void stir(torch::nn::Module& module) {
   module.eval();
 }
 
-Tensor some_past(const ForecastConfig& config, int64_t batch) {
+Tensor some_past(const Config& config, int64_t batch) {
   return torch::randn({batch, 1, config.joints, 3}) * 0.4 +
          torch::cumsum(torch::randn({batch, config.past, config.joints, 3}) * 0.05, 1);
 }
 
 void expect_fast_equals_dense(const Tensor& scene, const std::string& what) {
   torch::NoGradGuard no_gradients;
-  const ForecastConfig config = small_forecast_config();
+  const Config config = small_forecast_config();
   ContactNetwork network(config);
   stir(*network);
   for (const auto& module : network->modules(false)) {
@@ -90,7 +91,7 @@ TEST(FastContactNetwork, EqualsTheDenseOneOnTheGridsBorder) {
 }
 
 TEST(FastContactNetwork, RefusesWrongShapes) {
-  const ForecastConfig config = small_forecast_config();
+  const Config config = small_forecast_config();
   ContactNetwork network(config);
   FastContactNetwork fast(network);
   const Tensor past = some_past(config, 1);
@@ -105,7 +106,7 @@ TEST(FastMotionNetwork, EqualsThePlainOneInEveryForm) {
   torch::NoGradGuard no_gradients;
   for (const bool from_past : {false, true}) {
     for (const bool with_contact : {false, true}) {
-      ForecastConfig config = small_forecast_config();
+      Config config = small_forecast_config();
       config.decode_from_past = from_past;
       MotionNetwork network(config, with_contact);
       stir(*network);
@@ -123,7 +124,7 @@ TEST(FastMotionNetwork, EqualsThePlainOneInEveryForm) {
 TEST(MotionNetwork, TheTwoDecodersDifferFromTheSecondFrameOn) {
   torch::manual_seed(3);
   torch::NoGradGuard no_gradients;
-  ForecastConfig config = small_forecast_config();
+  Config config = small_forecast_config();
   MotionNetwork paper(config);
   stir(*paper);
   const Tensor past = some_past(config, 1), points = torch::rand({1, config.future, config.joints, 4});
@@ -136,7 +137,7 @@ TEST(MotionNetwork, TheTwoDecodersDifferFromTheSecondFrameOn) {
 
 TEST(MotionNetwork, LearnsToGoWhereContactsAre) {
   torch::manual_seed(4);
-  const ForecastConfig config = small_forecast_config();
+  const Config config = small_forecast_config();
   MotionNetwork network(config);
   network->train();
   const Tensor past = some_past(config, 16), points = torch::rand({16, config.future, config.joints, 4});
@@ -157,13 +158,13 @@ TEST(ModelFile, RoundTripsNetworksAndConfig) {
   torch::manual_seed(5);
   const TempFolder folder;
   const std::string path = folder / "model.safetensors";
-  ForecastNetworks networks;
+  Networks networks;
   networks.config = small_forecast_config();
   networks.contact = ContactNetwork(networks.config);
   networks.no_contact = MotionNetwork(networks.config, false);
   stir(*networks.contact);
-  save_forecast_networks(path, networks);
-  const ForecastNetworks back = load_forecast_networks(path);
+  save_networks(path, networks);
+  const Networks back = load_networks(path);
   EXPECT_TRUE(back.config == networks.config);
   EXPECT_TRUE(back.motion.is_empty());
   ASSERT_FALSE(back.contact.is_empty());
@@ -178,9 +179,8 @@ TEST(ModelFile, RoundTripsNetworksAndConfig) {
       EXPECT_TRUE(torch::equal(item.value(), buffers[item.key()])) << item.key();
     }
   }
-  save_forecast_networks(path, networks, true);
-  EXPECT_LT(largest_difference(load_forecast_networks(path).contact->x_enc->weight, networks.contact->x_enc->weight),
-            1e-3);
+  save_networks(path, networks, true);
+  EXPECT_LT(largest_difference(load_networks(path).contact->x_enc->weight, networks.contact->x_enc->weight), 1e-3);
 }
 
 TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
@@ -190,7 +190,7 @@ TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
   const std::string path = folder / "other.safetensors";
   const auto message = [&](const SafeTensors& content) {
     write_safetensors(path, content);
-    return refusal_of([&] { return load_forecast_networks(path); });
+    return refusal_of([&] { return load_networks(path); });
   };
   EXPECT_THAT(message({{{"net.w", torch::ones(2)}}, {{"system", "scene-inbetween"}}}),
               AllOf(HasSubstr(path), HasSubstr("scene-inbetween")));
@@ -203,10 +203,10 @@ TEST(ModelFile, RefusesOtherSystemsAndDamagedFiles) {
               HasSubstr("lacks the parameter"));
   EXPECT_THAT(message({{{"contact_net.x", torch::ones(1)}}, {}}), HasSubstr("metadata lacks"));
 
-  ForecastNetworks networks;
+  Networks networks;
   networks.config = small_forecast_config();
   networks.motion = MotionNetwork(networks.config);
-  save_forecast_networks(path, networks);
+  save_networks(path, networks);
   SafeTensors content = read_safetensors(path);
   content.tensors["motion_net.x_enc.bias"] = torch::zeros({3});
   EXPECT_THAT(message(content), AllOf(HasSubstr("motion_net.x_enc.bias"), HasSubstr("[3]")));

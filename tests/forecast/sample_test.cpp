@@ -12,28 +12,28 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
-TEST(ForecastData, HasEveryWholeWindowOfClipsThatHaveAScene) {
+TEST(Data, HasEveryWholeWindowOfClipsThatHaveAScene) {
   const TempFolder folder;
   const std::string data = write_walkers(folder / "data");
-  const ForecastConfig config = forecast_preset("compact");
-  EXPECT_EQ(ForecastData({data}, "train", config, 5).size(), 7);  // starts 0, 5, ..., 30 of 120 frames
-  EXPECT_EQ(ForecastData({data}, "val", config, 30).size(), 2);
-  EXPECT_EQ(ForecastData({data}, "test", config, 31).size(), 1);
-  EXPECT_EQ(ForecastData({data}, "all", config, 30).size(), 6);
-  EXPECT_EQ(ForecastData({data, data}, "test", config, 30).size(), 4);
+  const Config config = preset("compact");
+  EXPECT_EQ(Data({data}, "train", config, 5).size(), 7);  // starts 0, 5, ..., 30 of 120 frames
+  EXPECT_EQ(Data({data}, "val", config, 30).size(), 2);
+  EXPECT_EQ(Data({data}, "test", config, 31).size(), 1);
+  EXPECT_EQ(Data({data}, "all", config, 30).size(), 6);
+  EXPECT_EQ(Data({data, data}, "test", config, 30).size(), 4);
 }
 
-TEST(ForecastData, WindowsHaveTheirRootAtTheOriginAndPointsAround) {
+TEST(Data, WindowsHaveTheirRootAtTheOriginAndPointsAround) {
   const TempFolder folder;
   const std::string path = write_walkers(folder / "data");
   for (const char* preset : {"compact", "paper"}) {
-    const ForecastConfig config = forecast_preset(preset);
-    const ForecastData data({path}, "all", config, 30);
+    const Config config = preset(preset);
+    const Data data({path}, "all", config, 30);
     for (int64_t i = 0; i < data.size(); ++i) {
-      const ForecastSample s = data.sample(i, 1, false);
+      const Sample s = data.sample(i, 1, false);
       ASSERT_EQ(s.joints.sizes(), (torch::IntArrayRef{90, 22, 3}));
       ASSERT_EQ(s.points.sizes(), (torch::IntArrayRef{config.points, 3}));
       EXPECT_LT(s.joints[config.past - 1][config.root].abs().max().item<float>(), 1e-6F);
@@ -44,37 +44,37 @@ TEST(ForecastData, WindowsHaveTheirRootAtTheOriginAndPointsAround) {
     }
   }
   // A person who goes where the hips face comes from -Z and goes on to +Z, 1.2 m a second.
-  const ForecastSample s = ForecastData({path}, "test", forecast_preset("compact"), 30).sample(0, 1, false);
+  const Sample s = Data({path}, "test", preset("compact"), 30).sample(0, 1, false);
   EXPECT_LT((s.joints[89][0] - torch::tensor({0.F, 0.F, 2.4F})).abs().max().item<float>(), 1e-3F);
 }
 
-TEST(ForecastData, SeedAndIndexSayEverything) {
+TEST(Data, SeedAndIndexSayEverything) {
   const TempFolder folder;
-  const ForecastData data({write_walkers(folder / "data")}, "train", forecast_preset("compact"), 5);
-  const ForecastSample a = data.sample(3, 7, true), b = data.sample(3, 8, true);
+  const Data data({write_walkers(folder / "data")}, "train", preset("compact"), 5);
+  const Sample a = data.sample(3, 7, true), b = data.sample(3, 8, true);
   EXPECT_FALSE(torch::equal(a.points, b.points));
   EXPECT_FALSE(torch::equal(a.joints, b.joints));
   std::vector<std::thread> threads;
-  std::array<ForecastSample, 4> again;
-  for (ForecastSample& s : again) threads.emplace_back([&] { s = data.sample(3, 7, true); });
+  std::array<Sample, 4> again;
+  for (Sample& s : again) threads.emplace_back([&] { s = data.sample(3, 7, true); });
   for (std::thread& t : threads) t.join();
-  for (const ForecastSample& s : again) {
+  for (const Sample& s : again) {
     EXPECT_TRUE(torch::equal(s.points, a.points));
     EXPECT_TRUE(torch::equal(s.joints, a.joints));
   }
 }
 
-TEST(ForecastData, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
+TEST(Data, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
   const TempFolder folder;
   const std::string path = write_walkers(folder / "data", 30, 1);
   for (const char* preset : {"compact", "paper"}) {
-    const ForecastConfig config = forecast_preset(preset);
-    const ForecastData data({path}, "train", config, 30);
+    const Config config = preset(preset);
+    const Data data({path}, "train", config, 30);
     double widest = 0, farthest = 0;
     for (uint64_t seed = 0; seed < 24; ++seed) {
-      const ForecastSample plain = data.sample(1, seed, false), moved = data.sample(1, seed, true);
+      const Sample plain = data.sample(1, seed, false), moved = data.sample(1, seed, true);
       // Distances between joints and points tell that both moved as one body; float64 against cancellation.
-      const auto distances = [](const ForecastSample& s) {
+      const auto distances = [](const Sample& s) {
         return (s.joints[40].to(torch::kDouble).unsqueeze(1) -
                 s.points.slice(0, 0, 200).to(torch::kDouble).unsqueeze(0))
             .norm(2, {2});
@@ -83,7 +83,7 @@ TEST(ForecastData, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
       EXPECT_LT((plain.joints.select(2, 1) - moved.joints.select(2, 1)).abs().max().item<float>(), 1e-5F);
       const torch::Tensor shift = moved.joints[config.past - 1][config.root];
       farthest = std::max(farthest, shift.abs().max().item<double>());
-      const auto yaw = [&](const ForecastSample& s) {
+      const auto yaw = [&](const Sample& s) {
         const torch::Tensor across = s.joints[config.past - 1][1] - s.joints[config.past - 1][2];
         return std::atan2(-across[2].item<double>(), across[0].item<double>());
       };
@@ -101,19 +101,18 @@ TEST(ForecastData, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
   }
 }
 
-TEST(ForecastData, RefusesDataOfAnotherKindThanTheModels) {
+TEST(Data, RefusesDataOfAnotherKindThanTheModels) {
   const TempFolder folder;
-  ForecastConfig config = forecast_preset("compact");
+  Config config = preset("compact");
   using ::testing::HasSubstr;
   const std::string slow = write_walkers(folder / "slow", 25), data = write_walkers(folder / "data");
-  EXPECT_THAT(refusal_of([&] { ForecastData({slow}, "all", config, 5); }),
-              HasSubstr("25 frames a second, the model 30"));
+  EXPECT_THAT(refusal_of([&] { Data({slow}, "all", config, 5); }), HasSubstr("25 frames a second, the model 30"));
   config.joints = 21;
-  EXPECT_THAT(refusal_of([&] { ForecastData({data}, "all", config, 5); }), HasSubstr("has 22 joints, the model 21"));
-  EXPECT_THAT(refusal_of([&] { ForecastData({folder / "none"}, "all", config, 5); }), HasSubstr(folder / "none"));
+  EXPECT_THAT(refusal_of([&] { Data({data}, "all", config, 5); }), HasSubstr("has 22 joints, the model 21"));
+  EXPECT_THAT(refusal_of([&] { Data({folder / "none"}, "all", config, 5); }), HasSubstr(folder / "none"));
 }
 
-TEST(ForecastData, NamesTheClipThatIsFarFromItsScene) {
+TEST(Data, NamesTheClipThatIsFarFromItsScene) {
   const TempFolder folder;
   const std::string path = folder / "data";
   Dataset data = create_dataset(path, {});
@@ -122,7 +121,7 @@ TEST(ForecastData, NamesTheClipThatIsFarFromItsScene) {
   write_clip(data, entry, walker(90, 1));
   data.clips = {entry};
   write_index(data);
-  const ForecastData windows({path}, "train", forecast_preset("compact"), 5);
+  const Data windows({path}, "train", preset("compact"), 5);
   EXPECT_THAT(refusal_of([&] { windows.sample(0, 1, false); }),
               ::testing::AllOf(::testing::HasSubstr("clips/far.npz"), ::testing::HasSubstr("within 2.5 m")));
 }
@@ -145,4 +144,4 @@ TEST(PointsNear, AreDistinctWhereThereAreEnoughElseEachAtLeastOnce) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -2,8 +2,8 @@
 #include "inhabit/forecast/config.h"
 
 /// A network small enough to build in every test.
-inline inhabit::ForecastConfig small_forecast_config() {
-  inhabit::ForecastConfig config;
+inline inhabit::Config small_forecast_config() {
+  inhabit::Config config;
   config.preset = "small";
   config.past = 6;
   config.future = 9;

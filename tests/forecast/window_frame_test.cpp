@@ -7,11 +7,11 @@
 #include "inhabit/math/rotation.h"
 #include "largest.h"
 
-namespace inhabit {
+namespace inhabit::forecast {
 namespace {
 
 TEST(WindowFrame, ThePersonStandsAtTheOriginAndFacesPlusZ) {
-  const ForecastConfig config = forecast_preset("compact");
+  const Config config = preset("compact");
   for (const double yaw : {0.0, 0.7, 1.6, 3.1, -2.2}) {
     const torch::Tensor past = walker(config.past, 1.2, yaw, 1, 3, -2).joints;
     const torch::Tensor window = window_frame(past, config).to_window(past);
@@ -24,7 +24,7 @@ TEST(WindowFrame, ThePersonStandsAtTheOriginAndFacesPlusZ) {
 }
 
 TEST(WindowFrame, GoesThereAndBack) {
-  const ForecastConfig config = forecast_preset("compact");
+  const Config config = preset("compact");
   const torch::Tensor past = walker(config.past, 0.8, 2.4, 1, -1, 4).joints, points = torch::randn({50, 3});
   const WindowFrame frame = window_frame(past, config);
   EXPECT_LT(largest(frame.to_world(frame.to_window(points)) - points), 1e-5);
@@ -35,7 +35,7 @@ TEST(WindowFrame, GoesThereAndBack) {
 }
 
 TEST(WindowFrame, AClipTurnedByAnyYawGivesTheSameWindow) {
-  const ForecastConfig config = forecast_preset("compact");
+  const Config config = preset("compact");
   const torch::Tensor past = walker(config.past, 1.1, 0.4, 1, 0.5, 0.5).joints, points = torch::randn({50, 3});
   const WindowFrame frame = window_frame(past, config);
   for (const double yaw : {0.3, 1.5707963, 2.9, -1.1, 3.1415926}) {
@@ -48,7 +48,7 @@ TEST(WindowFrame, AClipTurnedByAnyYawGivesTheSameWindow) {
 }
 
 TEST(WindowFrame, KeepsTheWorldsAxesWhereTheModelDoes) {
-  const ForecastConfig config = forecast_preset("paper");
+  const Config config = preset("paper");
   ASSERT_TRUE(config.hips.empty());
   const torch::Tensor past = walker(config.past, 1.2, 0.7, 1).joints;
   const WindowFrame frame = window_frame(past, config);
@@ -57,4 +57,4 @@ TEST(WindowFrame, KeepsTheWorldsAxesWhereTheModelDoes) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::forecast

@@ -7,37 +7,35 @@
 
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(InbetweenConfig, ComesBackFromItsJson) {
-  InbetweenConfig c = inbetween_preset("compact");
+TEST(Config, ComesBackFromItsJson) {
+  Config c = preset("compact");
   c.t_star = 20;
   c.multipliers = {1, 3, 2};
   c.scene_encoder.depth = 5;
   c.guidance = 1.5;
   c.local_scene = false;
-  EXPECT_TRUE(inbetween_config_from_json(to_json(c), "here") == c);
+  EXPECT_TRUE(config_from_json(to_json(c), "here") == c);
 }
 
-TEST(InbetweenConfig, PresetsAreThePapersAndACompactOne) {
-  const InbetweenConfig paper = inbetween_preset("paper"), compact = inbetween_preset("compact");
-  EXPECT_TRUE(paper == InbetweenConfig());
+TEST(Config, PresetsAreThePapersAndACompactOne) {
+  const Config paper = preset("paper"), compact = preset("compact");
+  EXPECT_TRUE(paper == Config());
   EXPECT_EQ(paper.mask_channels(), 1);
   EXPECT_EQ(compact.mask_channels(), kMaskChannels);
   EXPECT_EQ(compact.preset, "compact");
   EXPECT_LT(compact.width, paper.width);
   EXPECT_EQ(compact.frames, paper.frames);
-  for (const InbetweenConfig& c : {paper, compact}) validate(c, "preset");
-  EXPECT_THAT(refusal_of([] { inbetween_preset("huge"); }), HasSubstr("'huge'"));
+  for (const Config& c : {paper, compact}) validate(c, "preset");
+  EXPECT_THAT(refusal_of([] { preset("huge"); }), HasSubstr("'huge'"));
 }
 
-TEST(InbetweenConfig, RefusesWhatCannotBeBuilt) {
-  const auto refusal = [](const std::string& text) {
-    return refusal_of([&] { inbetween_config_from_json(text, "here"); });
-  };
+TEST(Config, RefusesWhatCannotBeBuilt) {
+  const auto refusal = [](const std::string& text) { return refusal_of([&] { config_from_json(text, "here"); }); };
   EXPECT_EQ(refusal("{}"), "");
   EXPECT_THAT(refusal("{"), HasSubstr("here: the configuration is no JSON"));
   EXPECT_THAT(refusal("[3]"), HasSubstr("no JSON object"));
@@ -70,7 +68,7 @@ TEST(InbetweenConfig, RefusesWhatCannotBeBuilt) {
   }
 }
 
-TEST(InbetweenConfig, ReadsTheSizesOfReleasedWeights) {
+TEST(Config, ReadsTheSizesOfReleasedWeights) {
   const std::map<std::string, std::string> metadata = {
       {"latent_dim", "16"},
       {"dim_mults", "[1, 2]"},
@@ -82,7 +80,7 @@ TEST(InbetweenConfig, ReadsTheSizesOfReleasedWeights) {
       {"t_star", "20"},
       {"diffusion_steps", "1000"},
       {"guidance", "2.5"}};
-  const InbetweenConfig c = released_inbetween_config(metadata, "here");
+  const Config c = released_config(metadata, "here");
   EXPECT_EQ(c.width, 16);
   EXPECT_EQ(c.multipliers, (std::vector<int>{1, 2}));
   EXPECT_EQ(c.scene_encoder.heads, 3);
@@ -93,7 +91,7 @@ TEST(InbetweenConfig, ReadsTheSizesOfReleasedWeights) {
       bad.erase(key);
     else
       bad[key] = value;
-    return refusal_of([&] { released_inbetween_config(bad, "here"); });
+    return refusal_of([&] { released_config(bad, "here"); });
   };
   for (const auto& [key, value] : metadata) {
     EXPECT_THAT(changed(key, ""), HasSubstr("lacks '" + key + "'"));
@@ -104,4 +102,4 @@ TEST(InbetweenConfig, ReadsTheSizesOfReleasedWeights) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -8,7 +8,7 @@
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/scene/query.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -34,15 +34,15 @@ TEST(Detour, TheStraightWayIsBlockedAndTheWayAroundIsNot) {
 
 TEST(Detour, CountsRunsOfAModel) {
   torch::manual_seed(3);
-  InbetweenNetworks networks;
+  Networks networks;
   networks.config = small_inbetween_config();
   networks.config.frames = 32;
   networks.config.padded = 32;
   networks.config.anchors = 64;
   networks.network = untrained(networks.config);
-  networks.mean = torch::zeros({kInbetweenFeatures});
-  networks.deviation = torch::ones({kInbetweenFeatures});
-  InbetweenRequest request;
+  networks.mean = torch::zeros({kFeatureCount});
+  networks.deviation = torch::ones({kFeatureCount});
+  Options request;
   request.steps = 2;
   const DetourScores scores = evaluate_detour(SceneInbetweener(networks), request, 3);
   EXPECT_EQ(scores.runs, 3);
@@ -59,4 +59,4 @@ TEST(Detour, CountsRunsOfAModel) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -12,18 +12,18 @@
 #include "inhabit/scene/shapes.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using testing::HasSubstr;
 using torch::Tensor;
 
-using Fill = std::function<Clip(const InbetweenWindow&, const std::vector<int64_t>&, uint64_t)>;
+using Fill = std::function<Clip(const Window&, const std::vector<int64_t>&, uint64_t)>;
 
 /// A method that gives the truth with its root moved by what `shift` (T, 3) says.
-InbetweenMethod shifted(const std::string& name, const Tensor& shift) {
+Method shifted(const std::string& name, const Tensor& shift) {
   return {name,
-          [shift](const InbetweenWindow& window, const std::vector<int64_t>&, uint64_t) {
+          [shift](const Window& window, const std::vector<int64_t>&, uint64_t) {
             Clip out = window.truth;
             out.trans = out.trans + shift;
             out.joints = out.joints + shift.unsqueeze(1);
@@ -32,8 +32,8 @@ InbetweenMethod shifted(const std::string& name, const Tensor& shift) {
           false};
 }
 
-const InbetweenScores& row(const InbetweenTable& table, const std::string& method) {
-  for (const InbetweenScores& scores : table.rows)
+const Scores& row(const Table& table, const std::string& method) {
+  for (const Scores& scores : table.rows)
     if (scores.method == method) return scores;
   throw std::runtime_error("no row " + method);
 }
@@ -73,8 +73,8 @@ TEST(NoisyKeys, HasTheLevelInCentimetresAndDegreesAndCleanEnds) {
 }
 
 TEST(EvaluateInbetween, TruthScoresAsTruthAndEachFaultInItsOwnNumber) {
-  std::vector<InbetweenWindow> windows = walking_windows(4);
-  for (InbetweenWindow& window : windows) window.truth.trans.select(1, 1).add_(0.5);  // off the floor: nothing skates
+  std::vector<Window> windows = walking_windows(4);
+  for (Window& window : windows) window.truth.trans.select(1, 1).add_(0.5);  // off the floor: nothing skates
   torch::manual_seed(1);
   MotionAutoencoder features;  // untrained convolutions tell motions apart as well, at another scale
   features->deviation.fill_(1e-3);
@@ -84,13 +84,13 @@ TEST(EvaluateInbetween, TruthScoresAsTruthAndEachFaultInItsOwnNumber) {
   for (const int64_t key : {0, 60, 120}) between[key].zero_();
   shake.select(1, 1).copy_(0.01 * torch::cos(M_PI * t));
   slide.select(1, 1).fill_(-0.5);  // down again, where their feet glide over the floor
-  const InbetweenTable table = evaluate_inbetween(
+  const Table table = evaluate(
       windows,
       {shifted("truth", torch::zeros({121, 3})), shifted("up", torch::tensor({0.F, 0.02F, 0.F}).expand({121, 3})),
        shifted("between", between), shifted("shake", shake), shifted("slide", slide)},
       features, {});
   EXPECT_EQ(table.windows, 4);
-  const InbetweenScores &real = row(table, "real motion"), &truth = row(table, "truth");
+  const Scores &real = row(table, "real motion"), &truth = row(table, "truth");
   EXPECT_NEAR(real.fid.mean, 0, 1e-6);
   EXPECT_NEAR(truth.fid.mean, 0, 1e-6);
   EXPECT_EQ(truth.key_error.mean, 0);
@@ -112,7 +112,7 @@ TEST(EvaluateInbetween, TruthScoresAsTruthAndEachFaultInItsOwnNumber) {
 
 TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
   // A post beside the way of somebody who walks along +Z; half a second of stepping aside runs into it.
-  InbetweenWindow window;
+  Window window;
   window.name = "way";
   window.truth = walker(121, 1.0);
   MeshBuilder post;
@@ -122,9 +122,9 @@ TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
   window.scene = scene;
   Tensor aside = torch::zeros({121, 3});
   aside.select(1, 0).slice(0, 50, 70).fill_(0.8F);
-  const InbetweenTable table = evaluate_inbetween(
-      {window}, {shifted("straight", torch::zeros({121, 3})), shifted("aside", aside)}, MotionAutoencoder{nullptr}, {});
-  const InbetweenScores &straight = row(table, "straight"), &into = row(table, "aside");
+  const Table table = evaluate({window}, {shifted("straight", torch::zeros({121, 3})), shifted("aside", aside)},
+                               MotionAutoencoder{nullptr}, {});
+  const Scores &straight = row(table, "straight"), &into = row(table, "aside");
   EXPECT_EQ(straight.frame_ratio.mean, 0);
   EXPECT_GT(into.frame_ratio.mean, 0.1);
   EXPECT_LE(into.frame_ratio.mean, 20. / 121 + 1e-9);
@@ -137,10 +137,10 @@ TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
   EXPECT_TRUE(std::isnan(into.fid.mean));  // without an autoencoder
 
   window.truth = into.method == "aside" ? shifted("", aside).fill(window, {}, 0) : window.truth;
-  const InbetweenTable near_post = evaluate_inbetween(
-      {window}, {shifted("same", torch::zeros({121, 3})), shifted("back", -aside)}, MotionAutoencoder{nullptr}, {});
+  const Table near_post = evaluate({window}, {shifted("same", torch::zeros({121, 3})), shifted("back", -aside)},
+                                   MotionAutoencoder{nullptr}, {});
   EXPECT_EQ(near_post.close_frames, 20);
-  const InbetweenScores& same = row(near_post, "same");
+  const Scores& same = row(near_post, "same");
   EXPECT_NEAR(same.close_frame_ratio.mean * 20, same.frame_ratio.mean * 121, 1e-4);
   EXPECT_NEAR(same.close_vertex_ratio.mean * 20, same.vertex_ratio.mean * 121, 1e-4);
   EXPECT_EQ(same.close_penetration.mean, same.penetration.mean);
@@ -148,33 +148,33 @@ TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
 }
 
 TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
-  const std::vector<InbetweenWindow> windows = walking_windows(2);
+  const std::vector<Window> windows = walking_windows(2);
   struct Seen {
     std::vector<std::pair<std::vector<int64_t>, Tensor>> given;
     std::set<uint64_t> seeds;
   };
   std::map<std::string, Seen> seen;
   const auto watching = [&](const std::string& name, bool random) {
-    return InbetweenMethod{name,
-                           [&seen, name](const InbetweenWindow& w, const std::vector<int64_t>& keys, uint64_t seed) {
-                             seen[name].given.emplace_back(keys, w.given.joints);
-                             seen[name].seeds.insert(seed);
-                             Clip out = w.truth;
-                             out.trans = out.trans + static_cast<float>(seed % 100) * 1e-3F;
-                             out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
-                             return out;
-                           },
-                           random};
+    return Method{name,
+                  [&seen, name](const Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
+                    seen[name].given.emplace_back(keys, w.given.joints);
+                    seen[name].seeds.insert(seed);
+                    Clip out = w.truth;
+                    out.trans = out.trans + static_cast<float>(seed % 100) * 1e-3F;
+                    out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
+                    return out;
+                  },
+                  random};
   };
-  InbetweenEvaluation options;
+  Evaluation options;
   options.seeds = 3;
   int64_t last_done = 0, last_of = 0;
   options.progress = [&](int64_t done, int64_t of) {
     EXPECT_EQ(done, ++last_done);
     last_of = of;
   };
-  const InbetweenTable clean = evaluate_inbetween(windows, {watching("drawn", true), watching("fixed", false)},
-                                                  MotionAutoencoder{nullptr}, options);
+  const Table clean =
+      evaluate(windows, {watching("drawn", true), watching("fixed", false)}, MotionAutoencoder{nullptr}, options);
   EXPECT_EQ(row(clean, "drawn").runs, 3);
   EXPECT_EQ(row(clean, "fixed").runs, 1);
   EXPECT_EQ(seen["drawn"].seeds.size(), 6U);
@@ -188,8 +188,8 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
   options.progress = {};
   options.noise = 1;
   options.keyframes = {"random:0.3"};
-  const InbetweenTable noisy = evaluate_inbetween(windows, {watching("drawn", true), watching("fixed", false)},
-                                                  MotionAutoencoder{nullptr}, options);
+  const Table noisy =
+      evaluate(windows, {watching("drawn", true), watching("fixed", false)}, MotionAutoencoder{nullptr}, options);
   EXPECT_EQ(row(noisy, "fixed").runs, 3);
   ASSERT_EQ(seen["drawn"].given.size(), 6U);
   ASSERT_EQ(seen["fixed"].given.size(), 6U);
@@ -198,7 +198,7 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
     EXPECT_TRUE(seen["drawn"].given[i].second.equal(seen["fixed"].given[i].second));
   }
   // The input as it is: off by the noise, and restless.
-  const InbetweenScores &input = row(noisy, "noisy input"), &calm = row(noisy, "real motion");
+  const Scores &input = row(noisy, "noisy input"), &calm = row(noisy, "real motion");
   EXPECT_EQ(input.runs, 3);
   EXPECT_GT(input.error.mean, 10);
   EXPECT_GT(input.jerk_ratio.mean, 5);
@@ -207,67 +207,65 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
   EXPECT_FALSE(seen["drawn"].given[0].second.equal(seen["drawn"].given[1].second));
   const auto before = seen["drawn"].given;
   seen.clear();
-  evaluate_inbetween(windows, {watching("drawn", true)}, MotionAutoencoder{nullptr}, options);
+  evaluate(windows, {watching("drawn", true)}, MotionAutoencoder{nullptr}, options);
   for (size_t i = 0; i < 6; ++i) EXPECT_TRUE(seen["drawn"].given[i].second.equal(before[i].second));
 }
 
 TEST(EvaluateInbetween, MeasuresJointsOfThePosesNotOfTheRecording) {
-  std::vector<InbetweenWindow> windows = walking_windows(1);
+  std::vector<Window> windows = walking_windows(1);
   windows[0].truth.joints = windows[0].truth.joints + 0.03;  // that the skeleton only comes near to
-  const InbetweenTable table = evaluate_inbetween(windows, interpolation_methods(), MotionAutoencoder{nullptr}, {});
+  const Table table = evaluate(windows, interpolation_methods(), MotionAutoencoder{nullptr}, {});
   EXPECT_NEAR(row(table, "linear + slerp").key_error.mean, 0, 1e-2);
   EXPECT_NEAR(row(table, "cubic spline").key_error.mean, 0, 1e-2);
   EXPECT_GT(row(table, "linear + slerp").error.mean, 5);
 }
 
 TEST(EvaluateInbetween, RefusesWhatCannotBeMeasured) {
-  const std::vector<InbetweenWindow> windows = walking_windows(1);
-  const auto refused = [&](const std::vector<InbetweenWindow>& over, const Fill& fill) {
-    return refusal_of([&] { evaluate_inbetween(over, {{"method", fill, true}}, MotionAutoencoder{nullptr}, {}); });
+  const std::vector<Window> windows = walking_windows(1);
+  const auto refused = [&](const std::vector<Window>& over, const Fill& fill) {
+    return refusal_of([&] { evaluate(over, {{"method", fill, true}}, MotionAutoencoder{nullptr}, {}); });
   };
-  const auto truth = [](const InbetweenWindow& w, const std::vector<int64_t>&, uint64_t) { return w.truth; };
+  const auto truth = [](const Window& w, const std::vector<int64_t>&, uint64_t) { return w.truth; };
   EXPECT_THAT(refused({}, truth), HasSubstr("no window"));
-  EXPECT_THAT(refused(windows, [](const InbetweenWindow& w, const auto&, uint64_t) { return slice(w.truth, 0, 60); }),
+  EXPECT_THAT(refused(windows, [](const Window& w, const auto&, uint64_t) { return slice(w.truth, 0, 60); }),
               AllOf(HasSubstr("method on walk 0"), HasSubstr("number of frames")));
   EXPECT_THAT(refused(windows,
-                      [](const InbetweenWindow& w, const auto&, uint64_t) {
+                      [](const Window& w, const auto&, uint64_t) {
                         Clip out = w.truth;
                         out.joints = out.joints * NAN;
                         return out;
                       }),
               HasSubstr("method on walk 0"));
-  std::vector<InbetweenWindow> positions = windows;
+  std::vector<Window> positions = windows;
   positions[0].truth.rotations = torch::Tensor();
   EXPECT_THAT(refused(positions, truth), HasSubstr("no rotations"));
-  InbetweenEvaluation none;
+  Evaluation none;
   none.seeds = 0;
-  EXPECT_THAT(refusal_of([&] { evaluate_inbetween(windows, {}, MotionAutoencoder{nullptr}, none); }),
-              HasSubstr("seeds"));
+  EXPECT_THAT(refusal_of([&] { evaluate(windows, {}, MotionAutoencoder{nullptr}, none); }), HasSubstr("seeds"));
   none.seeds = 1;
   none.keyframes = {};
-  EXPECT_THAT(refusal_of([&] { evaluate_inbetween(windows, {}, MotionAutoencoder{nullptr}, none); }),
+  EXPECT_THAT(refusal_of([&] { evaluate(windows, {}, MotionAutoencoder{nullptr}, none); }),
               HasSubstr("choice of key frames"));
 }
 
 TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
-  InbetweenEvaluation options;
+  Evaluation options;
   options.keyframes = {"every:60", "ends"};
   options.seeds = 2;
   options.noise = 0.5;
-  const InbetweenTable table =
-      evaluate_inbetween(walking_windows(2), interpolation_methods(), MotionAutoencoder{nullptr}, options);
+  const Table table = evaluate(walking_windows(2), interpolation_methods(), MotionAutoencoder{nullptr}, options);
   ASSERT_EQ(table.rows.size(), 6U);  // real, noisy input, two methods with two choices of keys
   const std::string main_table = table_text(table);
   for (const char* title : {"FID", "Foot Skating", "Jerk", "MPJE Key", "MPJE All", "Coll. Frames", "Pene. Max",
                             "linear + slerp, every:60", "cubic spline, ends", "noise of level 0.5", "2 seeds"})
     EXPECT_THAT(main_table, HasSubstr(title));
   EXPECT_THAT(main_table, testing::Not(HasSubstr("+-")));
-  EXPECT_THAT(table_text(table, InbetweenLayout::seeds), HasSubstr(" +- "));
-  EXPECT_THAT(table_text(table, InbetweenLayout::close), HasSubstr("closer to the scene than 8 cm"));
-  EXPECT_THAT(table_text(table, InbetweenLayout::settings), testing::Not(HasSubstr("Foot Skating")));
-  InbetweenTable one = table;
+  EXPECT_THAT(table_text(table, Layout::seeds), HasSubstr(" +- "));
+  EXPECT_THAT(table_text(table, Layout::close), HasSubstr("closer to the scene than 8 cm"));
+  EXPECT_THAT(table_text(table, Layout::settings), testing::Not(HasSubstr("Foot Skating")));
+  Table one = table;
   one.rows = {table.rows[0], table.rows[1], table.rows[2], table.rows[4]};
-  EXPECT_THAT(table_text(one, InbetweenLayout::keys), HasSubstr("\nends "));
+  EXPECT_THAT(table_text(one, Layout::keys), HasSubstr("\nends "));
   const nlohmann::ordered_json json = table_json(table);
   EXPECT_EQ(json["windows"], 2);
   EXPECT_EQ(json["rows"].size(), 6U);
@@ -277,4 +275,4 @@ TEST(InbetweenTables, HaveThePapersColumnsAndRows) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -6,7 +6,7 @@
 
 #include "inbetween/small_network.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -16,7 +16,7 @@ void expect_same(const Tensor& got, const Tensor& expected) {
   EXPECT_LT((got - expected).abs().max().item<double>(), 2e-5 * expected.abs().max().item<double>());
 }
 
-Tensor fast_through(FastDenoiser& fast, InbetweenNetwork network, const NetworkInput& in) {
+Tensor fast_through(FastDenoiser& fast, Denoiser network, const NetworkInput& in) {
   return fast.forward(in.x, in.mask, network->embed_offsets(in.offsets, in.keys), in.steps,
                       network->embed_scene(in.occupancy) + network->embed_shape(in.shape));
 }
@@ -26,12 +26,12 @@ TEST(FastDenoiser, SaysWhatTheNetworkSays) {
   const int before = at::get_num_threads();
   for (const std::vector<int>& multipliers : {std::vector<int>{1, 2}, {2, 2, 2}, {1, 2, 3, 2}}) {
     for (const bool parts : {true, false}) {
-      InbetweenConfig c = small_inbetween_config();
+      Config c = small_inbetween_config();
       c.width = 24;  // neither the vectors' nor the column blocks' multiple
       c.multipliers = multipliers;
       c.local_scene = parts;
       c.partial_keys = parts;
-      InbetweenNetwork network = untrained(c);
+      Denoiser network = untrained(c);
       FastDenoiser fast(network);
       for (const int threads : {1, 3}) {
         at::set_num_threads(threads);
@@ -49,11 +49,11 @@ TEST(FastDenoiser, SaysWhatTheNetworkSays) {
 
 TEST(FastDenoiser, ForgetsTheLastClip) {
   const torch::NoGradGuard no_gradients;
-  InbetweenConfig c = small_inbetween_config();
-  InbetweenNetwork network = untrained(c);
+  Config c = small_inbetween_config();
+  Denoiser network = untrained(c);
   FastDenoiser fast(network);
   for (const int frames : {16, 9, 13}) {  // a longer clip before a shorter one leaves nothing behind its end
-    InbetweenConfig of_length = c;
+    Config of_length = c;
     of_length.frames = frames;
     const NetworkInput in(of_length, 2);
     expect_same(fast_through(fast, network, in), in.through(network));
@@ -62,8 +62,8 @@ TEST(FastDenoiser, ForgetsTheLastClip) {
 
 TEST(FastDenoiser, GuidesAsTwoCallsDo) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_inbetween_config();
-  InbetweenNetwork network = untrained(c);
+  const Config c = small_inbetween_config();
+  Denoiser network = untrained(c);
   FastDenoiser fast(network);
   const NetworkInput in(c, 2);
   const Tensor local = network->embed_offsets(in.offsets, in.keys), scene = network->embed_scene(in.occupancy),
@@ -74,4 +74,4 @@ TEST(FastDenoiser, GuidesAsTwoCallsDo) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

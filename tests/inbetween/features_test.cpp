@@ -10,18 +10,18 @@
 #include "largest.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
 
 TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
   const Clip clip = walker(20, 1.1, 0.7, 1, 0.4, -2);
-  const Tensor features = inbetween_features(clip);
-  ASSERT_EQ(features.sizes(), (torch::IntArrayRef{20, kInbetweenFeatures}));
+  const Tensor features = clip_features(clip);
+  ASSERT_EQ(features.sizes(), (torch::IntArrayRef{20, kFeatureCount}));
   EXPECT_EQ(largest_difference(features.slice(1, 0, 3), clip.root_path()), 0);
   EXPECT_EQ(largest_difference(features.slice(1, kJointFeature).view({20, 22, 3}), clip.joints), 0);
-  EXPECT_LT(largest_difference(feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
+  EXPECT_LT(largest_difference(anticipate::feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
   const Clip back = clip_of_features(features, clip);
   EXPECT_LT(largest_difference(back.joints, clip.joints), 1e-5);
   EXPECT_LT(largest_difference(back.trans, clip.trans), 1e-6);
@@ -30,8 +30,8 @@ TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
 
 TEST(InbetweenFeatures, BonesMayDifferInABatch) {
   const Clip clip = walker(4, 1, 0, 1);
-  const Tensor features = inbetween_features(clip), bones = clip.skeleton.offsets;
-  const Tensor both = feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
+  const Tensor features = clip_features(clip), bones = clip.skeleton.offsets;
+  const Tensor both = anticipate::feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
   EXPECT_LT(largest_difference(both[0], clip.joints), 1e-5);
   // Twice as tall about the same root.
   const Tensor root = clip.root_path().unsqueeze(1);
@@ -41,12 +41,12 @@ TEST(InbetweenFeatures, BonesMayDifferInABatch) {
 TEST(InbetweenFeatures, NeedRotationsOnTheStandardSkeleton) {
   Clip clip = walker(4, 1);
   clip.rotations = Tensor();
-  EXPECT_THAT(refusal_of([&] { inbetween_features(clip); }), ::testing::HasSubstr("rotations"));
+  EXPECT_THAT(refusal_of([&] { clip_features(clip); }), ::testing::HasSubstr("rotations"));
 }
 
 TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
   const Clip clip = walker(400, 1, 0.3, 1);
-  const Tensor clean = inbetween_features(clip);
+  const Tensor clean = clip_features(clip);
   std::mt19937_64 random(3);
   const Tensor noisy = noisy_features(clean, clip.skeleton.offsets, 1, random);
   EXPECT_TRUE(torch::equal(noisy[0], clean[0]));
@@ -56,7 +56,7 @@ TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
   const Tensor turned =
       matrix_to_axis_angle(feature_rotations(clean).transpose(-1, -2).matmul(feature_rotations(noisy)));
   EXPECT_NEAR(turned.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
-  EXPECT_LT(largest_difference(feature_joints(noisy, clip.skeleton.offsets),
+  EXPECT_LT(largest_difference(anticipate::feature_joints(noisy, clip.skeleton.offsets),
                                noisy.slice(1, kJointFeature).view({400, 22, 3})),
             1e-5);
   EXPECT_TRUE(torch::equal(noisy_features(clean, clip.skeleton.offsets, 0, random), clean));
@@ -81,13 +81,15 @@ TEST(BodyShapeFeatures, FollowStatureAndGirth) {
 TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
   torch::manual_seed(6);
   const Clip clip = walker(9, 1, 0.3, 1);
-  const Tensor features = inbetween_features(clip);
+  const Tensor features = clip_features(clip);
   Tensor bones = clip.skeleton.offsets;
   const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
   const Tensor turned = with_rest_turned(features, turns, bones);
-  EXPECT_LT(
-      (feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
-      1e-4);
+  EXPECT_LT((anticipate::feature_joints(turned, bones) - anticipate::feature_joints(features, clip.skeleton.offsets))
+                .abs()
+                .max()
+                .item<double>(),
+            1e-4);
   EXPECT_GT((feature_rotations(turned) - feature_rotations(features)).abs().max().item<double>(), 0.1);
   EXPECT_TRUE(torch::equal(turned.slice(1, kJointFeature), features.slice(1, kJointFeature)));
   // A joint's own frame turns, not that of its parent's rest: the root's first.
@@ -100,7 +102,7 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
 Tensor knee_bent(const Tensor& degrees) {
   Tensor turns = torch::zeros({degrees.size(0), kStandardJoints, 3});
   turns.select(1, 4).select(1, 0).copy_(degrees * (M_PI / 180));
-  Tensor features = torch::zeros({1, kInbetweenFeatures, degrees.size(0)});
+  Tensor features = torch::zeros({1, kFeatureCount, degrees.size(0)});
   features[0]
       .slice(0, kOrientFeature, kJointFeature)
       .copy_(matrix_to_rotation6d(axis_angle_to_matrix(turns)).flatten(1).t());
@@ -113,10 +115,10 @@ Tensor knee_bend(const Tensor& features) {
   return turns.select(1, 4).select(1, 0) * (180 / M_PI);
 }
 
-const Tensor kMean = torch::full({kInbetweenFeatures}, 0.1), kDeviation = torch::full({kInbetweenFeatures}, 0.3);
+const Tensor kMean = torch::full({kFeatureCount}, 0.1), kDeviation = torch::full({kFeatureCount}, 0.3);
 
 TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
-  GivenFeatures given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kInbetweenFeatures, 11})};
+  GivenFeatures given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kFeatureCount, 11})};
   for (const int64_t key : {0, 10}) given.mask.select(2, key).fill_(1);
   const Tensor between = interpolate_given_poses(given, kMean, kDeviation);
   EXPECT_LT(largest_difference(knee_bend(between), torch::linspace(0, 170, 11)), 0.1);
@@ -127,7 +129,7 @@ TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
 
 TEST(GivenPoses, WhatAPredictionMissesByMuchIsMadeUpForAsATurn) {
   const Tensor truth = torch::full({61}, 150.F);
-  GivenFeatures given{knee_bent(truth), torch::zeros({1, kInbetweenFeatures, 61})};
+  GivenFeatures given{knee_bent(truth), torch::zeros({1, kFeatureCount, 61})};
   given.mask.select(2, 0).fill_(1);
   const Tensor led = knee_bend(lead_poses_to_given(knee_bent(torch::zeros({61})), given, 30, kMean, kDeviation));
   EXPECT_NEAR(led[0].item<double>(), 150, 0.1);
@@ -137,4 +139,4 @@ TEST(GivenPoses, WhatAPredictionMissesByMuchIsMadeUpForAsATurn) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

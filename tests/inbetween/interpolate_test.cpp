@@ -12,7 +12,7 @@
 #include "inhabit/math/random.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using testing::HasSubstr;
@@ -135,4 +135,4 @@ TEST(InterpolateSpline, HasNoKinkAtKeysWhereTheLinearOneHas) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -6,7 +6,7 @@
 
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using testing::ElementsAre;
@@ -74,7 +74,7 @@ TEST(GivenGroups, NameJointsAndTheRootsPath) {
 TEST(FeatureMask, SpreadsEachGroupOverItsFeatures) {
   // A value of its own for each group shows up exactly where the group's features are.
   const torch::Tensor mask = feature_mask(torch::arange(25).to(torch::kFloat32).expand({2, 3, 25}));
-  ASSERT_EQ(mask.sizes(), (torch::IntArrayRef{2, 3, kInbetweenFeatures}));
+  ASSERT_EQ(mask.sizes(), (torch::IntArrayRef{2, 3, kFeatureCount}));
   const torch::Tensor one = mask[1][2];
   EXPECT_TRUE(one.slice(0, 0, 3).eq(0).all().item<bool>());
   EXPECT_TRUE(one.slice(0, 3, 9).eq(1).all().item<bool>());
@@ -86,4 +86,4 @@ TEST(FeatureMask, SpreadsEachGroupOverItsFeatures) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

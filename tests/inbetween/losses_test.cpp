@@ -6,7 +6,7 @@
 #include "forecast/walker.h"
 #include "inhabit/inbetween/features.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -14,16 +14,16 @@ using torch::Tensor;
 struct Setting {
   Clip clip = walker(12, 1, 0.2, 1);
   Tensor mean, deviation, truth, bones;
-  InbetweenConfig config = inbetween_preset("compact");
+  Config config = preset("compact");
   Setting() {
-    const Tensor features = inbetween_features(clip);
+    const Tensor features = clip_features(clip);
     mean = features.mean(0);
     deviation = features.std(0).clamp_min(0.01);
     truth = ((features - mean) / deviation).t().unsqueeze(0);
     bones = clip.skeleton.offsets.unsqueeze(0);
   }
   Tensor term(const Tensor& predicted, const std::string& name) const {
-    for (const auto& [key, value] : inbetween_loss_terms(predicted, truth, bones, mean, deviation, config))
+    for (const auto& [key, value] : loss_terms(predicted, truth, bones, mean, deviation, config))
       if (key == name) return value;
     ADD_FAILURE() << name;
     return {};
@@ -43,7 +43,7 @@ TEST(InbetweenLosses, AShiftOfTheRootIsOneOfAllJointsButNoVelocity) {
   EXPECT_NEAR(s.term(shifted, "joints").item<double>(), 4.0 / 3, 1e-3)
       << "two units, squared, in one of three directions";
   EXPECT_LT(s.term(shifted, "velocity").item<double>(), 1e-6);
-  const double simple = std::pow(0.6 / s.deviation[0].item<double>(), 2) / kInbetweenFeatures;
+  const double simple = std::pow(0.6 / s.deviation[0].item<double>(), 2) / kFeatureCount;
   EXPECT_NEAR(s.term(shifted, "simple").item<double>(), simple, 1e-4 * simple);
   EXPECT_NEAR(s.term(shifted, "total").item<double>(), simple + s.config.joints_weight * 4.0 / 3, 1e-2);
 }
@@ -66,7 +66,7 @@ TEST(InbetweenLosses, StandingFeetThatMoveCost) {
   sliding.select(1, 0).add_(slide);  // 6 mm a frame along x, a fiftieth of the unit
   EXPECT_NEAR(s.term(sliding, "feet").item<double>(), 0.0004 / 3, 1e-6);
   // Feet that move in truth may.
-  for (int64_t x = kJointFeature; x < kInbetweenFeatures; x += 3)
+  for (int64_t x = kJointFeature; x < kFeatureCount; x += 3)
     s.truth.select(1, x).add_(0.012 / s.deviation[x] * torch::arange(12));
   EXPECT_EQ(s.term(s.truth, "feet").item<double>(), 0);
 }
@@ -76,8 +76,8 @@ TEST(InbetweenLosses, GradientsAreThoseOfTheValues) {
   torch::manual_seed(4);
   const Tensor at = (s.truth + 0.3 * torch::randn_like(s.truth)).to(torch::kFloat64);
   const auto total = [&](const Tensor& x) {
-    return inbetween_loss_terms(x, s.truth.to(torch::kFloat64), s.bones.to(torch::kFloat64), s.mean.to(torch::kFloat64),
-                                s.deviation.to(torch::kFloat64), s.config)
+    return loss_terms(x, s.truth.to(torch::kFloat64), s.bones.to(torch::kFloat64), s.mean.to(torch::kFloat64),
+                      s.deviation.to(torch::kFloat64), s.config)
         .front()
         .second;
   };
@@ -92,4 +92,4 @@ TEST(InbetweenLosses, GradientsAreThoseOfTheValues) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

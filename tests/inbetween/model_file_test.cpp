@@ -14,32 +14,32 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using torch::Tensor;
 
-InbetweenNetworks small_networks() {
-  InbetweenNetworks n;
+Networks small_networks() {
+  Networks n;
   n.config = small_inbetween_config();
   n.config.partial_keys = true;
   n.config.t_star = 5;
   n.network = untrained(n.config);
-  n.mean = torch::randn({kInbetweenFeatures});
-  n.deviation = torch::rand({kInbetweenFeatures}) + 0.01;
+  n.mean = torch::randn({kFeatureCount});
+  n.deviation = torch::rand({kFeatureCount}) + 0.01;
   return n;
 }
 
 TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
   const torch::NoGradGuard no_gradients;
   const TempFolder folder;
-  InbetweenNetworks saved = small_networks();
+  Networks saved = small_networks();
   saved.network->train();
-  save_inbetween_networks(folder / "m.safetensors", saved);
+  save_networks(folder / "m.safetensors", saved);
   saved.network->eval();
-  const InbetweenNetworks loaded = load_inbetween_networks(folder / "m.safetensors");
+  const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.config == saved.config);
   EXPECT_TRUE(torch::equal(loaded.mean, saved.mean));
   EXPECT_TRUE(torch::equal(loaded.deviation, saved.deviation));
@@ -51,10 +51,10 @@ TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
 TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
   const torch::NoGradGuard no_gradients;
   const TempFolder folder;
-  const InbetweenNetworks saved = small_networks();
-  save_inbetween_networks(folder / "whole.safetensors", saved);
-  save_inbetween_networks(folder / "half.safetensors", saved, /*half=*/true);
-  const InbetweenNetworks half = load_inbetween_networks(folder / "half.safetensors");
+  const Networks saved = small_networks();
+  save_networks(folder / "whole.safetensors", saved);
+  save_networks(folder / "half.safetensors", saved, /*half=*/true);
+  const Networks half = load_networks(folder / "half.safetensors");
   const NetworkInput in(saved.config, 2);
   const Tensor exact = in.through(saved.network);
   EXPECT_LT(largest(in.through(half.network) - exact), 0.01 * largest(exact));
@@ -65,19 +65,19 @@ TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
 
 TEST(InbetweenModelFile, CompactWeightsStayUnderSixteenMebibytes) {
   const TempFolder folder;
-  InbetweenNetworks n = small_networks();
-  n.config = inbetween_preset("compact");
-  n.network = InbetweenNetwork(n.config);
-  save_inbetween_networks(folder / "half.safetensors", n, /*half=*/true);
+  Networks n = small_networks();
+  n.config = preset("compact");
+  n.network = Denoiser(n.config);
+  save_networks(folder / "half.safetensors", n, /*half=*/true);
   EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"), 16U << 20);
 }
 
 TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   const TempFolder folder;
   const std::string path = folder / "m.safetensors";
-  save_inbetween_networks(path, small_networks());
+  save_networks(path, small_networks());
   const SafeTensors good = read_safetensors(path);
-  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_inbetween_networks(file); }); };
+  const auto refusal = [&](const std::string& file) { return refusal_of([&] { load_networks(file); }); };
   const auto changed = [&](const std::function<void(SafeTensors&)>& change) {
     SafeTensors bad = good;
     for (auto& [name, tensor] : bad.tensors) tensor = tensor.clone();
@@ -97,7 +97,7 @@ TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{"; }), HasSubstr("no JSON"));
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"widht": 4})"; }), HasSubstr("'widht'"));
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"width": -4})"; }), HasSubstr("out of range"));
-  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = to_json(inbetween_preset("compact")); }), HasSubstr("not ["))
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = to_json(preset("compact")); }), HasSubstr("not ["))
       << "a network of other sizes";
   for (const char* name :
        {"scale.mean", "scale.deviation", "net.unet.downs.0.0.blocks.0.block1.0.weight", "net.unet.ups.0.3.conv.bias",
@@ -118,4 +118,4 @@ TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

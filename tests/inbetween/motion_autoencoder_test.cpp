@@ -11,7 +11,7 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using testing::HasSubstr;
@@ -110,4 +110,4 @@ TEST(MotionAutoencoder, RefusesWhatIsNoWindowAndFilesThatAreNoAutoencoder) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -7,21 +7,21 @@
 #include "inbetween/small_network.h"
 #include "largest.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
 
-TEST(InbetweenNetwork, ShapesHoldWhateverPartsThereAre) {
+TEST(Denoiser, ShapesHoldWhateverPartsThereAre) {
   const torch::NoGradGuard no_gradients;
   for (int parts = 0; parts < 16; ++parts) {
     SCOPED_TRACE(parts);
-    InbetweenConfig c = small_inbetween_config();
+    Config c = small_inbetween_config();
     c.global_scene = parts & 1;
     c.local_scene = parts & 2;
     c.body_shape = parts & 4;
     c.partial_keys = parts & 8;
-    InbetweenNetwork network = untrained(c);
+    Denoiser network = untrained(c);
     const NetworkInput in(c, 3);
     EXPECT_EQ(network->embed_scene(in.occupancy).sizes(), (std::vector<int64_t>{3, c.width}));
     EXPECT_EQ(network->embed_shape(in.shape).sizes(), (std::vector<int64_t>{3, c.width}));
@@ -43,10 +43,10 @@ TEST(InbetweenNetwork, ShapesHoldWhateverPartsThereAre) {
   }
 }
 
-TEST(InbetweenNetwork, GradientsReachEveryParameter) {
-  InbetweenConfig c = small_inbetween_config();
+TEST(Denoiser, GradientsReachEveryParameter) {
+  Config c = small_inbetween_config();
   c.partial_keys = true;
-  InbetweenNetwork network = untrained(c);
+  Denoiser network = untrained(c);
   const NetworkInput in(c, 2);
   (in.through(network) - in.x).square().mean().backward();
   for (const auto& p : network->named_parameters()) {
@@ -56,16 +56,16 @@ TEST(InbetweenNetwork, GradientsReachEveryParameter) {
   }
 }
 
-TEST(InbetweenNetwork, StartsWithoutAnOpinion) {
+TEST(Denoiser, StartsWithoutAnOpinion) {
   torch::manual_seed(1);
-  const InbetweenConfig c = small_inbetween_config();
-  EXPECT_EQ(largest(NetworkInput(c, 2).through(InbetweenNetwork(c))), 0);
+  const Config c = small_inbetween_config();
+  EXPECT_EQ(largest(NetworkInput(c, 2).through(Denoiser(c))), 0);
 }
 
-TEST(InbetweenNetwork, EveryInputMatters) {
+TEST(Denoiser, EveryInputMatters) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_inbetween_config();
-  InbetweenNetwork network = untrained(c);
+  const Config c = small_inbetween_config();
+  Denoiser network = untrained(c);
   const NetworkInput in(c, 2);
   const Tensor before = in.through(network);
   const auto changed_by = [&](const auto& change) {
@@ -83,10 +83,10 @@ TEST(InbetweenNetwork, EveryInputMatters) {
   EXPECT_EQ(changed_by([](auto& i) { i.offsets = i.offsets * (1 + 5 * (1 - i.keys)).unsqueeze(1).unsqueeze(1); }), 0);
 }
 
-TEST(InbetweenNetwork, AScenesPlaceMatters) {
+TEST(Denoiser, AScenesPlaceMatters) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_inbetween_config();
-  InbetweenNetwork network = untrained(c);
+  const Config c = small_inbetween_config();
+  Denoiser network = untrained(c);
   const Tensor free = torch::full({1, kSceneHeight, kSceneSide, kSceneSide}, -1.F);
   Tensor ahead = free.clone(), behind = free.clone();
   ahead.slice(3, 30, 40).slice(2, 20, 28).fill_(1);
@@ -94,10 +94,10 @@ TEST(InbetweenNetwork, AScenesPlaceMatters) {
   EXPECT_GT(largest(network->embed_scene(ahead) - network->embed_scene(behind)), 1e-3);
 }
 
-TEST(InbetweenNetwork, SamplesOfABatchDoNotSeeEachOther) {
+TEST(Denoiser, SamplesOfABatchDoNotSeeEachOther) {
   const torch::NoGradGuard no_gradients;
-  const InbetweenConfig c = small_inbetween_config();
-  InbetweenNetwork network = untrained(c);
+  const Config c = small_inbetween_config();
+  Denoiser network = untrained(c);
   const NetworkInput in(c, 3);
   NetworkInput one = in;
   for (Tensor* t : {&one.x, &one.mask, &one.occupancy, &one.offsets, &one.keys, &one.shape, &one.steps})
@@ -106,4 +106,4 @@ TEST(InbetweenNetwork, SamplesOfABatchDoNotSeeEachOther) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -9,7 +9,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "largest.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -83,4 +83,4 @@ TEST(ReachGiven, TheBodyComesAlongWhereTheRootIsFree) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

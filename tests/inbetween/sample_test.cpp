@@ -13,7 +13,7 @@
 #include "refusal_of.h"
 #include "temp_folder.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using ::testing::HasSubstr;
@@ -60,36 +60,36 @@ TEST(AnchorPositions, LieOnTheSkinWhereTheClipStands) {
   EXPECT_GT(anchors[0].select(1, 1).max().item<double>(), 1.5) << "and on the head";
 }
 
-InbetweenConfig short_windows() {
-  InbetweenConfig config = inbetween_preset("compact");
+Config short_windows() {
+  Config config = preset("compact");
   config.frames = 31;
   config.padded = 32;
   return config;
 }
 
-TEST(InbetweenData, HasEveryWholeWindowOfClipsThatHaveAScene) {
+TEST(Data, HasEveryWholeWindowOfClipsThatHaveAScene) {
   const TempFolder folder;
   const std::string path = write_walkers(folder / "data");
-  EXPECT_EQ(InbetweenData({path}, "train", short_windows(), 30).size(), 3);  // starts 0, 30, 60 of 120 frames
-  EXPECT_EQ(InbetweenData({path}, "all", short_windows(), 30).size(), 9);
-  InbetweenConfig slow = short_windows();
+  EXPECT_EQ(Data({path}, "train", short_windows(), 30).size(), 3);  // starts 0, 30, 60 of 120 frames
+  EXPECT_EQ(Data({path}, "all", short_windows(), 30).size(), 9);
+  Config slow = short_windows();
   slow.rate = 25;
-  EXPECT_THAT(refusal_of([&] { InbetweenData({path}, "all", slow, 30); }), HasSubstr("frames a second"));
+  EXPECT_THAT(refusal_of([&] { Data({path}, "all", slow, 30); }), HasSubstr("frames a second"));
 }
 
-TEST(InbetweenData, WindowsAreCanonicalAndSeeTheirScene) {
+TEST(Data, WindowsAreCanonicalAndSeeTheirScene) {
   const TempFolder folder;
-  const InbetweenData data({write_walkers(folder / "data", 30, 1)}, "all", short_windows(), 30);
+  const Data data({write_walkers(folder / "data", 30, 1)}, "all", short_windows(), 30);
   for (int64_t i = 0; i < data.size(); ++i) {
-    const InbetweenSample s = data.sample(i);
-    ASSERT_EQ(s.features.sizes(), (torch::IntArrayRef{31, kInbetweenFeatures}));
+    const Sample s = data.sample(i);
+    ASSERT_EQ(s.features.sizes(), (torch::IntArrayRef{31, kFeatureCount}));
     EXPECT_TRUE(torch::equal(s.features, data.features(i)));
     EXPECT_LT(s.features[0].slice(0, 0, 3).index({torch::tensor({0, 2})}).abs().max().item<double>(), 1e-5);
     EXPECT_NEAR(s.features[30][2].item<double>(), 1.2, 0.02) << "goes ahead for a second";
     // The floor is all there is: every offset points straight down, as far as its anchor is high.
     EXPECT_LT(s.offsets.select(2, 0).abs().max().item<double>(), 2e-3);
     EXPECT_LT(s.offsets.select(2, 2).abs().max().item<double>(), 2e-3);
-    const InbetweenData::Window window = data.window(i);
+    const Data::Window window = data.window(i);
     EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.clip).select(2, 1)).abs().max().item<double>(), 2e-3);
     const double root = window.clip.joints[0][0][1].item<double>();
     const auto floor_cell = static_cast<int64_t>(std::floor((1.2 - root) / 0.1));
@@ -100,4 +100,4 @@ TEST(InbetweenData, WindowsAreCanonicalAndSeeTheirScene) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

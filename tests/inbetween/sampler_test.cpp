@@ -12,7 +12,7 @@
 #include "largest.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using ::testing::HasSubstr;
@@ -306,4 +306,4 @@ TEST(LeadToGiven, TakesAwayWhatIsOffAtNoisyKeysAllAlongAndNoNoise) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -16,29 +16,29 @@
 #include "largest.h"
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using ::testing::HasSubstr;
 using torch::Tensor;
 
 /// Windows of 121 frames, partial keys, weights of no training.
-InbetweenNetworks networks(int t_star = 0) {
-  InbetweenNetworks out;
-  out.config = inbetween_preset("compact");
+Networks networks(int t_star = 0) {
+  Networks out;
+  out.config = preset("compact");
   out.config.width = 32;
   out.config.multipliers = {1, 1};
   out.config.scene_encoder = {12, 16, 1, 2, 8, 16};
   out.config.t_star = t_star;
   out.network = untrained(out.config);
-  const Tensor features = inbetween_features(walker(121, 1, 0, 1));
+  const Tensor features = clip_features(walker(121, 1, 0, 1));
   out.mean = features.mean(0);
   out.deviation = features.std(0).clamp_min(0.01);
   return out;
 }
 
-InbetweenRequest request(const std::string& keys, int64_t frames) {
-  InbetweenRequest out;
+Options request(const std::string& keys, int64_t frames) {
+  Options out;
   out.keys = key_frames(keys, frames);
   out.steps = 4;
   return out;
@@ -47,7 +47,7 @@ InbetweenRequest request(const std::string& keys, int64_t frames) {
 TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
-  const InbetweenRequest r = request("every:60", 121);
+  const Options r = request("every:60", 121);
   const Clip filled = inbetweener.fill(clip, floor_scene(), r);
   ASSERT_EQ(filled.frames(), 121);
   for (const int64_t key : r.keys) EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 1e-3) << key;
@@ -66,7 +66,7 @@ TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
 TEST(SceneInbetweener, TheSeedSaysEverything) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(50, 1, 0, 1);
-  InbetweenRequest r = request("ends", 50);
+  Options r = request("ends", 50);
   const Clip a = inbetweener.fill(clip, floor_scene(), r), b = inbetweener.fill(clip, floor_scene(), r);
   EXPECT_TRUE(torch::equal(a.joints, b.joints));
   r.seed = 2;
@@ -77,7 +77,7 @@ TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
   for (const int t_star : {0, 20}) {
     const SceneInbetweener inbetweener(networks(t_star));
     const Clip clip = walker(250, 1, 0.4, 1);
-    InbetweenRequest r = request("every:30", 250);
+    Options r = request("every:30", 250);
     int64_t done = 0, all = 0;
     r.progress = [&](int64_t d, int64_t a) {
       EXPECT_EQ(d, ++done);
@@ -97,7 +97,7 @@ TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
 TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(61, 1, 0, 1);
-  InbetweenRequest r = request("every:30", 61);
+  Options r = request("every:30", 61);
   r.given = given_groups("pelvis,left_wrist");
   const Clip filled = inbetweener.fill(clip, floor_scene(2, 90, 90), r);
   EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
@@ -110,7 +110,7 @@ TEST(SceneInbetweener, JointsThatPartialKeysGiveAreReached) {
   const Clip clip = walker(91, 1, 0, 1);
   for (const std::string joints :
        {"head", "pelvis,left_wrist", "left_wrist,right_wrist", "left_foot", "right_ankle,left_wrist,neck"}) {
-    InbetweenRequest r = request("every:30", 91);
+    Options r = request("every:30", 91);
     r.given = given_groups(joints);
     const Clip filled = inbetweener.fill(clip, floor_scene(), r);
     for (const int64_t key : {30, 60})
@@ -130,7 +130,7 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
   const Scene floor = floor_scene();
   const Clip clip = walker(200, 1);
   const auto refused = [&](const Clip& c, const std::vector<int64_t>& keys) {
-    InbetweenRequest r;
+    Options r;
     r.keys = keys;
     return refusal_of([&] { inbetweener.fill(c, floor, r); });
   };
@@ -150,7 +150,7 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
     (broken.*part)[100].fill_(NAN);
     EXPECT_THAT(refused(broken, {0, 100, 199}), HasSubstr("finite"));
   }
-  InbetweenNetworks other = networks();
+  Networks other = networks();
   other.config.anchors = 6;
   EXPECT_THAT(refusal_of([&] { SceneInbetweener{other}; }), HasSubstr("6 anchors"));
 }
@@ -171,7 +171,7 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 0.5, 0, 1);
   const Scene room = room_ahead();
-  const InbetweenRequest r = request("ends", 121);
+  const Options r = request("ends", 121);
   const Clip filled = inbetweener.fill(clip, room, r);
   EXPECT_FALSE(torch::allclose(filled.joints, inbetweener.fill(clip, floor_scene(), r).joints, 0, 1e-2))
       << "the room is seen";
@@ -188,4 +188,4 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

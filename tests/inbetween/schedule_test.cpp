@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 TEST(DiffusionSchedule, FollowsTheCosine) {
@@ -55,4 +55,4 @@ TEST(DiffusionSchedule, DiffusesEachSampleAtItsOwnStep) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

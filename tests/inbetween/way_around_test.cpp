@@ -8,7 +8,7 @@
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 using torch::Tensor;
@@ -67,8 +67,8 @@ TEST(WaysAround, TurnWithThePerson) {
 }
 
 TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
-  const Tensor deviation = torch::full({kInbetweenFeatures}, 0.5), between = torch::zeros({1, kInbetweenFeatures, 3});
-  Tensor ways = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kInbetweenFeatures, 3});
+  const Tensor deviation = torch::full({kFeatureCount}, 0.5), between = torch::zeros({1, kFeatureCount, 3});
+  Tensor ways = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kFeatureCount, 3});
   ways[0][1] = torch::tensor({0.1F, -0.2F});
   mask[0][kJointFeature + 3] = 1;  // x of the second joint
   const Tensor moved = along_ways(between, ways, mask, deviation)[0];
@@ -83,4 +83,4 @@ TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

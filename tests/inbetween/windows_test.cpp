@@ -9,7 +9,7 @@
 
 #include "refusal_of.h"
 
-namespace inhabit {
+namespace inhabit::inbetween {
 namespace {
 
 std::vector<int64_t> every(int64_t n, int64_t frames) {
@@ -69,4 +69,4 @@ TEST(FillWindows, RefuseKeysOutOfReach) {
 }
 
 }  // namespace
-}  // namespace inhabit
+}  // namespace inhabit::inbetween

@@ -49,29 +49,29 @@ void expect_close(const Tensor& got, const Tensor& expected, const std::string& 
 }
 
 void check_contact_forecast(const std::string& path, const SafeTensors& content) {
-  const ForecastNetworks networks = load_forecast_networks(path);
-  ContactNetwork contact = networks.contact;
-  MotionNetwork motion = networks.motion;
+  const forecast::Networks networks = forecast::load_networks(path);
+  forecast::ContactNetwork contact = networks.contact;
+  forecast::MotionNetwork motion = networks.motion;
   ASSERT_FALSE(contact.is_empty());
   ASSERT_FALSE(motion.is_empty());
-  const ForecastConfig& config = networks.config;
+  const forecast::Config& config = networks.config;
   torch::NoGradGuard no_gradients;
 
   const Tensor scene = tensor(content, "in.scene").unsqueeze(0);
   const Tensor past = tensor(content, "in.motion").slice(0, 0, config.past).unsqueeze(0);
-  const Tensor dct_in = contact_features(scene, past, config);
+  const Tensor dct_in = forecast::contact_features(scene, past, config);
   expect_close(dct_in[0], tensor(content, "out.contact_dct_in"), "contact DCT in");
   const Tensor dct_out = contact->forward(scene, dct_in, past);
   expect_close(dct_out[0], tensor(content, "out.contact_dct"), "contact DCT out");
-  const Tensor points = contact_points(scene, dct_out, config);
+  const Tensor points = forecast::contact_points(scene, dct_out, config);
   expect_close(points[0], tensor(content, "out.contact_points"), "contact points");
-  const MotionForecast forecast = motion->forward(past, points);
+  const forecast::MotionForecast forecast = motion->forward(past, points);
   expect_close(forecast.root_path[0], tensor(content, "out.root_path"), "root path");
   expect_close(forecast.local[0], tensor(content, "out.local_pose"), "local poses");
 
-  const Tensor fast_dct = FastContactNetwork(contact).forward(scene, dct_in, past);
+  const Tensor fast_dct = forecast::FastContactNetwork(contact).forward(scene, dct_in, past);
   expect_close(fast_dct[0], tensor(content, "out.contact_dct"), "contact DCT out, fast");
-  const MotionForecast fast = FastMotionNetwork(motion).forward(past, points);
+  const forecast::MotionForecast fast = forecast::FastMotionNetwork(motion).forward(past, points);
   expect_close(fast.root_path[0], tensor(content, "out.root_path"), "root path, fast");
   expect_close(fast.local[0], tensor(content, "out.local_pose"), "local poses, fast");
 }
@@ -102,21 +102,21 @@ void check_motion_scores(const std::string& path, const SafeTensors& content) {
 
 /// What the in-betweening files give of a clip, and the guided denoiser over it.
 struct InbetweenCase {
-  InbetweenNetwork network;
-  GivenFeatures given;
+  inbetween::Denoiser network;
+  inbetween::GivenFeatures given;
   Tensor mask, local, scene, shape;
 
-  InbetweenCase(const InbetweenNetworks& networks, const SafeTensors& content) : network(networks.network) {
+  InbetweenCase(const inbetween::Networks& networks, const SafeTensors& content) : network(networks.network) {
     const Tensor keys = tensor(content, "in.keyframe_mask");
     mask = keys.unsqueeze(1);
-    given = {tensor(content, "in.keyframes"), mask.expand({1, kInbetweenFeatures, keys.size(1)}),
+    given = {tensor(content, "in.keyframes"), mask.expand({1, inbetween::kFeatureCount, keys.size(1)}),
              networks.config.t_star};
     local = network->embed_offsets(tensor(content, "in.bps"), keys);
     scene = network->embed_scene(tensor(content, "in.occupancy"));
     shape = network->embed_shape(tensor(content, "in.body_shape"));
   }
   Tensor denoised(const Tensor& x, const Tensor& step, bool with_scene) {
-    return network->forward(impute(x, given, step), mask, local, step, with_scene ? scene + shape : shape);
+    return network->forward(inbetween::impute(x, given, step), mask, local, step, with_scene ? scene + shape : shape);
   }
   Tensor guided(const Tensor& x, const Tensor& step) {
     const Tensor without = denoised(x, step, false);
@@ -126,21 +126,21 @@ struct InbetweenCase {
 
 void check_inbetween_denoiser(const std::string& path, const SafeTensors& content) {
   torch::NoGradGuard no_gradients;
-  InbetweenCase c(load_inbetween_networks(path), content);
+  InbetweenCase c(inbetween::load_networks(path), content);
   const Tensor x = tensor(content, "in.x_t"), step = tensor(content, "in.timestep");
   expect_close(c.denoised(x, step, true), tensor(content, "out.x0_cond"), "with the scene");
   expect_close(c.denoised(x, step, false), tensor(content, "out.x0_uncond"), "without");
   expect_close(c.guided(x, step), tensor(content, "out.x0_guided_w2.5"), "guided");
-  FastDenoiser fast(c.network);
-  expect_close(fast.guided(impute(x, c.given, step), c.mask, c.local, step.item<int64_t>(), c.scene, c.shape,
+  inbetween::FastDenoiser fast(c.network);
+  expect_close(fast.guided(inbetween::impute(x, c.given, step), c.mask, c.local, step.item<int64_t>(), c.scene, c.shape,
                            c.network->config.guidance),
                tensor(content, "out.x0_guided_w2.5"), "guided, fast");
 }
 
 void check_inbetween_sampler(const std::string& path, const SafeTensors& content) {
   torch::NoGradGuard no_gradients;
-  InbetweenCase c(load_inbetween_networks(path), content);
-  const DiffusionSchedule schedule = cosine_schedule(c.network->config.diffusion_steps);
+  InbetweenCase c(inbetween::load_networks(path), content);
+  const inbetween::DiffusionSchedule schedule = inbetween::cosine_schedule(c.network->config.diffusion_steps);
   for (const auto& [name, values] : {std::pair("betas", schedule.betas),
                                      {"alphas_cumprod", schedule.alphas_cumprod},
                                      {"posterior_variance", schedule.posterior_variance},
@@ -150,7 +150,7 @@ void check_inbetween_sampler(const std::string& path, const SafeTensors& content
   const Tensor noise = tensor(content, "in.noise"), expected = tensor(content, "out.sample");
   Tensor last;  // the release leaves the ends as the last evaluation has them; ours takes them from the keys
   const Tensor got = sample(
-      schedule, Sampler::ddpm, schedule.steps(),
+      schedule, inbetween::Sampler::ddpm, schedule.steps(),
       [&](const Tensor& x, int64_t t) { return last = c.guided(x, torch::full({1}, t, torch::kInt64)); }, c.given,
       [&](int64_t number) { return noise[number].unsqueeze(0); });
   expect_close(last, expected, "last evaluation of the loop");
