@@ -86,7 +86,7 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
       futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
   const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
     const auto place = torch::zeros({features.size(0), 3}), heading = torch::zeros({features.size(0)});
-    return inbetween::feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
+    return feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
   };
   const Tensor root =
       (way(futures.slice(1, 0, known)) - way(truth.slice(0, 0, known).unsqueeze(0))).norm(2, {2}).mean(0);
@@ -159,8 +159,8 @@ Table evaluate(const Networks& networks, const std::vector<Sequence>& test, cons
   std::optional<FastFutures> ours;
   if (!networks.pose.is_empty()) ours.emplace(networks);
 
-  std::map<std::string, std::vector<Window>> windows;
-  for (const Window& window : test_windows(test, c, options.windows))
+  std::map<std::string, std::vector<Cut>> windows;
+  for (const Cut& window : test_windows(test, c, options.windows))
     windows[test[window.sequence].action].push_back(window);
   for (const std::string& action : actions_of(test)) {
     if (windows.count(action) == 0) {
@@ -172,7 +172,7 @@ Table evaluate(const Networks& networks, const std::vector<Sequence>& test, cons
     for (const Sequence& s : test)
       if (s.action == action) real_speed.add(joint_speed(feature_poses(s.features), c.rate));
     std::vector<std::vector<Scores>> scores;
-    for (const Window& window : windows[action]) {
+    for (const Cut& window : windows[action]) {
       const Tensor& features = test[window.sequence].features;
       const Tensor past = observation(features, window.now, c.observed), truth = features.slice(0, window.now);
       std::vector<Scores> rows;
@@ -266,7 +266,7 @@ double validation_ndms(const Networks& networks, const std::vector<Sequence>& se
   const auto frames = static_cast<int64_t>(10 * c.rate);
   std::map<std::string, Mean> actions;
   std::map<std::string, WordIndex> databases;
-  for (const Window& window : test_windows(sequences, c, kWindows)) {
+  for (const Cut& window : test_windows(sequences, c, kWindows)) {
     const Sequence& s = sequences[window.sequence];
     auto database = databases.find(s.action);
     if (database == databases.end())
@@ -283,7 +283,7 @@ double validation_ndms(const Networks& networks, const std::vector<Sequence>& se
 double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences) {
   const Config& c = networks.config;
   Mean mean;
-  for (const Window& window : test_windows(sequences, c, 32)) {
+  for (const Cut& window : test_windows(sequences, c, 32)) {
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);

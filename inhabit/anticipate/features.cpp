@@ -28,7 +28,7 @@ Tensor feature_poses(const Tensor& features) {
   return torch::cat({torch::zeros_like(pose.narrow(-2, 0, 1)), pose}, -2);
 }
 
-Tensor inbetween::feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
+Tensor feature_joints(const Tensor& features, const Tensor& root, const Tensor& heading) {
   return placed_poses(feature_poses(features), features.narrow(-1, kPoseFeatures, 4), root, heading);
 }
 

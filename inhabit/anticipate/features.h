@@ -17,7 +17,7 @@ torch::Tensor feature_poses(const torch::Tensor& features);
 
 /// Joints in the world (..., T, 22, 3) of features that follow on a frame with the root at `root` (..., 3) and
 /// `heading` (...).
-torch::Tensor inbetween::feature_joints(const torch::Tensor& features, const torch::Tensor& root,
+torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& root,
                                         const torch::Tensor& heading);
 
 /// Mean and deviation (F) that features are standardised with.

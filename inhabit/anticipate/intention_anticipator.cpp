@@ -73,7 +73,7 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Options& o
   out.labels = futures.labels;
 
   const Tensor last = seen[seen.size(0) - 1];
-  const Tensor joints = inbetween::feature_joints(futures.features, last[0].expand({options.samples, 3}),
+  const Tensor joints = feature_joints(futures.features, last[0].expand({options.samples, 3}),
                                                   headings(last).expand({options.samples}));
   out.futures.resize(static_cast<size_t>(options.samples));
   nn::parallel_chunks(options.samples, [&](int64_t s) {

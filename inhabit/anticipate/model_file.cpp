@@ -32,7 +32,7 @@ void load_network(Network& network, const Network& fresh, const std::string& pre
 
 }  // namespace
 
-nn::TrajectoryGraph forecast::make_trajectory_network(const Config& c) {
+nn::TrajectoryGraph make_trajectory_network(const Config& c) {
   return nn::TrajectoryGraph(kFeatureCount, c.ltd_past, c.ltd_future, c.ltd_hidden, c.ltd_blocks);
 }
 
@@ -73,7 +73,7 @@ Networks load_networks(const std::string& path) {
   if (nn::has_parameters(content, "seq2seq_net."))
     load_network(n.seq2seq, Seq2SeqNetwork(n.config), "seq2seq_net.", content, path);
   if (nn::has_parameters(content, "trajectory_net."))
-    load_network(n.trajectory, forecast::make_trajectory_network(n.config), "trajectory_net.", content, path);
+    load_network(n.trajectory, make_trajectory_network(n.config), "trajectory_net.", content, path);
   if (n.intention.is_empty() && n.pose.is_empty() && n.seq2seq.is_empty() && n.trajectory.is_empty())
     throw Error(path, "holds no network");
   return n;

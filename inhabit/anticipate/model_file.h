@@ -22,7 +22,7 @@ struct Networks {
 };
 
 /// A new network of the config's sizes.
-nn::TrajectoryGraph forecast::make_trajectory_network(const Config& config);
+nn::TrajectoryGraph make_trajectory_network(const Config& config);
 
 /// Writes whichever networks are there. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -56,11 +56,11 @@ Tensor observation(const Tensor& features, int64_t now, int64_t observed) {
   return rows(features, now - observed, observed);
 }
 
-std::vector<Window> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action) {
+std::vector<Cut> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action) {
   const auto second = static_cast<int64_t>(config.rate);
-  std::vector<Window> out;
+  std::vector<Cut> out;
   for (const auto& [action, members] : by_action(sequences)) {
-    std::vector<Window> possible;
+    std::vector<Cut> possible;
     for (const size_t i : members) {
       const int64_t frames = sequences[i].features.size(0);
       const int64_t latest = frames - second >= config.observed ? frames - second : frames - kLeastFuture;
@@ -79,7 +79,7 @@ Data::Data(std::vector<Sequence> sequences, const Networks& networks) : config_(
       features_.push_back(networks.scale.to_network(features));
       labels_.push_back(intention_labels(intention_poses(features), networks.clusters));
     }
-  std::map<std::string, std::vector<Window>> windows;
+  std::map<std::string, std::vector<Cut>> windows;
   size_t most = 0;
   for (const auto& [action, members] : by_action(sequences)) {
     for (const size_t i : members)
@@ -91,7 +91,7 @@ Data::Data(std::vector<Sequence> sequences, const Networks& networks) : config_(
     for (size_t i = 0; i < std::min(most, 8 * some.size()); ++i) windows_.push_back(some[i % some.size()]);
 }
 
-Data::Window Data::window(int64_t index, bool mirrored) const {
+Data::Sample Data::sample(int64_t index, bool mirrored) const {
   const auto& [sequence, now] = windows_[static_cast<size_t>(index)];
   const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
   const int64_t first = now - config_.observed, frames = config_.observed + config_.future;

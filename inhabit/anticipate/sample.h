@@ -31,7 +31,7 @@ IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, co
 torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t observed);
 
 /// Where sequences are cut into windows: `now` is the first future frame.
-struct Window {
+struct Cut {
   size_t sequence = 0;
   int64_t now = 0;
 };
@@ -39,7 +39,7 @@ struct Window {
 /// Windows for a test: up to `per_action` of every action, spread evenly over its recordings. Each is observed for
 /// config.observed frames and has a second of future; recordings too short for that are observed for as long as 0.4 s
 /// of future leave, and such with less than kappa frames then are left out.
-std::vector<Window> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action);
+std::vector<Cut> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action);
 
 /// Training data: every recording and its mirror image, with intention labels.
 class Data {
@@ -50,19 +50,19 @@ class Data {
   /// Windows, each action's repeated (up to eight times) until it has as many as the largest.
   int64_t size() const { return static_cast<int64_t>(windows_.size()); }
 
-  struct Window {
+  struct Sample {
     torch::Tensor frames;    ///< (observed + future, F) standardised; what lies beyond the recording repeats its end
     torch::Tensor labels;    ///< (observed + max(label_frames, future + gamma - 1)) int64
     int64_t first = 0;       ///< first frame of `frames` that was recorded
     int64_t last = 0;        ///< one past the last that was
     int64_t last_label = 0;  ///< one past the last label that was
   };
-  Window window(int64_t index, bool mirrored) const;
+  Sample sample(int64_t index, bool mirrored) const;
 
  private:
   Config config_;
   std::vector<torch::Tensor> features_, labels_;  // 2 i: sequence i, 2 i + 1: its mirror image
-  std::vector<Window> windows_;
+  std::vector<Cut> windows_;
 };
 
 }  // namespace inhabit::anticipate

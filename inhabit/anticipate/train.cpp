@@ -109,7 +109,7 @@ Batch intention_batch(const Data& data, const Config& c, const std::vector<int64
     return torch::tensor(out);
   };
   for (const int64_t index : indices) {
-    const auto window = data.window(index, chance(random, 0.5));
+    const auto window = data.sample(index, chance(random, 0.5));
     windows.push_back(window.frames);
     labels.push_back(window.labels);
     weights.push_back((torch::arange(c.observed, c.observed + c.future) < window.last).to(torch::kFloat32));
@@ -219,7 +219,7 @@ Batch compared_batch(const Data& data, const Config& c, const std::vector<int64_
   std::mt19937_64 random(seed);
   std::vector<Tensor> windows, known;
   for (const int64_t index : indices) {
-    const auto window = data.window(index, chance(random, 0.5));
+    const auto window = data.sample(index, chance(random, 0.5));
     windows.push_back(window.frames);
     known.push_back((torch::arange(c.observed, c.observed + frames) < window.last).to(torch::kFloat32));
   }
@@ -236,7 +236,7 @@ TrainTask compared_task(const std::string& name, Networks& networks, const Data&
   TrainTask task;
   task.name = name;
   if (name == "trajectory")
-    task.module = (networks.trajectory = forecast::make_trajectory_network(c)).ptr();
+    task.module = (networks.trajectory = make_trajectory_network(c)).ptr();
   else
     task.module = (networks.seq2seq = Seq2SeqNetwork(c)).ptr();
   task.samples = data.size();

@@ -11,7 +11,7 @@ constexpr const char* kSystem = "contact-forecast";
 
 }  // namespace
 
-nn::TrajectoryGraph anticipate::make_trajectory_network(const Config& c) {
+nn::TrajectoryGraph make_trajectory_network(const Config& c) {
   return nn::TrajectoryGraph(3 * c.joints, c.past, c.future, c.trajectory_hidden, c.trajectory_blocks);
 }
 
@@ -53,7 +53,7 @@ Networks load_networks(const std::string& path) {
     nn::load_parameters(*networks.no_contact, "no_contact_net.", content, path);
   }
   if (nn::has_parameters(content, "trajectory_net.")) {
-    networks.trajectory = anticipate::make_trajectory_network(networks.config);
+    networks.trajectory = make_trajectory_network(networks.config);
     nn::load_parameters(*networks.trajectory, "trajectory_net.", content, path);
   }
   if (networks.contact.is_empty() && networks.motion.is_empty() && networks.no_contact.is_empty() &&

@@ -16,7 +16,7 @@ struct Networks {
 };
 
 /// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).
-nn::TrajectoryGraph anticipate::make_trajectory_network(const Config& config);
+nn::TrajectoryGraph make_trajectory_network(const Config& config);
 
 /// Writes whichever networks are there, with the config in the metadata. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -248,7 +248,7 @@ bool train(const Training& options) {
   // it anew; a network without weights is not written.
   torch::manual_seed(options.seed);
   Networks model{config, ContactNetwork(config), MotionNetwork(config), MotionNetwork(config, /*with_contact=*/false),
-                 anticipate::make_trajectory_network(config)};
+                 make_trajectory_network(config)};
   const bool keep = std::filesystem::exists(options.out) &&
                     (options.resume || stages.size() < stages_of(Training::Stage::both).size());
   for (size_t s = first; s < stages.size(); ++s) {

@@ -64,7 +64,7 @@ Tensor feature_rotations(const Tensor& features) {
   return rotation6d_to_matrix(features.slice(-1, kOrientFeature, kJointFeature).reshape(shape));
 }
 
-Tensor anticipate::feature_joints(const Tensor& features, const Tensor& offsets) {
+Tensor feature_joints(const Tensor& features, const Tensor& offsets) {
   // The root feature is the joint itself, so that the skeleton's own place of it does not count.
   const Tensor bones = torch::cat({torch::zeros_like(offsets.slice(-2, 0, 1)), offsets.slice(-2, 1)}, -2).unsqueeze(-3);
   return forward_kinematics(standard_parents(), bones, feature_rotations(features), features.slice(-1, 0, 3)).positions;
@@ -122,7 +122,7 @@ Tensor noisy_features(const Tensor& features, const Tensor& bones, double level,
   const Tensor turns = torch::randn({inner, kStandardJoints, 3}, generator) * (level * M_PI / 180);
   const Tensor rotations = torch::matmul(feature_rotations(middle), axis_angle_to_matrix(turns));
   middle.slice(1, kOrientFeature, kJointFeature).copy_(matrix_to_rotation6d(rotations).reshape({inner, -1}));
-  middle.slice(1, kJointFeature).copy_(anticipate::feature_joints(middle, bones).reshape({inner, -1}));
+  middle.slice(1, kJointFeature).copy_(feature_joints(middle, bones).reshape({inner, -1}));
   return torch::cat({features.slice(0, 0, 1), middle, features.slice(0, inner + 1)});
 }
 

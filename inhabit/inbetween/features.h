@@ -22,7 +22,7 @@ torch::Tensor feature_rotations(const torch::Tensor& features);
 
 /// Joint positions (..., T, 22, 3) by forward kinematics from the features' rotations and root.
 /// @param features (..., T, 201); @param offsets (..., 22, 3) metres, the bones of each person.
-torch::Tensor anticipate::feature_joints(const torch::Tensor& features, const torch::Tensor& offsets);
+torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& offsets);
 
 /// `like` with the motion that `features` (T, 201) name: rotations, trans, and joints by forward kinematics.
 Clip clip_of_features(const torch::Tensor& features, const Clip& like);

@@ -14,7 +14,7 @@ std::vector<std::pair<std::string, Tensor>> loss_terms(const Tensor& predicted, 
   constexpr double kStill = 0.01;  // metres that a standing foot moves at most from one frame to the next
   const auto in_units = [&](const Tensor& features) { return features.transpose(1, 2) * deviation + mean; };
   const Tensor simple = (truth - predicted).square().mean();                   // Eq. 1
-  const Tensor here = anticipate::feature_joints(in_units(predicted), bones);  // (B, T, 22, 3)
+  const Tensor here = feature_joints(in_units(predicted), bones);  // (B, T, 22, 3)
   const Tensor there = in_units(truth).slice(2, kJointFeature).reshape(here.sizes());
   const Tensor moved = (there - here) / kUnit;
   const auto steps_of_feet = [&](const Tensor& joints) {  // (B, T - 1, 4, 3)

@@ -35,7 +35,7 @@ TEST(TestWindows, AreSpreadOverAllRecordingsOfAnAction) {
   const std::vector<Sequence> two = {
       {"a", "walk", counted(100)}, {"b", "wave", counted(40)}, {"c", "walk", counted(100)}};
   std::map<size_t, int64_t> count;
-  for (const Window& window : test_windows(two, c, 8)) {
+  for (const Cut& window : test_windows(two, c, 8)) {
     ++count[window.sequence];
     EXPECT_GE(window.now, c.observed);
     EXPECT_LE(window.now + 25, two[window.sequence].features.size(0));
@@ -50,7 +50,7 @@ TEST(TestWindows, OfShortRecordingsSeeWhatThereIsAndTheShortestAreLeftOut) {
   const Config c = small_anticipate_config();  // kappa 8
   const auto nows = [&](int64_t frames) {
     std::vector<int64_t> out;
-    for (const Window& window : test_windows({{"a", "walk", counted(frames)}}, c, 1000)) out.push_back(window.now);
+    for (const Cut& window : test_windows({{"a", "walk", counted(frames)}}, c, 1000)) out.push_back(window.now);
     return out;
   };
   EXPECT_EQ(nows(37), (std::vector<int64_t>{12}));
@@ -89,7 +89,7 @@ TEST(Data, WindowsRepeatFramesThatWereNotRecorded) {
   const Tensor all = networks.scale.to_network(recording.features);
   const Tensor labels = intention_labels(intention_poses(recording.features), networks.clusters);
 
-  const auto early = data.window(0, false);  // the future begins at frame 8
+  const auto early = data.sample(0, false);  // the future begins at frame 8
   EXPECT_EQ(early.frames.sizes(), (torch::IntArrayRef{28, kFeatureCount}));
   EXPECT_EQ(early.first, 4);
   EXPECT_EQ(early.last, 28);
@@ -97,7 +97,7 @@ TEST(Data, WindowsRepeatFramesThatWereNotRecorded) {
   EXPECT_TRUE(torch::equal(early.frames.slice(0, 0, 4), all.slice(0, 0, 1).expand({4, -1})));
   EXPECT_TRUE(torch::equal(early.labels.slice(0, 4), labels.slice(0, 0, 27)));
 
-  const auto late = data.window(data.size() - 1, false);  // at frame 30
+  const auto late = data.sample(data.size() - 1, false);  // at frame 30
   EXPECT_EQ(late.first, 0);
   EXPECT_EQ(late.last, 22);
   EXPECT_TRUE(torch::equal(late.frames.slice(0, 0, 22), all.slice(0, 18)));
@@ -114,11 +114,11 @@ TEST(Data, LabelsGoOnBeyondTheFrames) {
   const auto recording = people(60)[0];
   const Data data({recording}, networks);
   const Tensor labels = intention_labels(intention_poses(recording.features), networks.clusters);
-  const auto early = data.window(4, false);  // the future begins at frame 12
+  const auto early = data.sample(4, false);  // the future begins at frame 12
   EXPECT_EQ(early.last, 28);
   EXPECT_EQ(early.last_label, 37);
   EXPECT_TRUE(torch::equal(early.labels, labels.slice(0, 0, 37)));
-  EXPECT_EQ(data.window(data.size() - 1, false).last_label, 22) << "ten frames before the end";
+  EXPECT_EQ(data.sample(data.size() - 1, false).last_label, 22) << "ten frames before the end";
 }
 
 TEST(Data, MirroredWindowsAreThoseOfTheMotionInAMirror) {
@@ -126,11 +126,11 @@ TEST(Data, MirroredWindowsAreThoseOfTheMotionInAMirror) {
   const auto recording = people(40)[2];  // waves the right arm
   const Data data({recording}, networks);
   const Tensor mirrored = mirrored_features(recording.features);
-  const auto window = data.window(10, true);  // the future begins at frame 18
+  const auto window = data.sample(10, true);  // the future begins at frame 18
   EXPECT_TRUE(torch::allclose(window.frames, networks.scale.to_network(mirrored.slice(0, 6, 34)), 0, 1e-6));
   EXPECT_TRUE(
       torch::equal(window.labels, intention_labels(intention_poses(mirrored), networks.clusters).slice(0, 6, 37)));
-  EXPECT_FALSE(torch::allclose(window.frames, data.window(10, false).frames, 0, 0.1));
+  EXPECT_FALSE(torch::allclose(window.frames, data.sample(10, false).frames, 0, 0.1));
 }
 
 TEST(Data, RareActionsAreShownMoreOften) {

@@ -41,7 +41,7 @@ inline inhabit::Networks untrained(const inhabit::Config& config = small_anticip
   if (config.intention) n.intention = IntentionNetwork(config);
   n.pose = PoseNetwork(config);
   n.seq2seq = Seq2SeqNetwork(config);
-  n.trajectory = forecast::make_trajectory_network(config);
+  n.trajectory = make_trajectory_network(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();

@@ -52,7 +52,7 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
   model.contact->eval();
   model.no_contact = MotionNetwork(model.config, false);
   model.no_contact->eval();
-  model.trajectory = anticipate::make_trajectory_network(model.config);
+  model.trajectory = make_trajectory_network(model.config);
   model.trajectory->eval();
 
   const Table table = evaluate(model, data);

@@ -21,7 +21,7 @@ TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
   ASSERT_EQ(features.sizes(), (torch::IntArrayRef{20, kFeatureCount}));
   EXPECT_EQ(largest_difference(features.slice(1, 0, 3), clip.root_path()), 0);
   EXPECT_EQ(largest_difference(features.slice(1, kJointFeature).view({20, 22, 3}), clip.joints), 0);
-  EXPECT_LT(largest_difference(anticipate::feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
+  EXPECT_LT(largest_difference(feature_joints(features, clip.skeleton.offsets), clip.joints), 1e-5);
   const Clip back = clip_of_features(features, clip);
   EXPECT_LT(largest_difference(back.joints, clip.joints), 1e-5);
   EXPECT_LT(largest_difference(back.trans, clip.trans), 1e-6);
@@ -31,7 +31,7 @@ TEST(InbetweenFeatures, ComeBackAsTheSameMotion) {
 TEST(InbetweenFeatures, BonesMayDifferInABatch) {
   const Clip clip = walker(4, 1, 0, 1);
   const Tensor features = clip_features(clip), bones = clip.skeleton.offsets;
-  const Tensor both = anticipate::feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
+  const Tensor both = feature_joints(torch::stack({features, features}), torch::stack({bones, 2 * bones}));
   EXPECT_LT(largest_difference(both[0], clip.joints), 1e-5);
   // Twice as tall about the same root.
   const Tensor root = clip.root_path().unsqueeze(1);
@@ -56,7 +56,7 @@ TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
   const Tensor turned =
       matrix_to_axis_angle(feature_rotations(clean).transpose(-1, -2).matmul(feature_rotations(noisy)));
   EXPECT_NEAR(turned.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
-  EXPECT_LT(largest_difference(anticipate::feature_joints(noisy, clip.skeleton.offsets),
+  EXPECT_LT(largest_difference(feature_joints(noisy, clip.skeleton.offsets),
                                noisy.slice(1, kJointFeature).view({400, 22, 3})),
             1e-5);
   EXPECT_TRUE(torch::equal(noisy_features(clean, clip.skeleton.offsets, 0, random), clean));
@@ -85,7 +85,7 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
   Tensor bones = clip.skeleton.offsets;
   const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
   const Tensor turned = with_rest_turned(features, turns, bones);
-  EXPECT_LT((anticipate::feature_joints(turned, bones) - anticipate::feature_joints(features, clip.skeleton.offsets))
+  EXPECT_LT((feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets))
                 .abs()
                 .max()
                 .item<double>(),

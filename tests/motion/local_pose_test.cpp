@@ -85,7 +85,7 @@ TEST(OnSkeleton, KeepsAnglesAndScalesTheWayWithTheLegs) {
 }
 
 TEST(MirroredFeatures, TwiceAreTheSame) {
-  const Tensor features = anticipate_features(turning_walker(20));
+  const Tensor features = anticipate::joint_features(turning_walker(20));
   EXPECT_EQ(features.size(1), 67);
   EXPECT_LT(largest(mirrored_features(mirrored_features(features)) - features), 1e-7);
 }
@@ -96,13 +96,13 @@ TEST(MirroredFeatures, AreThoseOfThePersonSeenInAMirror) {
   joints = joints + 0.02 * torch::sin(torch::arange(22)).view({1, 22, 1});  // nobody is symmetric
   const std::vector<int64_t> other = {0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20};
   const Tensor seen = joints.index_select(1, torch::tensor(other)) * torch::tensor({-1.F, 1.F, 1.F});
-  const Tensor features = anticipate_features(joints), expected = anticipate_features(seen);
+  const Tensor features = anticipate::joint_features(joints), expected = anticipate::joint_features(seen);
   EXPECT_LT(largest(mirrored_features(features) - expected), 1e-4);
   EXPECT_GT(largest(features - expected), 0.05);
 }
 
 TEST(FeatureJoints, AreTheMotionAgain) {
-  const Tensor joints = turning_walker(40), features = anticipate_features(joints);
+  const Tensor joints = turning_walker(40), features = anticipate::joint_features(joints);
   EXPECT_LT(largest(feature_poses(features) - local_poses(joints)), 1e-6);
   EXPECT_LT(largest(feature_joints(features, joints[0][0], headings(joints)[0]) - joints), 1e-3);
 }
