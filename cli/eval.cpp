@@ -155,16 +155,15 @@ void add_eval_inbetween(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   inbetween->add_option("--seed", o->evaluation.seed, "First seed")->check(whole_number)->capture_default_str();
-  namespace inbetween = inhabit::inbetween;
   inbetween
       ->add_option("--layout", o->layout,
                    "Columns: methods (Tables 1, 3), close (2), keys (6), settings (8), seeds (9)")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, inbetween::Layout>{{"methods", inbetween::Layout::methods},
-                                                                           {"close", inbetween::Layout::close},
-                                                                           {"keys", inbetween::Layout::keys},
-                                                                           {"settings", inbetween::Layout::settings},
-                                                                           {"seeds", inbetween::Layout::seeds}}));
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, inhabit::inbetween::Layout>{{"methods", inhabit::inbetween::Layout::methods},
+                                                            {"close", inhabit::inbetween::Layout::close},
+                                                            {"keys", inhabit::inbetween::Layout::keys},
+                                                            {"settings", inhabit::inbetween::Layout::settings},
+                                                            {"seeds", inhabit::inbetween::Layout::seeds}}));
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   inbetween->callback([o] {
     using namespace inhabit;

@@ -13,10 +13,9 @@
 namespace {
 
 void add_train_forecast(CLI::App& verb) {
-  namespace forecast = inhabit::forecast;
   CLI::App* forecast =
       verb.add_subcommand("forecast", "Contact-aware forecasting: contact network, then motion network");
-  auto options = std::make_shared<forecast::Training>();
+  auto options = std::make_shared<inhabit::forecast::Training>();
   auto device = std::make_shared<std::string>("cpu");
   forecast->add_option("--data", options->data, "Native data set folders")->required();
   forecast->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
@@ -26,13 +25,13 @@ void add_train_forecast(CLI::App& verb) {
   forecast
       ->add_option("--stage", options->stage,
                    "contact, motion, adapt (motion on predicted contacts), both (these three), trajectory (LTD) or all")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, forecast::Training::Stage>{{"contact", forecast::Training::Stage::contact},
-                                                           {"motion", forecast::Training::Stage::motion},
-                                                           {"trajectory", forecast::Training::Stage::trajectory},
-                                                           {"adapt", forecast::Training::Stage::adapt},
-                                                           {"both", forecast::Training::Stage::both},
-                                                           {"all", forecast::Training::Stage::all}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, inhabit::forecast::Training::Stage>{
+          {"contact", inhabit::forecast::Training::Stage::contact},
+          {"motion", inhabit::forecast::Training::Stage::motion},
+          {"trajectory", inhabit::forecast::Training::Stage::trajectory},
+          {"adapt", inhabit::forecast::Training::Stage::adapt},
+          {"both", inhabit::forecast::Training::Stage::both},
+          {"all", inhabit::forecast::Training::Stage::all}}));
   forecast->add_option("--device", *device, "cpu or cuda")
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();
@@ -63,20 +62,19 @@ void add_train_forecast(CLI::App& verb) {
 }
 
 void add_train_anticipate(CLI::App& verb) {
-  namespace anticipate = inhabit::anticipate;
   CLI::App* anticipate =
       verb.add_subcommand("anticipate", "Intention-driven anticipation, and the networks it is compared with");
-  auto options = std::make_shared<anticipate::Training>();
+  auto options = std::make_shared<inhabit::anticipate::Training>();
   auto settings = std::make_shared<std::vector<std::string>>();
   anticipate->add_option("--data", options->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
   anticipate->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
   anticipate->add_option("--set", *settings, "Settings of the configuration, KEY=VALUE, such as gamma=5");
   anticipate->add_option("--stage", options->stage, "intention (ours), seq2seq, trajectory (LTD) or all")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, anticipate::Training::Stage>{{"intention", anticipate::Training::Stage::intention},
-                                                             {"seq2seq", anticipate::Training::Stage::seq2seq},
-                                                             {"trajectory", anticipate::Training::Stage::trajectory},
-                                                             {"all", anticipate::Training::Stage::all}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, inhabit::anticipate::Training::Stage>{
+          {"intention", inhabit::anticipate::Training::Stage::intention},
+          {"seq2seq", inhabit::anticipate::Training::Stage::seq2seq},
+          {"trajectory", inhabit::anticipate::Training::Stage::trajectory},
+          {"all", inhabit::anticipate::Training::Stage::all}}));
   anticipate->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
   anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")
       ->check(whole_number)
@@ -98,9 +96,8 @@ void add_train_anticipate(CLI::App& verb) {
 }
 
 void add_train_inbetween(CLI::App& verb) {
-  namespace inbetween = inhabit::inbetween;
   CLI::App* inbetween = verb.add_subcommand("inbetween", "Scene-aware in-betweening: the denoiser");
-  auto options = std::make_shared<inbetween::Training>();
+  auto options = std::make_shared<inhabit::inbetween::Training>();
   auto preset = std::make_shared<std::string>("compact");
   auto without = std::make_shared<std::vector<std::string>>();
   auto t_star = std::make_shared<int>(20);
