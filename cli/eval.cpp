@@ -46,8 +46,8 @@ void add_eval_forecast(CLI::App& verb) {
       throw inhabit::Error(o->data.front(), "has no window of " + std::to_string(model.config.frames()) +
                                                 " frames in split " + o->split);
     const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data);
-    if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::table_json(table).dump(2) + "\n");
-    std::printf("%s", inhabit::table_text(table).c_str());
+    if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table).dump(2) + "\n");
+    std::printf("%s", table_text(table).c_str());
   });
 }
 
