@@ -39,7 +39,7 @@ struct Input {
     offsets = torch::randn({1, config.anchors, 3, config.frames});
     shape = torch::rand({1, inbetween::kShapeFeatures});
   }
-  double guidance() const { return network->config.guidance; }
+  double guidance() const { return network->config.inference.guidance; }
   Tensor local() {
     const Tensor seen = network->embed_offsets(offsets, keys);
     return network->config.from_interpolation ? torch::cat({seen, x}, 1) : seen;
@@ -112,7 +112,7 @@ void clip(benchmark::State& state) {
     benchmark::DoNotOptimize(sample(
         schedule, inbetween::Sampler::dpm_solver, inbetween::kDefaultSteps,
         [&](const Tensor& x, int64_t t) {
-          return denoiser.guided(x, in.mask, local, t, around, shape, config.guidance);
+          return denoiser.guided(x, in.mask, local, t, around, shape, config.inference.guidance);
         },
         given, inbetween::seeded_noise(1, inbetween::kFeatureCount, config.frames, 1)));
   }

@@ -72,7 +72,7 @@ void add_intentions(CLI::App& app) {
   verb->add_option("--json", o->json, "Also write the table as JSON");
   verb->callback([o] {
     anticipate::Config config;
-    for (const std::string& setting : o->settings) anticipate::set_field(config, setting);
+    set_fields(config, o->settings);
     if (o->labels > 0) config.labels = o->labels;
     validate(config, "configuration");
     require_writable(o->out);

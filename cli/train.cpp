@@ -1,143 +1,57 @@
 #include <spdlog/spdlog.h>
 
-#include <map>
 #include <memory>
 
 #include "inhabit/anticipate/train.h"
-#include "inhabit/error.h"
 #include "inhabit/forecast/train.h"
 #include "inhabit/inbetween/train.h"
+#include "inhabit/nn/device.h"
 #include "outputs.h"
 #include "verbs.h"
 
 namespace {
 
-void add_train_forecast(CLI::App& verb) {
-  CLI::App* forecast =
-      verb.add_subcommand("forecast", "Contact-aware forecasting: contact network, then motion network");
-  auto options = std::make_shared<inhabit::forecast::Training>();
-  auto device = std::make_shared<std::string>("cpu");
-  forecast->add_option("--data", options->data, "Native data set folders")->required();
-  forecast->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
-  forecast->add_option("--preset", options->preset, "compact or paper")
-      ->check(CLI::IsMember({"compact", "paper"}))
-      ->capture_default_str();
-  forecast
-      ->add_option("--stage", options->stage,
-                   "contact, motion, adapt (motion on predicted contacts), both (these three), trajectory (LTD) or all")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, inhabit::forecast::Training::Stage>{
-          {"contact", inhabit::forecast::Training::Stage::contact},
-          {"motion", inhabit::forecast::Training::Stage::motion},
-          {"trajectory", inhabit::forecast::Training::Stage::trajectory},
-          {"adapt", inhabit::forecast::Training::Stage::adapt},
-          {"both", inhabit::forecast::Training::Stage::both},
-          {"all", inhabit::forecast::Training::Stage::all}}));
-  forecast->add_option("--device", *device, "cpu or cuda")
-      ->check(CLI::IsMember({"cpu", "cuda"}))
-      ->capture_default_str();
-  forecast->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  forecast->add_option("--seed", options->seed, "Seed of weights, order and augmentation")
+/// What every system's training is asked for.
+struct TrainArguments {
+  inhabit::TrainRun run;
+  std::string preset = "compact", device = "cpu";
+  std::vector<std::string> settings;
+};
+
+/// A subcommand that trains: `train(run, config)` with the config of the preset and the settings.
+template <class Preset, class Train>
+void add_training(CLI::App& verb, const std::string& name, const std::string& what, const std::string& data,
+                  const std::string& stages, const Preset& preset, const Train& train) {
+  CLI::App* own = verb.add_subcommand(name, what);
+  auto o = std::make_shared<TrainArguments>();
+  own->add_option("--data", o->run.data, data)->required();
+  own->add_option("--out", o->run.out, "Model file to write (.safetensors)")->required();
+  own->add_option("--preset", o->preset, "Configuration: compact, or paper where there is one")->capture_default_str();
+  own->add_option("--set", o->settings,
+                  "Settings of the configuration, KEY=VALUE, such as training.batch=16 (docs/training.md)");
+  if (!stages.empty()) own->add_option("--stage", o->run.stages, stages);
+  own->add_option("--from", o->run.from, "Model file whose weights training starts from");
+  own->add_flag("--resume", o->run.resume, "Go on from the checkpoint beside the model file");
+  own->add_flag("--half", o->run.half, "Write weights in half precision");
+  own->add_option("--seed", o->run.seed, "Seed of weights, order and whatever else is drawn")
       ->check(whole_number)
       ->capture_default_str();
-  forecast
-      ->add_option("--contact-steps", options->contact_steps,
-                   "Optimiser steps of the contact stage (default: the preset's)")
-      ->check(whole_over_zero);
-  forecast
-      ->add_option("--motion-steps", options->motion_steps,
-                   "Optimiser steps of each motion stage (default: the preset's)")
-      ->check(whole_over_zero);
-  forecast
-      ->add_option("--adapt-steps", options->adapt_steps, "Optimiser steps of the last stage (default: the preset's)")
-      ->check(whole_over_zero);
-  forecast->add_option("--batch", options->batch, "Windows in a batch (default: the preset's)")->check(whole_over_zero);
-  forecast->callback([options, device] {
-    if (*device == "cuda" && !torch::cuda::is_available())
-      throw inhabit::Error("--device cuda", "this LibTorch sees no CUDA device");
-    options->device = torch::Device(*device);
-    require_writable(options->out);
-    if (!inhabit::forecast::train(*options)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
-    spdlog::info("wrote {}", options->out);
+  own->add_option("--device", o->device, "cpu or cuda")->capture_default_str();
+  own->callback([o, preset, train] {
+    auto config = preset(o->preset);
+    set_fields(config, o->settings);
+    o->run.device = inhabit::nn::device_named(o->device);
+    require_writable(o->run.out);
+    o->run.ranks = inhabit::DataParallel::from_environment(o->run.device);
+    if (!train(o->run, config)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
+    spdlog::info("wrote {}", o->run.out);
   });
 }
 
-void add_train_anticipate(CLI::App& verb) {
-  CLI::App* anticipate =
-      verb.add_subcommand("anticipate", "Intention-driven anticipation, and the networks it is compared with");
-  auto options = std::make_shared<inhabit::anticipate::Training>();
-  auto settings = std::make_shared<std::vector<std::string>>();
-  anticipate->add_option("--data", options->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
-  anticipate->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
-  anticipate->add_option("--set", *settings, "Settings of the configuration, KEY=VALUE, such as gamma=5");
-  anticipate->add_option("--stage", options->stage, "intention (ours), seq2seq, trajectory (LTD) or all")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, inhabit::anticipate::Training::Stage>{
-          {"intention", inhabit::anticipate::Training::Stage::intention},
-          {"seq2seq", inhabit::anticipate::Training::Stage::seq2seq},
-          {"trajectory", inhabit::anticipate::Training::Stage::trajectory},
-          {"all", inhabit::anticipate::Training::Stage::all}}));
-  anticipate->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  anticipate->add_option("--seed", options->seed, "Seed of clusters, weights, order and noise")
-      ->check(whole_number)
-      ->capture_default_str();
-  anticipate->add_option("--steps", options->steps, "Optimiser steps of each stage (default: as for the shipped model)")
-      ->check(whole_over_zero);
-  anticipate->add_option("--batch", options->batch, "Windows in a batch")
-      ->check(whole_over_zero)
-      ->capture_default_str();
-  anticipate->callback([options, settings] {
-    for (const std::string& setting : *settings) inhabit::anticipate::set_field(options->config, setting);
-    require_writable(options->out);
-    inhabit::Notes notes;
-    const bool done = inhabit::anticipate::train(*options, &notes);
-    for (const std::string& note : notes) spdlog::info("{}", note);
-    if (!done) throw CLI::RuntimeError(130);
-    spdlog::info("wrote {}", options->out);
-  });
-}
-
-void add_train_inbetween(CLI::App& verb) {
-  CLI::App* inbetween = verb.add_subcommand("inbetween", "Scene-aware in-betweening: the denoiser");
-  auto options = std::make_shared<inhabit::inbetween::Training>();
-  auto preset = std::make_shared<std::string>("compact");
-  auto without = std::make_shared<std::vector<std::string>>();
-  auto t_star = std::make_shared<int>(20);
-  auto noise_aware = std::make_shared<bool>(false), features = std::make_shared<bool>(false);
-  inbetween->add_option("--data", options->data, "Native data set folders")->required();
-  inbetween->add_option("--out", options->out, "Model file to write (.safetensors)")->required();
-  inbetween->add_option("--preset", *preset, "compact or paper")
-      ->check(CLI::IsMember({"compact", "paper"}))
-      ->capture_default_str();
-  inbetween->add_flag("--noise-aware", *noise_aware, "Key frames are noisy, and imputed down to step T* alone");
-  inbetween->add_option("--t-star", *t_star, "T* of a noise-aware model")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  inbetween->add_option("--without", *without, "Leave out inputs: global, local (scene features), shape (of the body)")
-      ->check(CLI::IsMember({"global", "local", "shape"}));
-  inbetween->add_option("--from", options->from, "Model file of the same preset whose weights training starts from");
-  inbetween->add_flag("--features", *features, "Train the motion features of the Frechet distance instead");
-  inbetween->add_flag("--resume", options->resume, "Go on from the checkpoint beside the model file");
-  inbetween->add_option("--seed", options->seed, "Seed of weights, order, keys and noise")
-      ->check(whole_number)
-      ->capture_default_str();
-  inbetween->add_option("--steps", options->steps, "Optimiser steps")->check(whole_over_zero)->capture_default_str();
-  inbetween->add_option("--batch", options->batch, "Windows in a batch")->check(whole_over_zero)->capture_default_str();
-  inbetween->add_option("--stride", options->stride, "Frames from one window to the next")
-      ->check(whole_over_zero)
-      ->capture_default_str();
-  inbetween->add_flag("--half", options->half, "Write weights in half precision");
-  inbetween->add_flag("--bfloat16", options->bfloat16, "Faster products on CPUs with AMX, of 8 bits' precision");
-  inbetween->callback([=] {
-    options->config = inhabit::inbetween::preset(*preset);
-    if (*noise_aware) options->config.t_star = *t_star;
-    for (const std::string& input : *without)
-      (input == "global"  ? options->config.global_scene
-       : input == "local" ? options->config.local_scene
-                          : options->config.body_shape) = false;
-    require_writable(options->out);
-    if (!(*features ? inhabit::inbetween::train_motion_features(*options) : inhabit::inbetween::train(*options)))
-      throw CLI::RuntimeError(130);
-    spdlog::info("wrote {}", options->out);
-  });
+/// "both" and "all" in the place of the stages they stand for.
+void expand(std::vector<std::string>& stages) {
+  if (stages == std::vector<std::string>{"both"}) stages = {"contact", "motion"};
+  if (stages == std::vector<std::string>{"all"}) stages = {"contact", "motion", "no_contact", "adapt", "ltd"};
 }
 
 }  // namespace
@@ -145,7 +59,26 @@ void add_train_inbetween(CLI::App& verb) {
 void add_train(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("train", "Train a system's networks");
   verb->require_subcommand(1);
-  add_train_forecast(*verb);
-  add_train_anticipate(*verb);
-  add_train_inbetween(*verb);
+  const std::string folders = "Native data set folders";
+  add_training(*verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
+               "Which of contact, motion, no_contact, adapt (motion on predicted contacts) and ltd (a baseline); both: "
+               "contact and "
+               "motion; all (default: all but ltd)",
+               inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
+                 expand(run.stages);
+                 return inhabit::forecast::train(run, config);
+               });
+  add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",
+               "cmu:FOLDER, h36m:FOLDER or a native data set folder",
+               "Which of intention (ours), seq2seq and ltd (default: all)", inhabit::anticipate::preset,
+               [](inhabit::TrainRun& run, const inhabit::anticipate::Config& config) {
+                 inhabit::Notes notes;
+                 const bool done = inhabit::anticipate::train(run, config, &notes);
+                 for (const std::string& note : notes) spdlog::info("{}", note);
+                 return done;
+               });
+  add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20", folders,
+               "", inhabit::inbetween::preset, inhabit::inbetween::train);
+  add_training(*verb, "features", "The motion features that the Frechet distance of in-betweening is taken over",
+               folders, "", inhabit::inbetween::preset, inhabit::inbetween::train_motion_features);
 }

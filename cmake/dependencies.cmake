@@ -10,6 +10,10 @@ find_package(libzip REQUIRED)
 find_package(Threads REQUIRED)
 find_package(OpenMP REQUIRED)
 
+# c10d over gloo, for training in several processes; its header needs gloo's own (Debian: libgloo-dev).
+find_path(INHABIT_GLOO_INCLUDE gloo/algorithm.h)
+find_path(INHABIT_C10D_INCLUDE torch/csrc/distributed/c10d/ProcessGroupGloo.hpp HINTS ${TORCH_INCLUDE_DIRS})
+
 if(NOT TARGET inhabit_dependencies)
   add_library(inhabit_dependencies INTERFACE)
   target_include_directories(inhabit_dependencies SYSTEM INTERFACE ${TORCH_INCLUDE_DIRS})

@@ -184,7 +184,7 @@ Table evaluate(const Networks& networks, const std::vector<Sequence>& test, cons
       held.slice(1, kPoseFeatures, kPoseFeatures + 3).zero_();  // no step, no turn
       add("last pose held", held.unsqueeze(0));
       if (!networks.seq2seq.is_empty()) add("seq2seq", seq2seq_future(networks, past.unsqueeze(0), frames));
-      if (!networks.trajectory.is_empty()) add("LTD", trajectory_future(networks, past.unsqueeze(0), frames));
+      if (!networks.ltd.is_empty()) add("LTD", ltd_future(networks, past.unsqueeze(0), frames));
       if (ours) {
         const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
         add("ours", ours->forward(past.unsqueeze(0), draw_noise(c, options.samples, frames, seed), frames).features);
@@ -287,7 +287,7 @@ double validation_error(const Networks& networks, bool trajectory, const std::ve
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
-    const Tensor future = trajectory ? trajectory_future(networks, past, known) : seq2seq_future(networks, past, known);
+    const Tensor future = trajectory ? ltd_future(networks, past, known) : seq2seq_future(networks, past, known);
     const Tensor truth = features.slice(0, window.now, window.now + known);
     mean.add((feature_poses(future[0]) - feature_poses(truth)).norm(2, {2}).mean().item<double>());
   }

@@ -2,6 +2,7 @@
 #include <torch/types.h>
 
 #include "inhabit/anticipate/network.h"
+#include "inhabit/nn/feature_scale.h"
 
 namespace inhabit::anticipate {
 
@@ -17,18 +18,10 @@ torch::Tensor feature_poses(const torch::Tensor& features);
 
 /// Joints in the world (..., T, 22, 3) of features that follow on a frame with the root at `root` (..., 3) and
 /// `heading` (...).
-torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& root,
-                                        const torch::Tensor& heading);
+torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& root, const torch::Tensor& heading);
 
-/// Mean and deviation (F) that features are standardised with.
-struct FeatureScale {
-  torch::Tensor mean, deviation;
-
-  torch::Tensor to_network(const torch::Tensor& features) const { return (features - mean) / deviation; }
-  torch::Tensor from_network(const torch::Tensor& x) const { return x * deviation + mean; }
-};
-/// Over features (N, F). Deviations under 5 cm count as 5 cm: joints that hardly move must not count like those that
-/// do.
+/// The scale of features (N, F). Deviations under 5 cm count as 5 cm: joints that hardly move must not count like those
+/// that do.
 FeatureScale feature_scale(const torch::Tensor& features);
 
 }  // namespace inhabit::anticipate

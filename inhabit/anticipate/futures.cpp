@@ -16,7 +16,8 @@ FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, ui
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
     for (int64_t i = 0; i < config.noise; ++i) *z++ = static_cast<float>(normal(random));
     for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
-      *gumbel++ = static_cast<float>(-config.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
+      *gumbel++ =
+          static_cast<float>(-config.inference.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
   }
   return out;
 }
@@ -39,9 +40,9 @@ Tensor seq2seq_future(const Networks& networks, const Tensor& past, int64_t fram
   return networks.scale.from_network(network->forward(networks.scale.to_network(past), frames));
 }
 
-Tensor trajectory_future(const Networks& networks, const Tensor& past, int64_t frames) {
+Tensor ltd_future(const Networks& networks, const Tensor& past, int64_t frames) {
   const torch::NoGradGuard no_gradients;
-  nn::TrajectoryGraph network = networks.trajectory;
+  nn::TrajectoryGraph network = networks.ltd;
   Tensor all = networks.scale.to_network(past);
   while (all.size(1) < past.size(1) + frames)
     all = torch::cat({all, network->forward(all.slice(1, all.size(1) - network->past))}, 1);

@@ -22,6 +22,6 @@ Futures plain_futures(const Networks& networks, const torch::Tensor& past, const
 /// The two compared networks; deterministic. (B, t, F) -> (B, frames, F), metres and radians. LTD goes on on its own
 /// predictions.
 torch::Tensor seq2seq_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
-torch::Tensor trajectory_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
+torch::Tensor ltd_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
 
 }  // namespace inhabit::anticipate

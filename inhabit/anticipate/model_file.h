@@ -1,10 +1,12 @@
 #pragma once
+#include <map>
 #include <string>
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/anticipate/intention.h"
 #include "inhabit/anticipate/network.h"
 #include "inhabit/body/skeleton.h"
+#include "inhabit/io/safetensors.h"
 #include "inhabit/nn/trajectory_graph.h"
 
 namespace inhabit::anticipate {
@@ -15,14 +17,21 @@ struct Networks {
   Skeleton skeleton;  ///< the bones that the poses were learned on
   FeatureScale scale;
   IntentionClusters clusters;
-  IntentionNetwork intention{nullptr};      ///< "intention_net." in the file
-  PoseNetwork pose{nullptr};                ///< "pose_net."
-  Seq2SeqNetwork seq2seq{nullptr};          ///< "seq2seq_net."
-  nn::TrajectoryGraph trajectory{nullptr};  ///< "trajectory_net.", LTD
+  IntentionNetwork intention{nullptr};  ///< "intention_net." in the file
+  PoseNetwork pose{nullptr};            ///< "pose_net."
+  Seq2SeqNetwork seq2seq{nullptr};      ///< "seq2seq_net."
+  nn::TrajectoryGraph ltd{nullptr};     ///< "ltd_net.", LTD
 };
 
 /// A new network of the config's sizes.
-nn::TrajectoryGraph make_trajectory_network(const Config& config);
+nn::TrajectoryGraph make_ltd(const Config& config);
+
+/// What files of this system say they are of.
+inline constexpr const char* kSystem = "intention-anticipation";
+/// Such a file without networks and clusters: what run_stages writes beside them.
+SafeTensors model_header(const Config& config, const Skeleton& skeleton, const FeatureScale& scale);
+/// The clusters as tensors of a file.
+std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& clusters);
 
 /// Writes whichever networks are there. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

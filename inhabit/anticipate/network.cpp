@@ -85,7 +85,7 @@ DiscriminatorImpl::DiscriminatorImpl(int64_t inputs, int64_t hidden, int depth) 
 }
 
 Seq2SeqNetworkImpl::Seq2SeqNetworkImpl(const Config& config) {
-  const int64_t hidden = config.seq2seq_hidden;
+  const int64_t hidden = config.baselines.seq2seq_hidden;
   gru = register_module("gru", torch::nn::GRU(torch::nn::GRUOptions(kFeatureCount, hidden).batch_first(true)));
   out = register_module("out", torch::nn::Linear(hidden, kFeatureCount));
 }

@@ -16,38 +16,38 @@ namespace {
 using torch::Tensor;
 namespace F = torch::nn::functional;
 
-// The reconstruction's errors are centimetres where the adversaries' losses are about 1.
+// The reconstruction's errors are centimetres where the discriminators' losses are about 1.
 constexpr double kPoseWeight = 40, kRootWeight = 1;
 // With every batch some of its forecasts, two of an observation, run on without gradients for up to ten seconds before
-// they are judged: the decoder must stand on its own predictions for as long as users ask for, the adversary must know
-// what they look like then, and the two must have parted.
+// they are judged: the decoder must stand on its own predictions for as long as users ask for, the discriminator must
+// know what they look like then, and the two must have parted.
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
 constexpr double kApart = 1.5;  // two futures have parted that differ so much more than two poses of the recording do
-constexpr int64_t kViews = 8;   // stretches of each sequence that the pose adversary sees
+constexpr int64_t kViews = 8;   // stretches of each sequence that the pose discriminator sees
 constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
-constexpr double kGradientPenalty = 0.05;  // keeps the adversary from cutting real from forecast too sharply (R1)
+constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
 
-/// Ours with its adversaries, which live only while it is trained.
+/// Ours with its discriminators, which live only while it is trained.
 struct IntentionModelImpl : torch::nn::Module {
   explicit IntentionModelImpl(const Config& config) {
     intention = register_module("intention", IntentionNetwork(config));
     pose = register_module("pose", PoseNetwork(config));
-    label_adversary =
-        register_module("label_adversary", Discriminator(config.future * config.labels, config.adversary_hidden, 1));
-    pose_adversary = register_module(
-        "pose_adversary",
-        Discriminator(2 * config.adversary_frames * kFeatureCount + config.labels, config.adversary_hidden, 2));
+    label_discriminator = register_module(
+        "label_discriminator", Discriminator(config.future * config.labels, config.training.discriminator_hidden, 1));
+    pose_discriminator = register_module(
+        "pose_discriminator", Discriminator(2 * config.training.discriminator_frames * kFeatureCount + config.labels,
+                                            config.training.discriminator_hidden, 2));
   }
   IntentionNetwork intention{nullptr};
   PoseNetwork pose{nullptr};
-  Discriminator label_adversary{nullptr}, pose_adversary{nullptr};
+  Discriminator label_discriminator{nullptr}, pose_discriminator{nullptr};
 };
 TORCH_MODULE(IntentionModel);
 
-/// What the pose adversary sees: `frames` of x (B, T, F) from each of `starts` (B, V) on, their changes, and the mean
-/// intention (B, T, C) meanwhile: (B V, D).
-Tensor adversary_views(const Tensor& x, const Tensor& intention, const Tensor& starts, int64_t frames) {
-  const Tensor at = (starts.unsqueeze(2) + torch::arange(frames)).flatten(1);  // (B, V frames)
+/// What the pose discriminator sees: `frames` of x (B, T, F) from each of `starts` (B, V) on, their changes, and the
+/// mean intention (B, T, C) meanwhile: (B V, D).
+Tensor discriminator_views(const Tensor& x, const Tensor& intention, const Tensor& starts, int64_t frames) {
+  const Tensor at = (starts.unsqueeze(2) + torch::arange(frames, starts.options())).flatten(1);  // (B, V frames)
   const auto gather = [&](const Tensor& all) {
     const Tensor picked = all.gather(1, at.unsqueeze(2).expand({-1, -1, all.size(2)}));
     return picked.view({-1, frames, all.size(2)});
@@ -59,46 +59,70 @@ Tensor adversary_views(const Tensor& x, const Tensor& intention, const Tensor& s
       {seen.flatten(1), torch::zeros_like(seen.select(1, 0)), change.flatten(1), gather(intention).mean(1)}, 1);
 }
 
+/// Networks are on the CPU, where evaluation runs, while one lives.
+struct OnCpu {
+  torch::Device device;
+  std::vector<std::shared_ptr<torch::nn::Module>> modules;
+
+  OnCpu(torch::Device on, std::vector<std::shared_ptr<torch::nn::Module>> moved)
+      : device(on), modules(std::move(moved)) {
+    move_to(torch::kCPU);
+  }
+  ~OnCpu() { move_to(device); }
+  OnCpu(const OnCpu&) = delete;
+  OnCpu& operator=(const OnCpu&) = delete;
+
+ private:
+  void move_to(torch::Device where) {
+    for (const auto& module : modules)
+      if (module && !device.is_cpu()) module->to(where);
+  }
+};
+
 void let_learn(torch::nn::Module& module, bool learn) {
   for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
 }
 
-/// Adds to `total` what one adversary and the forecast it judges lessen; named for the log.
-void add_adversary(Discriminator adversary, const std::string& name, const Tensor& real, const Tensor& forecast,
-                   double weight, Tensor& total, Losses& losses) {
+/// Adds to `total` what one discriminator and the forecast it judges lessen; named for the log.
+void add_discriminator(Discriminator discriminator, const std::string& name, const Tensor& real, const Tensor& forecast,
+                       double weight, Tensor& total, Losses& losses) {
   if (forecast.requires_grad()) {
-    let_learn(*adversary, false);
-    const Tensor deception = generator_loss(adversary->forward(forecast));
-    let_learn(*adversary, true);
-    total = total + weight * deception;
-    losses.emplace_back(name + "_deception", deception);
+    let_learn(*discriminator, false);
+    const Tensor generator = generator_loss(discriminator->forward(forecast));
+    let_learn(*discriminator, true);
+    total = total + weight * generator;
+    losses.emplace_back(name + "_generator", generator);
   }
   const Tensor seen = real.detach().clone().requires_grad_(torch::GradMode::is_enabled());
-  const Tensor logits = adversary->forward(seen);
-  const Tensor judged = discriminator_loss(logits, adversary->forward(forecast.detach()));
+  const Tensor logits = discriminator->forward(seen);
+  const Tensor judged = discriminator_loss(logits, discriminator->forward(forecast.detach()));
   total = total + judged;
   if (torch::GradMode::is_enabled()) {
     const Tensor slope = torch::autograd::grad({logits.sum()}, {seen}, {}, true, /*create_graph=*/true)[0];
     total = total + 0.5 * kGradientPenalty * slope.square().sum(1).mean();
   }
-  losses.emplace_back(name + "_adversary", judged);
+  losses.emplace_back(name + "_discriminator", judged);
 }
 
-// Places in a batch of ours.
-enum : size_t {
-  kFrames,
-  kLabels,
-  kWeights,
-  kLabelWeights,
-  kZ,
-  kGumbel,
-  kRealStarts,
-  kForecastStarts,
-  kRunStarts,
-  kRun
+/// Windows as ours is trained on them.
+struct IntentionBatch {
+  Tensor frames;           // (B, observed + future, F) standardised
+  Tensor labels;           // (B, T') int64 intentions
+  Tensor weights;          // (B, future) 1 for frames that were recorded
+  Tensor label_weights;    // (B, label_frames) likewise
+  Tensor z, gumbel;        // noise of the forecasts (futures.h)
+  Tensor real_starts;      // (B, V) where the pose discriminator looks at real motion,
+  Tensor forecast_starts;  // (B, V) at the forecast, which the frames before it lead,
+  Tensor run_starts;       // (B, V) and at forecasts that ran on for
+  int64_t run = 0;         // frames
+
+  IntentionBatch on(torch::Device d) const {
+    return {frames.to(d), labels.to(d),      weights.to(d),         label_weights.to(d), z.to(d),
+            gumbel.to(d), real_starts.to(d), forecast_starts.to(d), run_starts.to(d),    run};
+  }
 };
 
-Batch intention_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
+IntentionBatch intention_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
   const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
   std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later;
@@ -114,108 +138,117 @@ Batch intention_batch(const Data& data, const Config& c, const std::vector<int64
     labels.push_back(window.labels);
     weights.push_back((torch::arange(c.observed, c.observed + c.future) < window.last).to(torch::kFloat32));
     label_weights.push_back(
-        (torch::arange(c.observed, c.observed + c.label_frames) < window.last_label).to(torch::kFloat32));
-    real.push_back(starts(window.first, window.last - c.adversary_frames));
+        (torch::arange(c.observed, c.observed + c.training.label_frames) < window.last_label).to(torch::kFloat32));
+    real.push_back(starts(window.first, window.last - c.training.discriminator_frames));
     forecast.push_back(starts(0, c.future - 1));  // with the frames before it, so that the first step is judged too
-    later.push_back(starts(0, kRunFrames - c.adversary_frames));
+    later.push_back(starts(0, kRunFrames - c.training.discriminator_frames));
   }
   const auto count = static_cast<int64_t>(indices.size());
   const FutureNoise noise = draw_noise(c, count, std::max<int64_t>(c.future, run + kRunFrames), item_seed(seed, 1));
-  return {torch::stack(windows),
-          torch::stack(labels),
-          torch::stack(weights),
-          torch::stack(label_weights),
-          noise.z,
-          noise.gumbel,
-          torch::stack(real),
-          torch::stack(forecast),
-          torch::stack(later),
-          torch::tensor(run)};
+  return {torch::stack(windows), torch::stack(labels), torch::stack(weights),  torch::stack(label_weights), noise.z,
+          noise.gumbel,          torch::stack(real),   torch::stack(forecast), torch::stack(later),         run};
 }
 
-Losses intention_losses(IntentionModel model, const Batch& b, const Config& c, const FeatureScale& scale) {
-  const Tensor past = b[kFrames].slice(1, 0, c.observed), truth = b[kFrames].slice(1, c.observed);
-  const Tensor later_labels = F::one_hot(b[kLabels], c.labels).to(torch::kFloat32);
+Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Config& c, const FeatureScale& scale) {
+  const Tensor past = b.frames.slice(1, 0, c.observed), truth = b.frames.slice(1, c.observed);
+  const Tensor later_labels = F::one_hot(b.labels, c.labels).to(torch::kFloat32);
   const Tensor true_labels = later_labels.slice(1, 0, c.observed + c.future + c.gamma - 1);
   const auto unseen = [&](const Tensor& labels) { return c.intention ? labels : torch::zeros_like(labels); };
   const Tensor ahead = true_labels.slice(1, c.observed);
-  PoseNetworkImpl::State state = model->pose->start(past, b[kZ]);
+  PoseNetworkImpl::State state = model->pose->start(past, b.z);
   const Tensor forecast = model->pose->roll(state, ahead, c.future);
-  const Tensor weights = b[kWeights] * reconstruction_weights(c.future, c.rec_frames);
+  const Tensor weights = b.weights * reconstruction_weights(c.future, c.training.rec_frames).to(b.weights.device());
   const Tensor rec = pose_reconstruction_loss(forecast, truth, weights, scale),
                root = root_reconstruction_loss(forecast, truth, weights);
   Tensor total = kPoseWeight * rec + kRootWeight * root;
   Losses losses = {{"rec", rec}, {"root", root}};
   if (c.intention) {
     const Tensor code = model->intention->encode(past);
-    const int64_t end = c.observed + c.label_frames;
+    const int64_t end = c.observed + c.training.label_frames;
     const Tensor sym = intention_loss(model->intention->teacher_logits(code, later_labels.slice(1, c.observed, end)),
-                                      b[kLabels].slice(1, c.observed, end).contiguous(), b[kLabelWeights]);
+                                      b.labels.slice(1, c.observed, end).contiguous(), b.label_weights);
     total = total + sym;
     losses.emplace_back("intention", sym);
-    if (c.label_adversary) {
-      const Tensor drawn = model->intention->draw(code, b[kGumbel].slice(1, 0, c.future));
-      add_adversary(model->label_adversary, "label", ahead.slice(1, 0, c.future).flatten(1), drawn.flatten(1),
-                    c.label_adversary_weight, total, losses);
+    if (c.training.label_discriminator) {
+      const Tensor drawn = model->intention->draw(code, b.gumbel.slice(1, 0, c.future));
+      add_discriminator(model->label_discriminator, "label", ahead.slice(1, 0, c.future).flatten(1), drawn.flatten(1),
+                        c.training.label_discriminator_weight, total, losses);
     }
   }
-  if (c.pose_adversary) {
-    const int64_t lead = c.adversary_frames - 1;
+  if (c.training.pose_discriminator) {
+    const int64_t lead = c.training.discriminator_frames - 1;
     const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
-    const Tensor views = adversary_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b[kForecastStarts],
-                                         c.adversary_frames);
-    const auto run = b[kRun].item<int64_t>();
+    const Tensor views = discriminator_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b.forecast_starts,
+                                             c.training.discriminator_frames);
+    const int64_t run = b.run;
     const int64_t runs = std::min<int64_t>(kRuns, past.size(0)) / 2 * 2;
     const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
     const Tensor twice = past.slice(0, 0, runs / 2).repeat({2, 1, 1});
-    Tensor labels = torch::zeros({runs, run + kRunFrames + c.gamma - 1, c.labels});
+    Tensor labels = torch::zeros({runs, run + kRunFrames + c.gamma - 1, c.labels}, past.options());
     {
       const torch::NoGradGuard no_gradients;
       if (c.intention)
         labels = model->intention->draw(model->intention->encode(twice),
-                                        some(b[kGumbel]).slice(1, 0, run + kRunFrames + c.gamma - 1));
-      state = model->pose->start(twice, some(b[kZ]));
+                                        some(b.gumbel).slice(1, 0, run + kRunFrames + c.gamma - 1));
+      state = model->pose->start(twice, some(b.z));
       model->pose->roll(state, labels, run);
     }
     const Tensor later = labels.slice(1, run);
     const Tensor last = model->pose->roll(state, later, kRunFrames);
-    const Tensor run_views = adversary_views(last, later, some(b[kRunStarts]), c.adversary_frames);
+    const Tensor run_views = discriminator_views(last, later, some(b.run_starts), c.training.discriminator_frames);
     const Tensor sameness = sameness_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
-                                          kApart * pose_spread(b[kFrames].slice(0, 0, runs / 2), scale));
-    total = total + c.diversity_weight * sameness;
+                                          kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
+    total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
-    add_adversary(model->pose_adversary, "pose",
-                  adversary_views(b[kFrames], unseen(true_labels), b[kRealStarts], c.adversary_frames),
-                  torch::cat({views, run_views}), c.adversary_weight, total, losses);
+    add_discriminator(
+        model->pose_discriminator, "pose",
+        discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
+        torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
   }
   losses.insert(losses.begin(), {"total", total});
   return losses;
 }
 
-TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation) {
+TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation,
+                         torch::Device device) {
   const Config& c = networks.config;
   IntentionModel model(c);
   networks.intention = model->intention;
   networks.pose = model->pose;
   if (!c.intention) networks.intention = nullptr;
   TrainTask task;
-  task.name = "intention";
-  task.average = 0.995;  // adversaries make weights sway
-  task.rate_factor = [](const std::string& name) { return name.find("adversary") != std::string::npos ? 2.0 : 1.0; };
-  task.module = model.ptr();
-  task.samples = data.size();
-  task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
-    return intention_batch(data, c, indices, seed);
+  task.average = c.training.average;
+  task.rate_factor = [](const std::string& name) {
+    return name.find("discriminator") != std::string::npos ? 2.0 : 1.0;
   };
-  task.losses = [&, model](const Batch& b) { return intention_losses(model, b, c, networks.scale); };
-  task.validate = [&] { return 1 - validation_ndms(networks, validation); };
+  task.module = model.ptr();
+  task.networks = {{"pose_net.", networks.pose.ptr()}};
+  if (c.intention) task.networks["intention_net."] = networks.intention.ptr();
+  task.tensors = cluster_tensors(networks.clusters);
+  task.samples = data.size();
+  task.prepare =
+      batches([&](const TrainStep& step) { return intention_batch(data, c, step.indices, step.seed); },
+              [&, model, device, scale = networks.scale.to(device)](const IntentionBatch& b, const TrainStep&) {
+                return intention_losses(model, b.on(device), c, scale);
+              });
+  task.validate = [&, device] {
+    const OnCpu moved(device, {networks.pose.ptr(), c.intention ? networks.intention.ptr() : nullptr});
+    return 1 - validation_ndms(networks, validation);
+  };
   return task;
 }
 
-/// Past (B, t, F), future (B, T, F), 1 for frames that were recorded (B, T), and the seed of what the network drops
-/// out.
-Batch compared_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed,
-                     int64_t frames) {
+/// Windows as Seq2Seq and LTD are trained on them.
+struct BaselineBatch {
+  Tensor past;    // (B, t, F)
+  Tensor future;  // (B, T, F)
+  Tensor known;   // (B, T) 1 for frames that were recorded
+
+  BaselineBatch on(torch::Device d) const { return {past.to(d), future.to(d), known.to(d)}; }
+};
+
+BaselineBatch baseline_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed,
+                             int64_t frames) {
   std::mt19937_64 random(seed);
   std::vector<Tensor> windows, known;
   for (const int64_t index : indices) {
@@ -228,94 +261,70 @@ Batch compared_batch(const Data& data, const Config& c, const std::vector<int64_
 }
 
 /// Seq2Seq or LTD: joint error over the first second.
-TrainTask compared_task(const std::string& name, Networks& networks, const Data& data,
-                        const std::vector<Sequence>& validation) {
+TrainTask baseline_task(const std::string& name, Networks& networks, const Data& data,
+                        const std::vector<Sequence>& validation, torch::Device device) {
   const Config& c = networks.config;
-  const int64_t frames =
-      name == "trajectory" ? c.ltd_future : std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
+  const bool ltd = name == "ltd";
+  const int64_t frames = ltd ? c.baselines.ltd_future : std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
   TrainTask task;
-  task.name = name;
-  if (name == "trajectory")
-    task.module = (networks.trajectory = make_trajectory_network(c)).ptr();
+  if (ltd)
+    task.module = (networks.ltd = make_ltd(c)).ptr();
   else
     task.module = (networks.seq2seq = Seq2SeqNetwork(c)).ptr();
+  task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
-  task.prepare = [&, frames](const std::vector<int64_t>& indices, uint64_t seed) {
-    return compared_batch(data, c, indices, seed, frames);
+  task.prepare = batches(
+      [&, frames](const TrainStep& step) { return baseline_batch(data, c, step.indices, step.seed, frames); },
+      [&, frames, ltd, device, scale = networks.scale.to(device)](const BaselineBatch& on_cpu, const TrainStep&) {
+        const BaselineBatch b = on_cpu.on(device);
+        const Tensor forecast = ltd ? networks.ltd->forward(b.past.slice(1, c.observed - c.baselines.ltd_past))
+                                    : networks.seq2seq->forward(b.past, frames);
+        const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
+                     root = root_reconstruction_loss(forecast, b.future, b.known);
+        return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
+      });
+  task.validate = [&, ltd, device, module = task.module] {
+    const OnCpu moved(device, {module});
+    return validation_error(networks, ltd, validation);
   };
-  const bool trajectory = name == "trajectory";
-  task.losses = [&, frames, trajectory](const Batch& b) {
-    const Tensor forecast = trajectory ? networks.trajectory->forward(b[0].slice(1, c.observed - c.ltd_past))
-                                       : networks.seq2seq->forward(b[0], frames);
-    const Tensor rec = pose_reconstruction_loss(forecast, b[1], b[2], networks.scale),
-                 root = root_reconstruction_loss(forecast, b[1], b[2]);
-    return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
-  };
-  task.validate = [&, trajectory] { return validation_error(networks, trajectory, validation); };
   return task;
 }
 
 }  // namespace
 
-bool train(const Training& options, Notes* notes) {
-  const Config& config = options.config;
-  validate(config, options.out);
-  const std::vector<ActionMotion> motions = read_motion_set(options.data, config.rate, notes);
-
-  using Choice = Training::Stage;
-  std::vector<std::string> stages;
-  if (options.stage == Choice::intention || options.stage == Choice::all) stages.push_back("intention");
-  if (options.stage == Choice::seq2seq || options.stage == Choice::all) stages.push_back("seq2seq");
-  if (options.stage == Choice::trajectory || options.stage == Choice::all) stages.push_back("trajectory");
-  const size_t first = first_stage(options.out, stages, options.resume);
+bool train(const TrainRun& run, const Config& config, Notes* notes) {
+  validate(config, run.out);
+  const std::vector<std::string> names =
+      chosen_stages(run.stages, {"intention", "seq2seq", "ltd"}, {"intention", "seq2seq", "ltd"});
+  if (run.data.size() != 1) throw Error("data", "is one folder here, not " + std::to_string(run.data.size()));
+  if (!run.from.empty()) throw Error("from", "is not for anticipation: a run starts at random");
+  const std::string& source = run.data.front();
+  const std::vector<ActionMotion> motions = read_motion_set(source, config.rate, notes);
 
   Networks networks;
   networks.config = config;
-  networks.skeleton = training_skeleton(motions, options.data);
+  networks.skeleton = training_skeleton(motions, source);
   const auto train_sequences = sequences_of(motions, "train", networks.skeleton),
              validation = sequences_of(motions, "val", networks.skeleton);
   if (test_windows(validation, config, 1).empty())
-    throw Error(options.data, "has no validation recording that is long enough");
+    throw Error(source, "has no validation recording that is long enough");
   std::vector<Tensor> features;
   for (const Sequence& s : train_sequences)
     for (const Tensor& f : {s.features, mirrored_features(s.features)}) features.push_back(f);
   networks.scale = feature_scale(torch::cat(features));
-  networks.clusters = cluster_recordings(train_sequences, config, options.seed);
+  networks.clusters = cluster_recordings(train_sequences, config, run.seed);
   const Data data(train_sequences, networks);
 
-  for (size_t s = first; s < stages.size(); ++s) {
-    // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
-    Networks before;
-    if (std::filesystem::exists(options.out) && (options.resume || s > 0 || options.stage != Choice::all))
-      before = load_networks(options.out);
-    const bool kept = (stages[s] != "intention" && !before.pose.is_empty()) ||
-                      (stages[s] != "seq2seq" && !before.seq2seq.is_empty()) ||
-                      (stages[s] != "trajectory" && !before.trajectory.is_empty());
-    if (kept && !(before.config == config && before.scale.mean.allclose(networks.scale.mean, 1e-2, 1e-3)))
-      throw Error(options.out, "holds other networks, trained with another configuration or on other data");
-    torch::manual_seed(options.seed);
-    TrainTask task = stages[s] == "intention" ? intention_task(networks, data, validation)
-                                              : compared_task(stages[s], networks, data, validation);
-    task.on_best = [&, name = stages[s]] {
-      Networks best = networks;
-      if (name != "intention") {
-        best.intention = before.intention;
-        best.pose = before.pose;
-        if (!before.pose.is_empty()) best.clusters = before.clusters;  // that it was trained on
-      }
-      if (name != "seq2seq") best.seq2seq = before.seq2seq;
-      if (name != "trajectory") best.trajectory = before.trajectory;
-      save_networks(options.out, best);
-    };
-    TrainOptions loop = stage_options(options.out, s, first, options.resume);
-    loop.steps = options.steps > 0 ? options.steps : stages[s] == "intention" ? 1600 : 2000;
-    loop.batch = options.batch;
-    loop.learning_rate = stages[s] == "intention" ? 5e-4 : 1e-3;
-    loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
-    loop.seed = options.seed;
-    if (train(task, loop).interrupted) return false;
+  std::vector<TrainStage> stages;
+  for (const std::string& name : names) {
+    const bool ours = name == "intention";
+    stages.push_back({name, ours ? config.training.steps : config.baselines.steps, config.training.batch,
+                      ours ? config.training.learning_rate : config.baselines.learning_rate, 20, [&, name] {
+                        return name == "intention" ? intention_task(networks, data, validation, run.device)
+                                                   : baseline_task(name, networks, data, validation, run.device);
+                      }});
   }
-  return true;
+  return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run);
 }
 
 }  // namespace inhabit::anticipate

@@ -1,7 +1,5 @@
 #include "inhabit/forecast/config.h"
 
-#include <cmath>
-
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
@@ -67,32 +65,32 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("hidden", config.hidden);
   visit("points", config.points);
   visit("radius", config.radius);
-  visit("root_weight", config.root_weight);
-  visit("pose_weight", config.pose_weight);
-  visit("contact_weight", config.contact_weight);
   visit("decode_from_past", config.decode_from_past);
-  visit("trajectory_hidden", config.trajectory_hidden);
-  visit("trajectory_blocks", config.trajectory_blocks);
+  visit("training.contact_steps", config.training.contact_steps);
+  visit("training.motion_steps", config.training.motion_steps);
+  visit("training.adapt_steps", config.training.adapt_steps);
+  visit("training.contact_batch", config.training.contact_batch);
+  visit("training.motion_batch", config.training.motion_batch);
+  visit("training.contact_rate", config.training.contact_rate);
+  visit("training.motion_rate", config.training.motion_rate);
+  visit("training.stride", config.training.stride);
+  visit("training.root_weight", config.training.root_weight);
+  visit("training.pose_weight", config.training.pose_weight);
+  visit("training.contact_weight", config.training.contact_weight);
+  visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
+  visit("baselines.ltd_blocks", config.baselines.ltd_blocks);
 };
 
-void check(bool good, const std::string& subject, const std::string& reason) {
-  if (!good) throw Error(subject, "impossible configuration: " + reason);
-}
-
-bool within(int value, int lowest, int highest) { return value >= lowest && value <= highest; }
-
-bool positive(double value) { return std::isfinite(value) && value > 0; }
-
-void check_convolution(const std::optional<PointVoxelSpec>& spec, const std::string& subject) {
+void check_convolution(const std::optional<PointVoxelSpec>& spec, const ConfigCheck& check) {
   if (!spec) return;
-  check(within(spec->channels, 1, 8192), subject, "convolution channels");
-  check(within(spec->blocks, 1, 64), subject, "convolution blocks");
-  check(within(spec->grid, 2, 128), subject, "voxel grid");
+  check.within("convolution channels", spec->channels, 1, 8192);
+  check.within("convolution blocks", spec->blocks, 1, 64);
+  check.within("voxel grid", spec->grid, 2, 128);
 }
 
-void check_mlp(const std::vector<int>& mlp, const std::string& subject) {
-  check(!mlp.empty() && mlp.size() <= 32, subject, "MLP depth");
-  for (const int width : mlp) check(within(width, 1, 8192), subject, "MLP width");
+void check_mlp(const std::vector<int>& mlp, const ConfigCheck& check) {
+  check.within("MLP depth", static_cast<double>(mlp.size()), 1, 32);
+  for (const int width : mlp) check.within("MLP width", width, 1, 8192);
 }
 
 }  // namespace
@@ -113,6 +111,11 @@ Config preset(const std::string& name) {
     config.hips = {1, 2};
     config.points = 1500;
     config.contact_coefficients = 12;
+    config.training.contact_steps = 6500;  // two hours on two cores
+    config.training.motion_steps = 10000;
+    config.training.adapt_steps = 13000;
+    config.training.contact_batch = 8;
+    config.training.contact_rate = 1e-3;
     config.abstraction = {{PointVoxelSpec{32, 1, 16}, 256, 0.25, 16, {32, 64}},
                           {PointVoxelSpec{64, 1, 8}, 64, 0.5, 16, {64, 128}},
                           {std::nullopt, 16, 1.0, 16, {128, 256}}};
@@ -176,37 +179,56 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
   return config;
 }
 
-void validate(const Config& config, const std::string& subject) {
-  check(positive(config.rate) && config.rate <= 1000, subject, "rate");
-  check(within(config.past, 1, 10000), subject, "past frames");
-  check(within(config.future, 1, 10000), subject, "future frames");
-  check(within(config.joints, 1, 1000), subject, "joints");
-  check(within(config.root, 0, config.joints - 1), subject, "root joint");
-  check(config.hips.empty() || config.hips.size() == 2, subject, "hips");
-  for (const int hip : config.hips) check(within(hip, 0, config.joints - 1), subject, "hips");
-  check(positive(config.sigma) && config.sigma <= 100, subject, "sigma");
-  check(positive(config.contact_threshold) && config.contact_threshold < 1, subject, "contact threshold");
-  check(within(config.contact_coefficients, 1, config.frames()), subject, "contact coefficients");
-  check(within(config.root_coefficients, 1, config.frames()), subject, "root coefficients");
-  check(within(config.hidden, 1, 8192), subject, "hidden width");
-  check(within(config.points, 1, 10'000'000), subject, "scene points");
-  check(positive(config.radius) && config.radius <= 1000, subject, "radius");
-  for (const double weight : {config.root_weight, config.pose_weight, config.contact_weight})
-    check(std::isfinite(weight) && weight >= 0, subject, "loss weights");
-  check(within(config.trajectory_hidden, 1, 4096), subject, "trajectory width");
-  check(within(config.trajectory_blocks, 1, 64), subject, "trajectory blocks");
-  check(!config.abstraction.empty() && config.abstraction.size() <= 16, subject, "abstraction levels");
-  check(config.abstraction.size() == config.propagation.size(), subject, "as many levels up as down");
-  for (const AbstractionSpec& spec : config.abstraction) {
-    check_convolution(spec.convolution, subject);
-    check(within(spec.centres, 1, 1'000'000), subject, "centres");
-    check(positive(spec.radius) && spec.radius <= 1000, subject, "neighbourhood radius");
-    check(within(spec.neighbours, 1, 4096), subject, "neighbours");
-    check_mlp(spec.mlp, subject);
+void set_fields(Config& config, const std::vector<std::string>& settings) {
+  inhabit::set_fields(settings, fields, config);
+}
+
+void validate(const Config& c, const std::string& subject) {
+  const ConfigCheck check{subject};
+  constexpr double kTiny = 1e-9;  // over 0
+  check.within("rate", c.rate, kTiny, 1000);
+  check.within("past", c.past, 1, 10000);
+  check.within("future", c.future, 1, 10000);
+  check.within("joints", c.joints, 1, 1000);
+  check.within("root", c.root, 0, c.joints - 1);
+  check.holds(c.hips.empty() || c.hips.size() == 2, "hips");
+  for (const int hip : c.hips) check.within("hips", hip, 0, c.joints - 1);
+  check.within("sigma", c.sigma, kTiny, 100);
+  check.within("contact_threshold", c.contact_threshold, kTiny, 1 - kTiny);
+  check.within("contact_coefficients", c.contact_coefficients, 1, c.frames());
+  check.within("root_coefficients", c.root_coefficients, 1, c.frames());
+  check.within("hidden", c.hidden, 1, 8192);
+  check.within("points", c.points, 1, 10'000'000);
+  check.within("radius", c.radius, kTiny, 1000);
+  const Config::Training& t = c.training;
+  for (const auto& [name, steps] : {std::pair("training.contact_steps", t.contact_steps),
+                                    {"training.motion_steps", t.motion_steps},
+                                    {"training.adapt_steps", t.adapt_steps}})
+    check.within(name, steps, 0, 100'000'000);
+  for (const auto& [name, batch] : {std::pair("training.contact_batch", t.contact_batch),
+                                    {"training.motion_batch", t.motion_batch},
+                                    {"training.stride", t.stride}})
+    check.within(name, batch, 1, 100'000);
+  for (const auto& [name, weight] : {std::pair("training.contact_rate", t.contact_rate),
+                                     {"training.motion_rate", t.motion_rate},
+                                     {"training.root_weight", t.root_weight},
+                                     {"training.pose_weight", t.pose_weight},
+                                     {"training.contact_weight", t.contact_weight}})
+    check.within(name, weight, 0, 1e6);
+  check.within("baselines.ltd_hidden", c.baselines.ltd_hidden, 1, 4096);
+  check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);
+  check.within("abstraction levels", static_cast<double>(c.abstraction.size()), 1, 16);
+  check.holds(c.abstraction.size() == c.propagation.size(), "as many levels up as down");
+  for (const AbstractionSpec& spec : c.abstraction) {
+    check_convolution(spec.convolution, check);
+    check.within("centres", spec.centres, 1, 1'000'000);
+    check.within("neighbourhood radius", spec.radius, kTiny, 1000);
+    check.within("neighbours", spec.neighbours, 1, 4096);
+    check_mlp(spec.mlp, check);
   }
-  for (const PropagationSpec& spec : config.propagation) {
-    check_convolution(spec.convolution, subject);
-    check_mlp(spec.mlp, subject);
+  for (const PropagationSpec& spec : c.propagation) {
+    check_convolution(spec.convolution, check);
+    check_mlp(spec.mlp, check);
   }
 }
 

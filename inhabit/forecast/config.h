@@ -52,15 +52,33 @@ struct Config {
   int hidden = 128;                 ///< width of the recurrent encoders, the root MLP and the contact network's head
   int points = 5000;                ///< N, scene points sampled
   double radius = 2.5;              ///< metres around the root at the last observed frame
-  double root_weight = 1.0;         ///< lambda 1 (Eq. 13)
-  double pose_weight = 1.0;         ///< lambda 2
-  double contact_weight = 0.1;      ///< lambda 3
   bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
                                     ///< the cell's own last state
-  int trajectory_hidden = 128;      ///< LTD, which the networks are compared with (the original: 256)
-  int trajectory_blocks = 6;        ///< its residual blocks (the original: 12)
   std::vector<AbstractionSpec> abstraction;
   std::vector<PropagationSpec> propagation;
+
+  /// How the networks are trained. Defaults are the paper's (4.2).
+  struct Training {
+    int contact_steps = 0;  ///< optimiser steps of stage contact; 0: 50 epochs
+    int motion_steps = 0;   ///< of stages motion, no_contact and ltd; 0: 50 epochs
+    int adapt_steps = 0;    ///< of stage adapt; 0: 10 epochs
+    int contact_batch = 4, motion_batch = 32;
+    double contact_rate = 5e-4, motion_rate = 1e-3;  ///< learning rates
+    int stride = 5;                                  ///< frames from one window to the next
+    double root_weight = 1.0;                        ///< lambda 1 (Eq. 13)
+    double pose_weight = 1.0;                        ///< lambda 2
+    double contact_weight = 0.1;                     ///< lambda 3
+
+    bool operator==(const Training&) const = default;
+  } training;
+
+  /// Sizes of what the networks are compared with.
+  struct Baselines {
+    int ltd_hidden = 128;  ///< LTD's width (the original: 256)
+    int ltd_blocks = 6;    ///< its residual blocks (the original: 12)
+
+    bool operator==(const Baselines&) const = default;
+  } baselines;
 
   int frames() const { return past + future; }
   bool operator==(const Config&) const = default;
@@ -77,6 +95,9 @@ Config config_from_json(const std::string& text, const std::string& subject);
 
 /// The config that the metadata of a file with released weights describes: sizes P, T, J, L, ... and the block lists.
 Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
+
+/// Sets fields from text, "training.motion_batch=64" each (io/config_fields.h).
+void set_fields(Config& config, const std::vector<std::string>& settings);
 
 /// Throws Error(subject, ...) unless sizes are positive and bounded and the block lists fit together.
 void validate(const Config& config, const std::string& subject);

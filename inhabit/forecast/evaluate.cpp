@@ -30,7 +30,7 @@ Table evaluate(const Networks& model, const Data& data) {
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
   std::vector<std::pair<std::string, Sums>> methods = {{"last pose held", {}}, {"constant velocity", {}}};
-  if (!model.trajectory.is_empty()) methods.push_back({"LTD", {}});
+  if (!model.ltd.is_empty()) methods.push_back({"LTD", {}});
   if (!model.no_contact.is_empty()) methods.push_back({"w/o contact", {}});
   if (!model.contact.is_empty() && !model.motion.is_empty()) methods.push_back({"predicted contact", {}});
   if (!model.motion.is_empty()) methods.push_back({"w/ true contact", {}});
@@ -61,7 +61,7 @@ Table evaluate(const Networks& model, const Data& data) {
       if (name == "last pose held") sums.add(last, truth, config.root);
       if (name == "constant velocity") sums.add(moved, truth, config.root);
       if (name == "LTD") {
-        nn::TrajectoryGraph trajectory = model.trajectory;
+        nn::TrajectoryGraph trajectory = model.ltd;
         sums.add(trajectory->forward(past.flatten(2)).view_as(truth), truth, config.root);
       }
       if (name == "w/o contact") sums.add(run(*no_contact, {}), truth, config.root);

@@ -22,7 +22,8 @@ MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& 
       ((forecast.local - true_local) * others).square().sum(-1).sum(-1).mean() / static_cast<double>(config.joints - 1);
   const torch::Tensor joints = forecast.local * others + path.unsqueeze(2);
   out.contact = (contact_points.select(3, 3) * (joints - contact_points.narrow(3, 0, 3)).square().sum(-1)).mean();
-  out.total = config.root_weight * out.root + config.pose_weight * out.local + config.contact_weight * out.contact;
+  out.total = config.training.root_weight * out.root + config.training.pose_weight * out.local +
+              config.training.contact_weight * out.contact;
   return out;
 }
 

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "inhabit/forecast/network.h"
+#include "inhabit/io/safetensors.h"
 #include "inhabit/nn/trajectory_graph.h"
 
 namespace inhabit::forecast {
@@ -9,14 +10,19 @@ namespace inhabit::forecast {
 /// Both stages of a forecasting model and its variants; a network that a file lacks is null.
 struct Networks {
   Config config;
-  ContactNetwork contact{nullptr};          ///< stage one, "contact_net." in the file
-  MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
-  MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."
-  nn::TrajectoryGraph trajectory{nullptr};  ///< LTD, which knows nothing of the scene, "trajectory_net."
+  ContactNetwork contact{nullptr};    ///< stage one, "contact_net." in the file
+  MotionNetwork motion{nullptr};      ///< stage two, "motion_net."
+  MotionNetwork no_contact{nullptr};  ///< stage two without contact points, "no_contact_net."
+  nn::TrajectoryGraph ltd{nullptr};   ///< LTD, which knows nothing of the scene, "ltd_net."
 };
 
 /// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).
-nn::TrajectoryGraph make_trajectory_network(const Config& config);
+nn::TrajectoryGraph make_ltd(const Config& config);
+
+/// What files of this system say they are of.
+inline constexpr const char* kSystem = "contact-forecast";
+/// Such a file without networks: what run_stages writes beside them.
+SafeTensors model_header(const Config& config);
 
 /// Writes whichever networks are there, with the config in the metadata. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -16,10 +16,6 @@ namespace {
 constexpr int64_t kPoolPoints = 20000;  // a scene's points in memory: some 7,000 within 2.5 m of a person in a room
 constexpr size_t kScenesKept = 1024, kClipsKept = 2048;  // at most 240 MB and 190 MB (12 s clips)
 
-struct Window {
-  int32_t set, clip, start;
-};
-
 }  // namespace
 
 torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center, double radius, int64_t count,
@@ -52,68 +48,42 @@ Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {
 
 struct Data::Impl {
   Config config;
-  std::vector<Dataset> sets;
-  std::vector<Window> windows;
-  mutable RecentCache<torch::Tensor> clips{kClipsKept, [this](const std::string& key) { return read_joints(key); }};
-  mutable RecentCache<torch::Tensor> pools{kScenesKept, [this](const std::string& key) { return read_pool(key); }};
+  WindowSet windows;
+  mutable RecentCache<torch::Tensor> clips{
+      kClipsKept, [this](const std::string& key) { return windows.load_clip(key).joints.contiguous(); }};
+  mutable RecentCache<torch::Tensor> pools{kScenesKept, [this](const std::string& key) { return pool(key); }};
 
-  // Keys are "set/item", where an item is a clip's number or a scene's name.
-  static std::string key(int32_t set, const std::string& item) { return std::to_string(set) + "/" + item; }
-  static std::pair<size_t, std::string> parts(const std::string& key) {
-    const size_t slash = key.find('/');
-    return {std::stoul(key.substr(0, slash)), key.substr(slash + 1)};
-  }
-  torch::Tensor read_joints(const std::string& k) const {
-    const auto [set, clip] = parts(k);
-    return load_clip(sets[set], sets[set].clips[std::stoul(clip)]).joints.contiguous();
-  }
-  torch::Tensor read_pool(const std::string& k) const {
-    const auto [set, scene] = parts(k);
+  torch::Tensor pool(const std::string& key) const {
     std::mt19937_64 random(1);
-    return sample_points(load_scene(sets[set], scene), kPoolPoints, random);
+    return sample_points(windows.load_scene(key), kPoolPoints, random);
   }
 };
 
 Data::Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->config = config;
-  for (const std::string& folder : folders) {
-    impl_->sets.push_back(open_dataset(folder));
-    const Dataset& set = impl_->sets.back();
-    if (static_cast<int>(set.parents.size()) != config.joints)
-      throw Error(folder,
-                  "has " + std::to_string(set.parents.size()) + " joints, the model " + std::to_string(config.joints));
-    if (set.rate != config.rate)
-      throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, config.rate));
-    for (size_t c = 0; c < set.clips.size(); ++c) {
-      if (set.clips[c].scene.empty() || (split != "all" && set.clips[c].split != split)) continue;
-      require_files(set, set.clips[c]);
-      for (int64_t start = 0; start + config.past + config.future <= set.clips[c].frames; start += stride)
-        impl_->windows.push_back(
-            {static_cast<int32_t>(impl_->sets.size() - 1), static_cast<int32_t>(c), static_cast<int32_t>(start)});
-    }
-  }
-}
+    : impl_(new Impl{config, WindowSet(folders, split, config.frames(), stride, config.rate, [&](const Dataset& set) {
+                       if (static_cast<int>(set.parents.size()) != config.joints)
+                         throw Error(set.folder,
+                                     fmt::format("has {} joints, the model {}", set.parents.size(), config.joints));
+                     })}) {}
 
 Data::~Data() = default;
 
-int64_t Data::size() const { return static_cast<int64_t>(impl_->windows.size()); }
+const WindowSet& Data::windows() const { return impl_->windows; }
 
 Sample Data::sample(int64_t index, uint64_t seed, bool augment) const {
   const Config& config = impl_->config;
-  const Window& w = impl_->windows[static_cast<size_t>(index)];
+  const WindowSet& windows = impl_->windows;
   std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(index)));
-  const Dataset& set = impl_->sets[w.set];
-  const DatasetClip& entry = set.clips[w.clip];
-  const torch::Tensor clip = impl_->clips.get(Impl::key(w.set, std::to_string(w.clip)));
+  const torch::Tensor clip = impl_->clips.get(windows.clip_key(index));
+  const int64_t start = windows.place(index).start;
   Sample out;
-  out.joints = clip.slice(0, w.start, w.start + config.past + config.future);
+  out.joints = clip.slice(0, start, start + config.frames());
   const WindowFrame frame = window_frame(out.joints, config);
-  const torch::Tensor pool = impl_->pools.get(Impl::key(w.set, entry.scene));
+  const torch::Tensor pool = impl_->pools.get(windows.scene_key(index));
   try {
     out.points = frame.to_window(points_near(pool, frame.origin, config.radius, config.points, random()));
   } catch (const Error& e) {
-    throw Error(set.folder + "/" + entry.file, e.what());
+    throw Error(windows.file(windows.clip_key(index)), e.what());
   }
   out.joints = frame.to_window(out.joints);
   if (augment) {

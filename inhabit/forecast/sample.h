@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/data/window_set.h"
 #include "inhabit/forecast/config.h"
 
 namespace inhabit::forecast {
@@ -42,7 +43,8 @@ class Data {
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
-  int64_t size() const;
+  const WindowSet& windows() const;
+  int64_t size() const { return windows().size(); }
   /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
   Sample sample(int64_t index, uint64_t seed, bool augment) const;
 

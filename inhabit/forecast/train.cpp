@@ -1,7 +1,6 @@
 #include "inhabit/forecast/train.h"
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -13,76 +12,47 @@
 #include "inhabit/forecast/sample.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/forecast_error.h"
+#include "inhabit/nn/parameters.h"
 #include "inhabit/train/stages.h"
 
 namespace inhabit::forecast {
 namespace {
 
 // Stage "adapt" keeps a prediction of each of its windows: fewer, so that some 15,000 of 200 minutes take 150 MB.
-constexpr int64_t kTrainStride = 5, kAdaptStride = 15, kValidationStride = 30, kValidationWindows = 192;
+constexpr int64_t kAdaptStride = 15, kValidationStride = 30, kValidationWindows = 192;
 
-/// What a preset says about a stage: paper 4.2 for "paper"; "compact" sized for two hours on two cores.
-struct Stage {
-  std::string name;
-  int64_t steps, batch;
-  double rate;
+/// Windows as the contact network is trained on them.
+struct ContactBatch {
+  torch::Tensor points;    // (B, N, 3)
+  torch::Tensor features;  // (B, J L, N) DCT of the padded past's contact maps
+  torch::Tensor past;      // (B, P, J, 3)
+  torch::Tensor target;    // (B, J L, N) DCT of the true contact maps
+
+  ContactBatch on(torch::Device d) const { return {points.to(d), features.to(d), past.to(d), target.to(d)}; }
 };
 
-/// The stages that a choice runs, in order.
-const std::vector<std::string>& stages_of(Training::Stage choice) {
-  using Choice = Training::Stage;
-  static const std::map<Choice, std::vector<std::string>> stages = {
-      {Choice::contact, {"contact"}},
-      {Choice::motion, {"motion", "no_contact"}},
-      {Choice::adapt, {"adapt"}},
-      {Choice::trajectory, {"trajectory"}},
-      {Choice::both, {"contact", "motion", "no_contact", "adapt"}},
-      {Choice::all, {"contact", "motion", "no_contact", "adapt", "trajectory"}}};
-  return stages.at(choice);
-}
-
-Stage stage_of(const Training& options, const std::string& name, int64_t windows) {
-  const bool contact = name == "contact", adapt = name == "adapt";
-  Stage stage{name, contact ? 6500 : adapt ? 13000 : 10000, contact ? 8 : 32, 1e-3};
-  if (options.preset == "paper") {
-    stage.batch = contact ? 4 : 32;
-    stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, windows / stage.batch);
-    if (contact) stage.rate = 5e-4;
-  }
-  if (options.batch > 0) stage.batch = options.batch;
-  const int64_t asked = contact ? options.contact_steps : adapt ? options.adapt_steps : options.motion_steps;
-  if (asked > 0) stage.steps = asked;
-  return stage;
-}
-
-/// Evenly spread windows of the validation split.
-std::vector<int64_t> validation_windows(const Data& data) {
-  std::vector<int64_t> out;
-  const int64_t n = std::min(data.size(), kValidationWindows);
-  for (int64_t i = 0; i < n; ++i) out.push_back(i * data.size() / n);
-  return out;
-}
-
-/// Joints (B, P+T, J, 3) and points (B, N, 3) of windows.
-std::pair<torch::Tensor, torch::Tensor> read_windows(const Data& data, const std::vector<int64_t>& windows,
-                                                     uint64_t seed, bool augment) {
-  std::vector<torch::Tensor> joints, points;
+ContactBatch contact_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows, uint64_t seed,
+                           bool augment) {
+  torch::NoGradGuard no_grad;
+  std::vector<torch::Tensor> all_joints, all_points;
   for (const int64_t i : windows) {
     const Sample s = data.sample(i, seed, augment);
-    joints.push_back(s.joints);
-    points.push_back(s.points);
+    all_joints.push_back(s.joints);
+    all_points.push_back(s.points);
   }
-  return {torch::stack(joints), torch::stack(points)};
-}
-
-/// Points, padded contact DCT, past, true contact DCT.
-Batch contact_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows, uint64_t seed,
-                    bool augment) {
-  torch::NoGradGuard no_grad;
-  const auto [joints, points] = read_windows(data, windows, seed, augment);
+  const torch::Tensor joints = torch::stack(all_joints), points = torch::stack(all_points);
   const torch::Tensor past = joints.slice(1, 0, config.past).contiguous();
   return {points, contact_features(points, past, config), past, contact_targets(points, joints, config)};
 }
+
+/// Windows as motion networks are trained on them.
+struct MotionBatch {
+  torch::Tensor past;      // (B, P, J, 3)
+  torch::Tensor future;    // (B, T, J, 3)
+  torch::Tensor contacts;  // (B, T, J, 4) contact points
+
+  MotionBatch on(torch::Device d) const { return {past.to(d), future.to(d), contacts.to(d)}; }
+};
 
 /// Contact points (T, J, 4) of window `window`, the `place`-th of its batch, in the sample's axes.
 using ContactSource = std::function<torch::Tensor(int64_t place, int64_t window, const Sample& sample)>;
@@ -115,9 +85,9 @@ ContactSource predicted_contacts(const Config& config, const ContactNetwork& net
       };
 }
 
-/// Past, future, contact points. Scene points are drawn from `point_seed`, the augmentation from `seed`.
-Batch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
-                   const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed) {
+/// Scene points are drawn from `point_seed`, the augmentation from `seed`.
+MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
+                         const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed) {
   torch::NoGradGuard no_grad;
   std::vector<torch::Tensor> joints, touching;
   for (size_t i = 0; i < windows.size(); ++i) {
@@ -137,25 +107,35 @@ Batch motion_batch(const Data& data, const Config& config, const std::vector<int
   return {all.slice(1, 0, config.past).contiguous(), all.slice(1, config.past).contiguous(), torch::stack(touching)};
 }
 
+/// The mean over evenly spread windows of the validation split of what `error` sums over some of them.
+double validated(const Data& data, size_t together, const std::function<double(const std::vector<int64_t>&)>& error) {
+  const std::vector<int64_t> windows = data.windows().spread(kValidationWindows);
+  double sum = 0;
+  for (size_t first = 0; first < windows.size(); first += together)
+    sum += error({windows.begin() + static_cast<int64_t>(first),
+                  windows.begin() + static_cast<int64_t>(std::min(first + together, windows.size()))});
+  return sum / static_cast<double>(windows.size());
+}
+
 TrainTask contact_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
   const Config& config = model.config;
-  auto loss = [&model, device](const Batch& b) {
-    return contact_map_loss(model.contact->forward(b[0].to(device), b[1].to(device), b[2].to(device)), b[3].to(device),
-                            model.config);
+  const auto loss = [&model, device](const ContactBatch& on_cpu) {
+    const ContactBatch b = on_cpu.on(device);
+    return contact_map_loss(model.contact->forward(b.points, b.features, b.past), b.target, model.config);
   };
   TrainTask task;
-  task.name = "contact";
   task.module = model.contact.ptr();
+  task.networks = {{"contact_net.", model.contact.ptr()}};
   task.samples = data.size();
-  task.prepare = [&](const std::vector<int64_t>& windows, uint64_t seed) {
-    return contact_batch(data, config, windows, seed, true);
-  };
-  task.losses = [loss](const Batch& b) { return Losses{{"map", loss(b)}}; };
+  task.prepare =
+      batches([&](const TrainStep& step) { return contact_batch(data, config, step.indices, step.seed, true); },
+              [loss](const ContactBatch& b, const TrainStep&) {
+                return Losses{{"map", loss(b)}};
+              });
   task.validate = [&, loss] {
-    double sum = 0;
-    const auto windows = validation_windows(validation);
-    for (const int64_t w : windows) sum += loss(contact_batch(validation, config, {w}, 0, false)).item<double>();
-    return sum / static_cast<double>(windows.size());
+    return validated(validation, 1, [&](const std::vector<int64_t>& some) {
+      return loss(contact_batch(validation, config, some, 0, false)).item<double>();
+    });
   };
   return task;
 }
@@ -172,120 +152,129 @@ TrainTask motion_task(const std::string& stage, Networks& model, const Data& dat
     return stage == "motion" ? true_contacts(config) : no_contacts(config);
   };
   TrainTask task;
-  task.name = stage;
   task.module = network.ptr();
+  task.networks = {{stage == "no_contact" ? "no_contact_net." : "motion_net.", network.ptr()}};
   task.samples = data.size();
-  task.prepare = [&, adapt, source = contacts(2)](const std::vector<int64_t>& windows, uint64_t seed) {
-    return motion_batch(data, config, windows, source, adapt ? 0 : seed, seed);
-  };
-  task.losses = [&config, network, device](const Batch& b) mutable {
-    const MotionLosses l =
-        motion_losses(network->forward(b[0].to(device), b[2].to(device)), b[1].to(device), b[2].to(device), config);
-    return Losses{{"total", l.total}, {"root", l.root}, {"local", l.local}, {"contact", l.contact}};
-  };
+  task.prepare = batches(
+      [&, adapt, source = contacts(2)](const TrainStep& step) {
+        return motion_batch(data, config, step.indices, source, adapt ? 0 : step.seed, step.seed);
+      },
+      [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
+        const MotionBatch b = on_cpu.on(device);
+        const MotionLosses l = motion_losses(network->forward(b.past, b.contacts), b.future, b.contacts, config);
+        return Losses{{"total", l.total}, {"root", l.root}, {"local", l.local}, {"contact", l.contact}};
+      });
   task.validate = [&, network, source = contacts(0), device]() mutable {
-    double sum = 0;
-    const auto windows = validation_windows(validation);
-    for (size_t first = 0; first < windows.size(); first += 32) {
-      const std::vector<int64_t> some(windows.begin() + static_cast<int64_t>(first),
-                                      windows.begin() + static_cast<int64_t>(std::min(first + 32, windows.size())));
-      const Batch b = motion_batch(validation, config, some, source, 0, {});
+    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
+      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
       const torch::Tensor joints =
-          forecast_joints(network->forward(b[0].to(device), b[2].to(device)), config.root).cpu();
-      sum += (path_error(joints, b[1], config.root).mean(1) + pose_error(joints, b[1], config.root).mean(1))
-                 .sum()
-                 .item<double>();
-    }
-    return sum / static_cast<double>(windows.size());
+          forecast_joints(network->forward(b.past.to(device), b.contacts.to(device)), config.root).cpu();
+      return (path_error(joints, b.future, config.root).mean(1) + pose_error(joints, b.future, config.root).mean(1))
+          .sum()
+          .item<double>();
+    });
   };
   return task;
 }
 
 /// LTD: mean joint error in the world.
-TrainTask trajectory_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
   const Config& config = model.config;
-  auto forecast = [network = model.trajectory, &config, device](const torch::Tensor& past) mutable {
+  auto forecast = [network = model.ltd, &config, device](const torch::Tensor& past) mutable {
     return network->forward(past.to(device).flatten(2)).unflatten(2, {config.joints, 3});
   };
   TrainTask task;
-  task.name = "trajectory";
-  task.module = model.trajectory.ptr();
+  task.module = model.ltd.ptr();
+  task.networks = {{"ltd_net.", model.ltd.ptr()}};
   task.samples = data.size();
-  task.prepare = [&, source = no_contacts(config)](const std::vector<int64_t>& windows, uint64_t seed) {
-    return motion_batch(data, config, windows, source, seed, seed);
-  };
-  task.losses = [forecast, device](const Batch& b) mutable {
-    const torch::Tensor error = (forecast(b[0]) - b[1].to(device)).square().sum(3) + 1e-10;
-    return Losses{{"joints", error.sqrt().mean()}};
-  };
+  task.prepare = batches(
+      [&, source = no_contacts(config)](const TrainStep& step) {
+        return motion_batch(data, config, step.indices, source, step.seed, step.seed);
+      },
+      [forecast, device](const MotionBatch& b, const TrainStep&) mutable {
+        const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
+        return Losses{{"joints", error.sqrt().mean()}};
+      });
   task.validate = [&, forecast, source = no_contacts(config)]() mutable {
-    double sum = 0;
-    const auto windows = validation_windows(validation);
-    for (const int64_t w : windows) {
-      const Batch b = motion_batch(validation, config, {w}, source, 0, {});
-      sum += (forecast(b[0]).cpu() - b[1]).norm(2, {3}).mean().item<double>();
-    }
-    return sum / static_cast<double>(windows.size());
+    return validated(validation, 1, [&](const std::vector<int64_t>& some) {
+      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
+      return (forecast(b.past).cpu() - b.future).norm(2, {3}).mean().item<double>();
+    });
   };
   return task;
 }
 
+/// Copies the weights of a network of the same sizes; says nothing where the file has none.
+template <class Network>
+void adopt(Network& network, const Network& start, const std::string& prefix, const std::string& file) {
+  if (start.is_empty()) return;
+  SafeTensors content;
+  nn::collect_parameters(*start, prefix, content);
+  nn::load_parameters(*network, prefix, content, file);
+  network->train();
+}
+
 }  // namespace
 
-bool train(const Training& options) {
-  const Config config = preset(options.preset);
-  const Data data(options.data, "train", config, kTrainStride), adapt_data(options.data, "train", config, kAdaptStride),
-      validation(options.data, "val", config, kValidationStride);
+bool train(const TrainRun& run, const Config& config) {
+  validate(config, run.out);
+  const std::vector<std::string> names = chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
+                                                       {"contact", "motion", "no_contact", "adapt"});
+  const Config::Training& t = config.training;
+  const Data data(run.data, "train", config, t.stride), adapt_data(run.data, "train", config, kAdaptStride),
+      validation(run.data, "val", config, kValidationStride);
   if (data.size() == 0)
-    throw Error(options.data.front(),
+    throw Error(run.data.front(),
                 "has no training window of " + std::to_string(config.past + config.future) + " frames");
-  if (validation.size() == 0) throw Error(options.data.front(), "has no validation window");
+  if (validation.size() == 0) throw Error(run.data.front(), "has no validation window");
 
-  const std::vector<std::string>& stages = stages_of(options.stage);
-  const size_t first = first_stage(options.out, stages, options.resume);
-
-  // What earlier stages (of this run or another) left in the model file is kept, but by a run of them all, which begins
-  // it anew; a network without weights is not written.
-  torch::manual_seed(options.seed);
-  Networks model{config, ContactNetwork(config), MotionNetwork(config), MotionNetwork(config, /*with_contact=*/false),
-                 make_trajectory_network(config)};
-  const bool keep = std::filesystem::exists(options.out) &&
-                    (options.resume || stages.size() < stages_of(Training::Stage::both).size());
-  for (size_t s = first; s < stages.size(); ++s) {
-    // The file holds the best of earlier stages and, each time this one validates better, its weights of that moment.
-    const Networks before =
-        std::filesystem::exists(options.out) && (keep || s > first) ? load_networks(options.out) : Networks{};
-    if (keep && !(before.config == config)) throw Error(options.out, "holds networks of another configuration");
-    if (stages[s] == "adapt") {
-      if (before.contact.is_empty() || before.motion.is_empty())
-        throw Error(options.out, "lacks the contact or the motion network that stage adapt goes on from");
-      model.contact = before.contact;
-      model.motion = load_networks(options.out).motion;  // `before` keeps its own until this one is better
+  const Networks start = run.from.empty() ? Networks{} : load_networks(run.from);
+  Networks model;
+  model.config = config;
+  const auto make_task = [&](const std::string& name) {
+    if (name == "contact") {
+      model.contact = ContactNetwork(config);
+      adopt(model.contact, start.contact, "contact_net.", run.from);
+      return contact_task(model, data, validation, run.device);
     }
-    const Data& windows = stages[s] == "adapt" ? adapt_data : data;
-    TrainTask task = stages[s] == "contact"      ? contact_task(model, windows, validation, options.device)
-                     : stages[s] == "trajectory" ? trajectory_task(model, windows, validation, options.device)
-                                                 : motion_task(stages[s], model, windows, validation, options.device);
-    task.module->to(options.device);
-    task.on_best = [&, name = stages[s]] {
-      Networks best = before;
-      best.config = config;
-      if (name == "contact") best.contact = model.contact;
-      if (name == "motion" || name == "adapt") best.motion = model.motion;
-      if (name == "no_contact") best.no_contact = model.no_contact;
-      if (name == "trajectory") best.trajectory = model.trajectory;
-      save_networks(options.out, best);
-    };
-    const Stage stage = stage_of(options, stages[s], windows.size());
-    TrainOptions loop = stage_options(options.out, s, first, options.resume);
-    loop.steps = stage.steps;
-    loop.batch = stage.batch;
-    loop.learning_rate = stage.rate;
-    loop.validate_every = std::max<int64_t>(1, stage.steps / 12);
-    loop.seed = options.seed;
-    if (train(task, loop).interrupted) return false;
+    if (name == "ltd") {
+      model.ltd = make_ltd(config);
+      adopt(model.ltd, start.ltd, "ltd_net.", run.from);
+      return ltd_task(model, data, validation, run.device);
+    }
+    if (name == "no_contact") {
+      model.no_contact = MotionNetwork(config, /*with_contact=*/false);
+      adopt(model.no_contact, start.no_contact, "no_contact_net.", run.from);
+    } else {
+      model.motion = MotionNetwork(config);
+      adopt(model.motion, start.motion, "motion_net.", run.from);
+    }
+    if (name == "adapt") {
+      const Networks before = std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
+      if (before.contact.is_empty() || before.motion.is_empty())
+        throw Error(run.out, "lacks the contact or the motion network that stage adapt goes on from");
+      model.contact = before.contact;
+      model.motion = before.motion;
+    }
+    return motion_task(name, model, name == "adapt" ? adapt_data : data, validation, run.device);
+  };
+  std::vector<TrainStage> stages;
+  for (const std::string& name : names) {
+    const bool contact = name == "contact", adapt = name == "adapt";
+    TrainStage stage{name,
+                     contact ? t.contact_steps
+                     : adapt ? t.adapt_steps
+                             : t.motion_steps,
+                     contact ? t.contact_batch : t.motion_batch,
+                     contact ? t.contact_rate : t.motion_rate,
+                     12,
+                     [&, name] { return make_task(name); }};
+    if (stage.steps == 0)
+      stage.steps = (adapt ? 10 : 50) *
+                    std::max<int64_t>(1, (adapt ? adapt_data : data).size() / std::max<int64_t>(1, stage.batch));
+    stages.push_back(stage);
   }
-  return true;
+  return run_stages(stages, model_header(config), run);
 }
 
 }  // namespace inhabit::forecast

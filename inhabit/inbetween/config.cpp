@@ -24,18 +24,26 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("anchors", c.anchors);
   visit("diffusion_steps", c.diffusion_steps);
   visit("t_star", c.t_star);
-  visit("guidance", c.guidance);
-  visit("joints_weight", c.joints_weight);
-  visit("velocity_weight", c.velocity_weight);
-  visit("feet_weight", c.feet_weight);
-  visit("rest_turn", c.rest_turn);
-  visit("scene_dropout", c.scene_dropout);
   visit("global_scene", c.global_scene);
   visit("local_scene", c.local_scene);
   visit("body_shape", c.body_shape);
   visit("partial_keys", c.partial_keys);
   visit("from_interpolation", c.from_interpolation);
   visit("around_obstacles", c.around_obstacles);
+  visit("training.steps", c.training.steps);
+  visit("training.batch", c.training.batch);
+  visit("training.learning_rate", c.training.learning_rate);
+  visit("training.weight_decay", c.training.weight_decay);
+  visit("training.average", c.training.average);
+  visit("training.stride", c.training.stride);
+  visit("training.bfloat16", c.training.bfloat16);
+  visit("training.joints_weight", c.training.joints_weight);
+  visit("training.velocity_weight", c.training.velocity_weight);
+  visit("training.feet_weight", c.training.feet_weight);
+  visit("training.rest_rotation", c.training.rest_rotation);
+  visit("training.scene_dropout", c.training.scene_dropout);
+  visit("inference.guidance", c.inference.guidance);
+  visit("inference.steps", c.inference.steps);
 };
 
 }  // namespace
@@ -47,9 +55,9 @@ Config preset(const std::string& name) {
     config.width = 96;
     config.multipliers = {1, 2, 2};
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
-    config.velocity_weight = 100;
-    config.feet_weight = 300;
-    config.rest_turn = 8;
+    config.training.velocity_weight = 100;
+    config.training.feet_weight = 300;
+    config.training.rest_rotation = 8;
     config.partial_keys = true;
     config.from_interpolation = true;
     config.around_obstacles = true;
@@ -87,7 +95,7 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
   set("bps_points", value("bps_points"), config.anchors);
   set("t_star", value("t_star"), config.t_star);
   set("diffusion_steps", value("diffusion_steps"), config.diffusion_steps);
-  set("guidance", value("guidance"), config.guidance);
+  set("guidance", value("guidance"), config.inference.guidance);
   int features = 0, image = 0, channels = 0;
   set("features", value("features"), features);
   const json vit = value("vit");
@@ -106,41 +114,47 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
   return config;
 }
 
+void set_fields(Config& config, const std::vector<std::string>& settings) {
+  inhabit::set_fields(settings, fields, config);
+}
+
 void validate(const Config& c, const std::string& subject) {
-  const auto check = [&](bool good, const char* name) {
-    if (!good) throw Error(subject, std::string("configuration: '") + name + "' is out of range");
-  };
-  const auto within = [&](const char* name, double value, double low, double high) {
-    check(value >= low && value <= high, name);
-  };
-  within("rate", c.rate, 1, 240);
-  within("frames", c.frames, 2, 4096);
-  within("padded", c.padded, c.frames, 8192);
-  within("width", c.width, 8, 1024);
-  check(c.width % 2 == 0, "width");
-  within("multipliers", static_cast<double>(c.multipliers.size()), 2, 6);
+  const ConfigCheck check{subject};
+  check.within("rate", c.rate, 1, 240);
+  check.within("frames", c.frames, 2, 4096);
+  check.within("padded", c.padded, c.frames, 8192);
+  check.within("width", c.width, 8, 1024);
+  check.holds(c.width % 2 == 0, "width");
+  check.within("multipliers", static_cast<double>(c.multipliers.size()), 2, 6);
   for (const int m : c.multipliers) {
-    within("multipliers", m, 1, 16);
-    within("multipliers", m * c.width, 8, 1024);
-    check(m * c.width % 8 == 0, "multipliers");  // group norm's groups
+    check.within("multipliers", m, 1, 16);
+    check.within("multipliers", m * c.width, 8, 1024);
+    check.holds(m * c.width % 8 == 0, "multipliers");  // group norm's groups
   }
-  check(c.padded % (1 << (c.multipliers.size() - 1)) == 0, "padded");
-  within("scene_patch", c.scene_encoder.patch, 2, kSceneSide);
-  check(kSceneSide % c.scene_encoder.patch == 0, "scene_patch");
-  within("scene_width", c.scene_encoder.width, 1, 2048);
-  within("scene_depth", c.scene_encoder.depth, 1, 24);
-  within("scene_heads", c.scene_encoder.heads, 1, 64);
-  within("scene_head_width", c.scene_encoder.head_width, 1, 256);
-  within("scene_mlp", c.scene_encoder.mlp, 1, 8192);
-  within("anchors", c.anchors, 1, 1024);
-  within("diffusion_steps", c.diffusion_steps, 2, 10000);
-  within("t_star", c.t_star, 0, c.diffusion_steps);
-  within("guidance", c.guidance, 0, 100);
-  within("joints_weight", c.joints_weight, 0, 1000);
-  within("velocity_weight", c.velocity_weight, 0, 1000);
-  within("feet_weight", c.feet_weight, 0, 1000);
-  within("rest_turn", c.rest_turn, 0, 90);
-  within("scene_dropout", c.scene_dropout, 0, 1);
+  check.holds(c.padded % (1 << (c.multipliers.size() - 1)) == 0, "padded");
+  check.within("scene_patch", c.scene_encoder.patch, 2, kSceneSide);
+  check.holds(kSceneSide % c.scene_encoder.patch == 0, "scene_patch");
+  check.within("scene_width", c.scene_encoder.width, 1, 2048);
+  check.within("scene_depth", c.scene_encoder.depth, 1, 24);
+  check.within("scene_heads", c.scene_encoder.heads, 1, 64);
+  check.within("scene_head_width", c.scene_encoder.head_width, 1, 256);
+  check.within("scene_mlp", c.scene_encoder.mlp, 1, 8192);
+  check.within("anchors", c.anchors, 1, 1024);
+  check.within("diffusion_steps", c.diffusion_steps, 2, 10000);
+  check.within("t_star", c.t_star, 0, c.diffusion_steps);
+  check.within("inference.guidance", c.inference.guidance, 0, 100);
+  check.within("inference.steps", c.inference.steps, 1, c.diffusion_steps);
+  check.within("training.steps", c.training.steps, 1, 1e8);
+  check.within("training.batch", c.training.batch, 1, 100'000);
+  check.within("training.stride", c.training.stride, 1, 100'000);
+  check.within("training.learning_rate", c.training.learning_rate, 0, 100);
+  check.within("training.weight_decay", c.training.weight_decay, 0, 100);
+  check.within("training.average", c.training.average, 0, 1 - 1e-9);
+  check.within("training.joints_weight", c.training.joints_weight, 0, 1000);
+  check.within("training.velocity_weight", c.training.velocity_weight, 0, 1000);
+  check.within("training.feet_weight", c.training.feet_weight, 0, 1000);
+  check.within("training.rest_rotation", c.training.rest_rotation, 0, 90);
+  check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
 }
 
 }  // namespace inhabit::inbetween

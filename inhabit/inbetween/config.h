@@ -36,19 +36,13 @@ struct Config {
   int width = 256;                           ///< of the embedding, and of the U-Net where the multiplier is 1
   std::vector<int> multipliers{2, 2, 2, 2};  ///< one level of the U-Net each, the next with half the frames
   SceneEncoderSpec scene_encoder;
-  int anchors = 64;             ///< points on the body's surface with an offset to the scene
-  int diffusion_steps = 1000;   ///< T
-  int t_star = 0;               ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
-  double guidance = 2.5;        ///< w
-  double joints_weight = 2;     ///< lambda of Eq. 2
-  double velocity_weight = 10;  ///< lambda of Eq. 3
-  double feet_weight = 0;       ///< of moves of feet that stand still in truth (not in the paper)
-  double rest_turn = 0;         ///< degrees that joints' frames are turned by at rest in training (not in the paper)
-  double scene_dropout = 0.1;   ///< share of training samples without the global scene, for guidance
-  bool global_scene = true;     ///< the occupancy is seen (Table 1)
-  bool local_scene = true;      ///< the offsets at key frames are seen (Table 1)
-  bool body_shape = true;       ///< the body-shape features are seen (Table 8)
-  bool partial_keys = false;    ///< parts of a key pose can be given: kMaskChannels channels of mask instead of one
+  int anchors = 64;            ///< points on the body's surface with an offset to the scene
+  int diffusion_steps = 1000;  ///< T
+  int t_star = 0;              ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
+  bool global_scene = true;    ///< the occupancy is seen (Table 1)
+  bool local_scene = true;     ///< the offsets at key frames are seen (Table 1)
+  bool body_shape = true;      ///< the body-shape features are seen (Table 8)
+  bool partial_keys = false;   ///< parts of a key pose can be given: kMaskChannels channels of mask instead of one
 
   /// The denoiser also sees the keys' linear interpolation, feature by feature, and says what that lacks: trained on
   /// two CPU cores it then starts where simple in-betweening ends. (Not in the paper.)
@@ -56,6 +50,34 @@ struct Config {
   /// That interpolation goes around what stands between the keys (way_around.h), also where scene_dropout and guidance
   /// hide the scene from the network. (Not in the paper.)
   bool around_obstacles = false;
+
+  /// How the denoiser is trained.
+  struct Training {
+    int steps = 20000;
+    int batch = 32;               ///< the paper's: 256
+    double learning_rate = 4e-4;  ///< the paper's 1e-4 goes with batches of 256 and many more steps
+    double weight_decay = 1e-2;
+    double average = 0.9995;  ///< decay of the weights' moving average; the paper's 0.9999 averages over as many steps
+                              ///< as a short run has in all
+    int stride = 30;              ///< frames from one window to the next
+    bool bfloat16 = false;        ///< the network's products are made in bfloat16 (nn/bfloat16.h)
+    double joints_weight = 2;     ///< lambda of Eq. 2
+    double velocity_weight = 10;  ///< lambda of Eq. 3
+    double feet_weight = 0;       ///< of the motion of feet that stand still in truth (not in the paper)
+    double rest_rotation = 0;     ///< degrees that joints' rest frames are rotated by (not in the paper)
+    double scene_dropout = 0.1;   ///< probability of a sample without the global scene, for guidance
+
+    bool operator==(const Training&) const = default;
+  } training;
+
+  /// How motion is sampled where Options say nothing else.
+  struct Inference {
+    double guidance = 2.5;  ///< w
+    int steps = 2;  ///< evaluations of the denoiser: few, as more collide more and are else no better beyond the
+                    ///< spread of seeds (docs/inbetweening.md)
+
+    bool operator==(const Inference&) const = default;
+  } inference;
 
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
@@ -74,6 +96,9 @@ Config config_from_json(const std::string& text, const std::string& subject);
 
 /// The config that the metadata of a file with released weights describes: latent_dim, dim_mults, vit, frames, ...
 Config released_config(const std::map<std::string, std::string>& metadata, const std::string& subject);
+
+/// Sets fields from text, "training.batch=64" each (io/config_fields.h).
+void set_fields(Config& config, const std::vector<std::string>& settings);
 
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
 void validate(const Config& config, const std::string& subject);

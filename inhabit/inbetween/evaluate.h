@@ -7,18 +7,11 @@
 #include <vector>
 
 #include "inhabit/inbetween/motion_autoencoder.h"
+#include "inhabit/inbetween/sample.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::inbetween {
-
-/// A stretch of recorded motion to be filled in between its key frames.
-struct Window {
-  std::string name;  ///< in errors
-  Clip truth;        ///< on the standard skeleton, with rotations
-  Clip given;        ///< what methods take key frames from: the truth, or noisy poses. The evaluation sets it
-  std::shared_ptr<const Scene> scene;  ///< none: nothing to collide with
-};
 
 /// One way of filling in. `fill` may look at the frames `keys` of window.given and at the scene.
 struct Method {

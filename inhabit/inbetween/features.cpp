@@ -24,17 +24,17 @@ double depth_of(const BodyModel& model, const Tensor& vertices, int64_t part) {
 Tensor rotations_of(const Tensor& x) { return x.slice(1, kOrientFeature, kJointFeature); }
 Tensor one_of_six(const Tensor& x) { return x.slice(1, kOrientFeature, kJointFeature, 6); }
 
-/// Rotations as matrices (B, 22, T, 3, 3) and back, (B, 132, T) standardised by `mean` and `deviation` (201).
-struct Turns {
-  const Tensor &mean, &deviation;
+/// Rotations as matrices (B, 22, T, 3, 3) and back, (B, 132, T) standardised.
+struct Rotations {
+  const FeatureScale& scale;
 
   Tensor matrices(const Tensor& features) const {
-    const Tensor six = rotations_of(features * deviation.view({1, -1, 1}) + mean.view({1, -1, 1}));
+    const Tensor six = rotations_of(features * scale.deviation.view({1, -1, 1}) + scale.mean.view({1, -1, 1}));
     return rotation6d_to_matrix(six.unflatten(1, {kStandardJoints, 6}).transpose(2, 3));
   }
   Tensor features(const Tensor& matrices) const {
     const Tensor six = matrix_to_rotation6d(matrices).transpose(2, 3).flatten(1, 2);
-    return (six - rotations_of(mean.view({1, -1, 1}))) / rotations_of(deviation.view({1, -1, 1}));
+    return (six - rotations_of(scale.mean.view({1, -1, 1}))) / rotations_of(scale.deviation.view({1, -1, 1}));
   }
 };
 
@@ -90,17 +90,16 @@ Tensor with_rest_turned(const Tensor& features, const Tensor& turns, Tensor& bon
       1);
 }
 
-Tensor interpolate_given_poses(const GivenFeatures& given, const Tensor& mean, const Tensor& deviation) {
-  const Turns turns{mean, deviation};
+Tensor interpolate_given_poses(const GivenFeatures& given, const FeatureScale& scale) {
+  const Rotations turns{scale};
   Tensor out = interpolate_given(given);
   const Tensor arcs = turns.features(between_given(turns.matrices(given.values), given_neighbours(given.mask)));
   rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
   return out;
 }
 
-Tensor lead_poses_to_given(const Tensor& found, GivenFeatures given, int64_t lead, const Tensor& mean,
-                           const Tensor& deviation) {
-  const Turns turns{mean, deviation};
+Tensor lead_poses_to_given(const Tensor& found, GivenFeatures given, int64_t lead, const FeatureScale& scale) {
+  const Rotations turns{scale};
   given.lead = lead;
   const Tensor set = held_places(given), predicted = turns.matrices(nearer_to_noisy_keys(found, given));
   const Tensor missed = matrix_to_quaternion(

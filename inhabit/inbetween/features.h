@@ -7,6 +7,7 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/nn/feature_scale.h"
 
 namespace inhabit::inbetween {
 
@@ -33,14 +34,13 @@ Clip clip_of_features(const torch::Tensor& features, const Clip& like);
 torch::Tensor with_rest_turned(const torch::Tensor& features, const torch::Tensor& turns, torch::Tensor& bones);
 
 /// interpolate_given (sampler.h) with rotations by slerp, the short way round: 6D numbers on straight lines all but
-/// vanish between poses that are turned far from each other, and name any rotation there. @param mean, deviation (201)
-/// that `given` is standardised by.
-torch::Tensor interpolate_given_poses(const GivenFeatures& given, const torch::Tensor& mean,
-                                      const torch::Tensor& deviation);
+/// vanish between poses that are turned far from each other, and name any rotation there. @param scale what `given` is
+/// standardised by.
+torch::Tensor interpolate_given_poses(const GivenFeatures& given, const FeatureScale& scale);
 
 /// lead_to_given (sampler.h) over `lead` frames, with what a rotation is missed by made up for as a turn.
 torch::Tensor lead_poses_to_given(const torch::Tensor& found, GivenFeatures given, int64_t lead,
-                                  const torch::Tensor& mean, const torch::Tensor& deviation);
+                                  const FeatureScale& scale);
 
 /// Features (T, 201) of noise level `level`: every rotation turned by `level` degrees and the root moved by `level`
 /// centimetres (standard deviations of each component), joints by forward kinematics; first and last frame stay clean

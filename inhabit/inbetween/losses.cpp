@@ -8,28 +8,28 @@ namespace inhabit::inbetween {
 using torch::Tensor;
 
 std::vector<std::pair<std::string, Tensor>> loss_terms(const Tensor& predicted, const Tensor& truth,
-                                                       const Tensor& bones, const Tensor& mean, const Tensor& deviation,
+                                                       const Tensor& bones, const FeatureScale& scale,
                                                        const Config& config) {
   constexpr double kUnit = 0.3;    // metres
   constexpr double kStill = 0.01;  // metres that a standing foot moves at most from one frame to the next
-  const auto in_units = [&](const Tensor& features) { return features.transpose(1, 2) * deviation + mean; };
-  const Tensor simple = (truth - predicted).square().mean();                   // Eq. 1
+  const auto in_units = [&](const Tensor& features) { return scale.from_network(features.transpose(1, 2)); };
+  const Tensor simple = (truth - predicted).square().mean();       // Eq. 1
   const Tensor here = feature_joints(in_units(predicted), bones);  // (B, T, 22, 3)
   const Tensor there = in_units(truth).slice(2, kJointFeature).reshape(here.sizes());
   const Tensor moved = (there - here) / kUnit;
   const auto steps_of_feet = [&](const Tensor& joints) {  // (B, T - 1, 4, 3)
-    return joints.index_select(2, torch::tensor({7, 8, 10, 11})).diff(1, 1);
+    return joints.index_select(2, torch::tensor({7, 8, 10, 11}, joints.device())).diff(1, 1);
   };
   const Tensor standing = steps_of_feet(there).norm(2, 3, true) < kStill;
   const Tensor joints = moved.square().mean();               // Eq. 2
   const Tensor velocity = moved.diff(1, 1).square().mean();  // Eq. 3
   const Tensor feet = (steps_of_feet(here) / kUnit * standing).square().mean();
-  return {
-      {"total", simple + config.joints_weight * joints + config.velocity_weight * velocity + config.feet_weight * feet},
-      {"simple", simple},
-      {"joints", joints},
-      {"velocity", velocity},
-      {"feet", feet}};
+  return {{"total", simple + config.training.joints_weight * joints + config.training.velocity_weight * velocity +
+                        config.training.feet_weight * feet},
+          {"simple", simple},
+          {"joints", joints},
+          {"velocity", velocity},
+          {"feet", feet}};
 }
 
 }  // namespace inhabit::inbetween

@@ -1,54 +1,36 @@
 #include "inhabit/inbetween/model_file.h"
 
 #include "inhabit/error.h"
-#include "inhabit/io/safetensors.h"
-#include "inhabit/nn/parameters.h"
+#include "inhabit/nn/model_file.h"
 
 namespace inhabit::inbetween {
-namespace {
 
-constexpr const char* kSystem = "scene-inbetweening";
-
-torch::Tensor scale_of(const SafeTensors& content, const std::string& name, const std::string& path) {
-  const auto found = content.tensors.find(name);
-  if (found == content.tensors.end()) throw Error(path, "lacks " + name);
-  const torch::Tensor t = found->second.to(torch::kFloat32);
-  if (t.dim() != 1 || t.size(0) != kFeatureCount) throw Error(path, name + " has the wrong shape");
-  if (!t.isfinite().all().item<bool>()) throw Error(path, name + " is not finite");
-  return t;
+SafeTensors model_header(const Config& config, const FeatureScale& scale) {
+  SafeTensors content = nn::model_content(kSystem, to_json(config));
+  content.tensors["scale.mean"] = scale.mean;
+  content.tensors["scale.deviation"] = scale.deviation;
+  return content;
 }
 
-}  // namespace
-
 void save_networks(const std::string& path, const Networks& networks, bool half) {
-  SafeTensors content;
-  content.metadata = {{"system", kSystem}, {"config", to_json(networks.config)}};
-  content.tensors["scale.mean"] = networks.mean;
-  content.tensors["scale.deviation"] = networks.deviation;
+  SafeTensors content = model_header(networks.config, networks.scale);
   nn::collect_parameters(*networks.network, "net.", content);
   write_safetensors(path, content, half);
 }
 
 Networks load_networks(const std::string& path) {
-  const SafeTensors content = read_safetensors(path);
-  Networks networks;
-  const auto system = content.metadata.find("system"), config = content.metadata.find("config");
-  if (system != content.metadata.end() && system->second == kSystem) {
-    if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
-    networks.config = config_from_json(config->second, path);
-    networks.mean = scale_of(content, "scale.mean", path);
-    networks.deviation = scale_of(content, "scale.deviation", path);
-    if ((networks.deviation <= 0).any().item<bool>()) throw Error(path, "scale.deviation is not positive");
-  } else if (system == content.metadata.end() && nn::has_parameters(content, "net.unet.")) {
-    networks.config = released_config(content.metadata, path);
-    networks.mean = torch::zeros({kFeatureCount});
-    networks.deviation = torch::ones({kFeatureCount});
+  const nn::ModelFile file = nn::read_model_file(path);
+  Networks n;
+  if (file.system().empty() && nn::has_parameters(file.content, "net.unet.")) {
+    n.config = released_config(file.content.metadata, path);
+    n.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   } else {
-    throw Error(path, std::string("is not a model of ") + kSystem);
+    n.config = config_from_json(file.config_of(kSystem), path);
+    n.scale = {file.tensor("scale.mean", {kFeatureCount}), file.positive_tensor("scale.deviation", {kFeatureCount})};
   }
-  networks.network = Denoiser(networks.config);
-  nn::load_parameters(*networks.network, "net.", content, path);
-  return networks;
+  n.network = file.network("net.", [&] { return Denoiser(n.config); });
+  if (n.network.is_empty()) throw Error(path, "holds no network");
+  return n;
 }
 
 }  // namespace inhabit::inbetween

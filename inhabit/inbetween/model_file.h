@@ -2,15 +2,22 @@
 #include <string>
 
 #include "inhabit/inbetween/network.h"
+#include "inhabit/io/safetensors.h"
+#include "inhabit/nn/feature_scale.h"
 
 namespace inhabit::inbetween {
 
 /// A trained denoiser and the scale of its features.
 struct Networks {
   Config config;
-  Denoiser network{nullptr};      ///< "net." in the file
-  torch::Tensor mean, deviation;  ///< (201), what features are standardised with
+  Denoiser network{nullptr};  ///< "net." in the file
+  FeatureScale scale;         ///< (201)
 };
+
+/// What files of this system say they are of.
+inline constexpr const char* kSystem = "scene-inbetweening";
+/// Such a file without the network: what run_stages writes beside it.
+SafeTensors model_header(const Config& config, const FeatureScale& scale);
 
 /// @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

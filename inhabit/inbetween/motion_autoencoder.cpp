@@ -2,10 +2,10 @@
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
-#include "inhabit/io/safetensors.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/local_pose.h"
-#include "inhabit/nn/parameters.h"
+#include "inhabit/nn/feature_scale.h"
+#include "inhabit/nn/model_file.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -31,17 +31,12 @@ Tensor reconstruction_error(MotionAutoencoder& network, const Tensor& channels) 
 /// Mean and deviation of the channels of windows, some at a time.
 void set_scale(MotionAutoencoderImpl& network, const Tensor& joints) {
   const torch::NoGradGuard no_gradients;
-  Tensor sum = torch::zeros({kChannels}, torch::kDouble), squares = torch::zeros_like(sum);
-  for (const Tensor& part : joints.split(256)) {
-    const Tensor channels = motion_channels(part).to(torch::kDouble).transpose(0, 1).flatten(1);  // (kChannels, n 121)
-    sum += channels.sum(1);
-    squares += channels.square().sum(1);
-  }
-  const auto count = static_cast<double>(joints.size(0) * joints.size(1));
-  const Tensor mean = sum / count;
-  network.mean.copy_(mean);
+  FeatureStatistics statistics;
+  for (const Tensor& part : joints.split(256)) statistics.add(motion_channels(part).transpose(1, 2));
+  const FeatureScale scale = statistics.scale();
+  network.mean.copy_(scale.mean);
   // A channel that hardly changes would be noise at its own scale.
-  network.deviation.copy_((squares / count - mean.square()).clamp_min(1e-6).sqrt());
+  network.deviation.copy_(scale.deviation.clamp_min(1e-3));
 }
 
 }  // namespace
@@ -108,39 +103,37 @@ TrainTask motion_autoencoder_task(MotionAutoencoder network, const Tensor& train
   require_windows(validation, "validation windows");
   set_scale(*network, train);
   TrainTask task;
-  task.name = "autoencoder";
   task.module = network.ptr();
+  task.networks = {{"", network.ptr()}};
   task.samples = train.size(0);
-  task.prepare = [network, train](const std::vector<int64_t>& indices, uint64_t) mutable {
-    return Batch{network->standardised(train.index_select(0, torch::tensor(indices)))};
-  };
-  task.losses = [network](const Batch& batch) mutable {
-    return Losses{{"total", reconstruction_error(network, batch[0])}};
-  };
+  task.prepare = batches([train](const TrainStep& step) { return train.index_select(0, torch::tensor(step.indices)); },
+                         [network](const Tensor& joints, const TrainStep&) mutable {
+                           const Tensor channels = network->standardised(joints.to(network->mean.device()));
+                           return Losses{{"total", reconstruction_error(network, channels)}};
+                         });
   task.validate = [network, validation]() mutable {
     double sum = 0;
     for (const Tensor& part : validation.split(256))
-      sum +=
-          reconstruction_error(network, network->standardised(part)).item<double>() * static_cast<double>(part.size(0));
+      sum += reconstruction_error(network, network->standardised(part.to(network->mean.device()))).item<double>() *
+             static_cast<double>(part.size(0));
     return sum / static_cast<double>(validation.size(0));
   };
   return task;
 }
 
+SafeTensors motion_autoencoder_header() { return nn::model_content(kAutoencoder, "{}"); }
+
 void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half) {
-  SafeTensors content;
-  content.metadata = {{"system", kAutoencoder}};
+  SafeTensors content = motion_autoencoder_header();
   nn::collect_parameters(*network, "", content);
   write_safetensors(path, content, half);
 }
 
 MotionAutoencoder load_motion_autoencoder(const std::string& path) {
-  const SafeTensors content = read_safetensors(path);
-  const auto system = content.metadata.find("system");
-  if (system == content.metadata.end() || system->second != kAutoencoder)
-    throw Error(path, std::string("is not a ") + kAutoencoder);
+  const nn::ModelFile file = nn::read_model_file(path);
+  file.config_of(kAutoencoder);
   MotionAutoencoder network;
-  nn::load_parameters(*network, "", content, path);
+  nn::load_parameters(*network, "", file.content, path);
   if ((network->deviation <= 0).any().item<bool>()) throw Error(path, "deviation is not positive");
   return network;
 }

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "inhabit/io/safetensors.h"
 #include "inhabit/train/loop.h"
 
 namespace inhabit::inbetween {
@@ -40,9 +41,11 @@ torch::Tensor motion_features(MotionAutoencoder network, const torch::Tensor& jo
 
 /// What the training loop is told: reconstruct the channels of `train` (N, 121, 22, 3), mean squared error over
 /// standardised channels; validated by the same over `validation`. Sets the network's mean and deviation.
-/// on_best is left to the caller.
 TrainTask motion_autoencoder_task(MotionAutoencoder network, const torch::Tensor& train,
                                   const torch::Tensor& validation);
+
+/// Its file without the network (train/stages.h).
+SafeTensors motion_autoencoder_header();
 
 /// @param half store weights in half precision.
 void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half = false);

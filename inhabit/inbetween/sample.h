@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/data/window_set.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/query.h"
 
@@ -20,6 +21,14 @@ struct Sample {
   torch::Tensor offsets;     ///< (T, 64, 3) metres from the body's anchors to the nearest place of the scene
   torch::Tensor body_shape;  ///< (7)
   torch::Tensor bones;       ///< (22, 3) metres, the skeleton's offsets
+};
+
+/// A stretch of recorded motion in its scene.
+struct Window {
+  std::string name;  ///< "clips/000012.npz 30", in errors
+  Clip truth;        ///< on the standard skeleton, with rotations
+  Clip given;        ///< what methods take key frames from: the truth, or noisy poses. The evaluation sets it
+  std::shared_ptr<const Scene> scene;  ///< none: nothing to collide with
 };
 
 /// The clip's shape of the built-in body: its betas, or where it has none those that fit its bones.
@@ -45,16 +54,12 @@ class Data {
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
-  int64_t size() const;
+  const WindowSet& windows() const;
+  int64_t size() const { return windows().size(); }
   Sample sample(int64_t index) const;
   torch::Tensor features(int64_t index) const;  ///< a sample's features alone
 
   /// The window itself, as recorded, with its scene.
-  struct Window {
-    Clip clip;
-    std::shared_ptr<const Scene> scene;
-    std::string name;  ///< "clips/000012.npz 30"
-  };
   Window window(int64_t index) const;
 
  private:

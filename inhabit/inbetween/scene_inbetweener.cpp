@@ -4,6 +4,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
+#include "inhabit/inbetween/conditioning.h"
 #include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
@@ -77,8 +78,7 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Options&
   out.betas = body_betas(key_poses);
   const double floor = floor_under(key_poses);
   const Tensor whole = torch::ones({kKeyGroups});
-  const Tensor shape = c.body_shape ? network->embed_shape(body_shape_features(builtin_body(), out.betas).unsqueeze(0))
-                                    : torch::zeros({1, c.width});
+  const Tensor shape = body_shape_features(builtin_body(), out.betas).unsqueeze(0);
   for (size_t w = 0; w < windows.size(); ++w) {
     const FillWindow& window = windows[w];
     // What is given: the frames that stand already, then key frames. `out` has both.
@@ -101,34 +101,34 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Options&
     GroundTransform to_canonical = canonical_transform(poses);
     to_canonical.shift.y() -= floor;
     const Tensor metres = clip_features(transformed(poses, to_canonical)),
-                 features = (metres - networks_.mean) / networks_.deviation;
-    GivenFeatures given;
+                 features = networks_.scale.to_network(metres);
+    Conditioning on;
+    GivenFeatures& given = on.given;
     given.values = torch::zeros({1, kFeatureCount, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
     given.mask = feature_mask(groups).t().unsqueeze(0);
     given.always = given.mask * always;
     given.t_star = c.t_star;
     given.lead = 0;
 
-    const Tensor occupancy = c.global_scene ? scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw) : Tensor();
-    const Tensor occupied = c.global_scene ? network->embed_scene(occupancy.unsqueeze(0)) : Tensor();
+    on.groups = groups.unsqueeze(0);
+    on.shape = shape;
+    on.detours = torch::zeros({1, c.frames, 2});
+    if (c.global_scene) on.occupancy = scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw).unsqueeze(0);
     Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
     if (c.local_scene)
       offsets.index_copy_(0, places,
                           basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
-    Tensor local = network->embed_offsets(offsets.permute({1, 2, 0}).unsqueeze(0), groups.amin(1).unsqueeze(0));
-    Tensor between =
-        c.from_interpolation ? interpolate_given_poses(given, networks_.mean, networks_.deviation) : torch::zeros({});
+    on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
     if (c.from_interpolation && c.around_obstacles && c.global_scene) {
       const Tensor root = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
       const Tensor squares = scene_floor(query, poses.joints[0][0], -to_canonical.yaw, floor);
-      const Tensor ways = ways_around(squares, root, groups);
-      between = along_ways(between, ways.unsqueeze(0), given.mask, networks_.deviation);
+      on.detours = detours_around(squares, root, groups).unsqueeze(0);
     }
-    if (c.from_interpolation) local = torch::cat({local, between}, 1);
-    const Tensor mask = (c.partial_keys ? groups.t() : groups.amax(1).unsqueeze(0)).unsqueeze(0);
+    const DenoiserInput in = denoiser_input(networks_, on);
     const auto denoise = [&](const Tensor& x, int64_t t) {
-      if (c.global_scene) return between + denoiser.guided(x, mask, local, t, occupied, shape, c.guidance);
-      return between + denoiser.forward(x, mask, local, torch::full({1}, t, torch::kInt64), shape);
+      if (c.global_scene)
+        return in.baseline + denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
+      return in.baseline + denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
     };
     const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(request.seed, w));
     const Tensor filled = sample(schedule_, request.sampler, request.steps, denoise, given, noise, [&](int64_t done) {
@@ -136,8 +136,8 @@ Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Options&
         request.progress(static_cast<int64_t>(w) * request.steps + done,
                          static_cast<int64_t>(windows.size()) * request.steps);
     });
-    const Tensor met = lead_poses_to_given(filled, given, kLead, networks_.mean, networks_.deviation);
-    const Tensor found = met[0].t() * networks_.deviation + networks_.mean;
+    const Tensor met = lead_poses_to_given(filled, given, kLead, networks_.scale);
+    const Tensor found = networks_.scale.from_network(met[0].t());
     const Clip moved = transformed(clip_of_features(found, out), to_canonical.inverse());
     const int64_t from = w == 0 ? 0 : window.known + 1;
     for (auto [to, source] : {std::pair(out.joints, moved.joints), std::pair(out.rotations, moved.rotations),

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "inhabit/error.h"
+#include "inhabit/inbetween/conditioning.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/losses.h"
@@ -23,8 +25,6 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kAverage = 0.9995;   // the paper's 0.9999 averages over as many
-                                      // steps as a short run has in all
 constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame is not given
 constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
 constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
@@ -33,21 +33,21 @@ constexpr int kLeastKnown = 8, kMostKnown = 100;  // frames of these
 constexpr int64_t kValidationWindows = 192;
 constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
 
-// Places in a batch.
-enum : size_t {
-  kFeatures,   // (B, 201, T) standardised
-  kOccupancy,  // (B, 24, 48, 48)
-  kSceneKept,  // (B) 1, or 0 where the global scene is hidden
-  kOffsets,    // (B, 64, 3, T)
-  kShape,      // (B, 7)
-  kBones,      // (B, 22, 3)
-  kKeys,       // (B, 201, T) standardised key poses, noisy where the network is to be
-               // aware of noise
-  kGroups,     // (B, T, 25) 1 for what is given of a frame
-  kEnds,       // (B, T) 1 at the first and the last key frame and at known frames
-  kWays,       // (B, T, 2) metres that the straight way between key frames is left by
-  kSteps,      // (B) diffusion steps
-  kNoise       // (B, 201, T)
+/// Windows as the denoiser is trained on them.
+struct WindowBatch {
+  Conditioning conditioning;
+  Tensor features;    // (B, 201, T) standardised
+  Tensor bones;       // (B, 22, 3)
+  Tensor scene_kept;  // (B) 1, or 0 where the global scene is hidden
+  Tensor steps;       // (B) diffusion steps
+  Tensor noise;       // (B, 201, T)
+
+  void to(torch::Device device) {
+    Conditioning& c = conditioning;
+    for (Tensor* t : {&c.given.values, &c.given.mask, &c.given.always, &c.groups, &c.occupancy, &c.offsets, &c.shape,
+                      &c.detours, &features, &bones, &scene_kept, &steps, &noise})
+      *t = t->to(device);
+  }
 };
 
 /// What is given of a window.
@@ -98,26 +98,21 @@ Keys draw_keys(int64_t frames, bool partial, std::mt19937_64& random) {
   return out;
 }
 
-struct Standard {
-  Tensor mean, deviation;  // (201)
-  Tensor operator()(const Tensor& features) const { return (features - mean) / deviation; }
-};
-
-Batch make_batch(const Data& data, const Config& c, const Standard& standard, const std::vector<int64_t>& indices,
-                 uint64_t seed) {
+WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& scale,
+                         const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends, ways;
+  std::vector<Tensor> features, occupancy, offsets, shape, bones, keys, groups, ends, detours;
   std::vector<int64_t> steps;
   std::vector<float> kept;
   for (const int64_t index : indices) {
     Sample s = data.sample(index);
-    if (c.rest_turn > 0) {
-      auto turns = at::detail::createCPUGenerator(random());
-      const double deviation = uniform(random, 0, c.rest_turn) * M_PI / 180;
+    if (c.training.rest_rotation > 0) {
+      auto draws = at::detail::createCPUGenerator(random());
+      const double deviation = uniform(random, 0, c.training.rest_rotation) * M_PI / 180;
       s.features = with_rest_turned(
-          s.features, axis_angle_to_matrix(torch::randn({kStandardJoints, 3}, turns) * deviation), s.bones);
+          s.features, axis_angle_to_matrix(torch::randn({kStandardJoints, 3}, draws) * deviation), s.bones);
     }
-    features.push_back(standard(s.features).t());
+    features.push_back(scale.to_network(s.features).t());
     occupancy.push_back(s.occupancy);
     offsets.push_back(s.offsets.permute({1, 2, 0}));
     shape.push_back(s.body_shape);
@@ -129,67 +124,58 @@ Batch make_batch(const Data& data, const Config& c, const Standard& standard, co
     if (c.t_star > 0)
       given = torch::where(drawn.ends.unsqueeze(1) > 0, given,
                            noisy_features(given, s.bones, uniform(random, 0, 1), random));
-    keys.push_back(standard(given).t());
-    ways.push_back(c.around_obstacles && c.global_scene ? ways_around(s.floor, given.slice(1, 0, 3), drawn.groups)
-                                                        : torch::zeros({c.frames, 2}));
+    keys.push_back(scale.to_network(given).t());
+    detours.push_back(c.around_obstacles && c.global_scene ? detours_around(s.floor, given.slice(1, 0, 3), drawn.groups)
+                                                           : torch::zeros({c.frames, 2}));
     steps.push_back(uniform_int(random, 0, c.diffusion_steps - 1));
-    kept.push_back(chance(random, c.scene_dropout) ? 0.F : 1.F);
+    kept.push_back(chance(random, c.training.scene_dropout) ? 0.F : 1.F);
   }
   auto generator = at::detail::createCPUGenerator(random());
-  const Tensor noise = torch::randn({static_cast<int64_t>(indices.size()), kFeatureCount, c.frames}, generator);
-  return {torch::stack(features), torch::stack(occupancy), torch::tensor(kept),  torch::stack(offsets),
-          torch::stack(shape),    torch::stack(bones),     torch::stack(keys),   torch::stack(groups),
-          torch::stack(ends),     torch::stack(ways),      torch::tensor(steps), noise};
+  WindowBatch out;
+  out.features = torch::stack(features);
+  out.bones = torch::stack(bones);
+  out.scene_kept = torch::tensor(kept);
+  out.steps = torch::tensor(steps);
+  out.noise = torch::randn({static_cast<int64_t>(indices.size()), kFeatureCount, c.frames}, generator);
+  Conditioning& on = out.conditioning;
+  on.groups = torch::stack(groups);
+  on.given.values = torch::stack(keys);
+  on.given.mask = feature_mask(on.groups).transpose(1, 2);
+  on.given.always = on.given.mask * torch::stack(ends).unsqueeze(1);
+  on.given.t_star = c.t_star;
+  on.occupancy = torch::stack(occupancy);
+  on.offsets = torch::stack(offsets);
+  on.shape = torch::stack(shape);
+  on.detours = torch::stack(detours);
+  return out;
 }
 
-/// What the network makes of a batch, in float32. @param between the keys' interpolation where the network sees it.
-Tensor predict(const Networks& networks, const Batch& b, const Tensor& x, const Tensor& between, bool bfloat16) {
-  const Config& c = networks.config;
+/// What the network makes of a batch, in float32.
+Tensor predict(const Networks& networks, const WindowBatch& b, const Tensor& x, bool bfloat16) {
   Denoiser network = networks.network;
   const Bfloat16Products products(bfloat16);
-  Tensor embedding = torch::zeros({x.size(0), c.width});
-  if (c.global_scene) embedding = embedding + network->embed_scene(b[kOccupancy]) * b[kSceneKept].unsqueeze(1);
-  if (c.body_shape) embedding = embedding + network->embed_shape(b[kShape]);
-  Tensor local = network->embed_offsets(b[kOffsets], b[kGroups].amin(2));  // offsets need the whole pose
-  if (between.defined()) local = torch::cat({local, between}, 1);
-  const Tensor mask = c.partial_keys ? b[kGroups].transpose(1, 2) : b[kGroups].amax(2).unsqueeze(1);
-  return network->forward(x, mask, local, b[kSteps], embedding).to(torch::kFloat32);
+  const DenoiserInput in = denoiser_input(networks, b.conditioning);
+  Tensor embedding = in.shape;
+  if (in.scene.defined()) embedding = embedding + in.scene * b.scene_kept.unsqueeze(1);
+  return network->forward(x, in.mask, in.local, b.steps, embedding).to(torch::kFloat32) +
+         in.baseline.to(torch::kFloat32);
 }
 
-Losses losses_of(const Networks& networks, const DiffusionSchedule& schedule, const Batch& b, bool bfloat16) {
-  const Config& c = networks.config;
-  const Tensor noisy = diffuse(schedule, b[kFeatures], b[kSteps], b[kNoise]);
-  GivenFeatures given;
-  given.values = b[kKeys];
-  given.mask = feature_mask(b[kGroups]).transpose(1, 2);
-  given.always = given.mask * b[kEnds].unsqueeze(1);
-  given.t_star = c.t_star;
-  const Tensor x = impute(noisy, given, b[kSteps]);
-  const Tensor between = c.from_interpolation
-                             ? along_ways(interpolate_given_poses(given, networks.mean, networks.deviation), b[kWays],
-                                          given.mask, networks.deviation)
-                             : Tensor();
-  Tensor predicted = predict(networks, b, x, between, bfloat16);
-  if (between.defined()) predicted = predicted + between;
-  return loss_terms(predicted, b[kFeatures], b[kBones], networks.mean, networks.deviation, c);
+Losses window_losses(const Networks& networks, const DiffusionSchedule& schedule, const WindowBatch& b, bool bfloat16) {
+  const Tensor noisy = diffuse(schedule, b.features, b.steps, b.noise);
+  const Tensor x = impute(noisy, b.conditioning.given, b.steps);
+  return loss_terms(predict(networks, b, x, bfloat16), b.features, b.bones, networks.scale, networks.config);
 }
 
 /// Mean and deviation of every feature over `data`; at least kLeastDeviation, as the first root stands at the origin in
 /// every window, and kLeastTurn for rotations, as joints that hardly turn here do so elsewhere.
-Standard feature_standard(const Data& data) {
-  Tensor sum = torch::zeros({kFeatureCount}, torch::kFloat64), squares = torch::zeros_like(sum);
-  int64_t frames = 0;
+FeatureScale scale_of(const Data& data) {
+  FeatureStatistics statistics;
   const int64_t stride = std::max<int64_t>(1, data.size() / 1000);
-  for (int64_t i = 0; i < data.size(); i += stride) {
-    const Tensor f = data.features(i).to(torch::kFloat64);
-    sum += f.sum(0);
-    squares += f.square().sum(0);
-    frames += f.size(0);
-  }
-  const Tensor mean = sum / frames;
-  Tensor deviation = (squares / frames - mean.square()).clamp_min(0).sqrt().clamp_min(kLeastDeviation);
-  deviation.slice(0, kOrientFeature, kJointFeature).clamp_min_(kLeastTurn);
-  return {mean.to(torch::kFloat32), deviation.to(torch::kFloat32)};
+  for (int64_t i = 0; i < data.size(); i += stride) statistics.add(data.features(i));
+  FeatureScale scale = statistics.scale();
+  scale.deviation.clamp_min_(kLeastDeviation).slice(0, kOrientFeature, kJointFeature).clamp_min_(kLeastTurn);
+  return scale;
 }
 
 /// Joints (N, T, 22, 3) of all windows of a split.
@@ -217,85 +203,76 @@ void adopt_weights(DenoiserImpl& network, const DenoiserImpl& start, const std::
   }
 }
 
-void require_windows(const Training& options, const Data& train, const Data& validation) {
+void require_windows(const TrainRun& run, const Config& config, const Data& train, const Data& validation) {
   if (train.size() == 0 || validation.size() == 0)
-    throw Error(options.data.front(), "has no window of " + std::to_string(options.config.frames) +
-                                          " frames in a scene in its split " + (train.size() == 0 ? "train" : "val"));
+    throw Error(run.data.front(), "has no window of " + std::to_string(config.frames) +
+                                      " frames in a scene in its split " + (train.size() == 0 ? "train" : "val"));
 }
 
-/// False when it was interrupted.
-bool run(const TrainTask& task, const Training& options, size_t first) {
-  TrainOptions loop = stage_options(options.out, 0, first, options.resume);
-  loop.steps = options.steps;
-  loop.batch = options.batch;
-  loop.learning_rate = options.learning_rate;
-  loop.validate_every = std::max<int64_t>(1, loop.steps / 20);
-  loop.seed = options.seed;
-  return !train(task, loop).interrupted;
+TrainStage stage_of(const Config& config, const std::string& name, std::function<TrainTask()> task) {
+  return {name, config.training.steps, config.training.batch, config.training.learning_rate, 20, std::move(task)};
 }
 
 }  // namespace
 
-bool train_motion_features(const Training& options) {
-  const size_t first = first_stage(options.out, {"motion_features"}, options.resume);
-  const Data data(options.data, "train", options.config, options.stride),
-      validation(options.data, "val", options.config, options.config.frames);
-  require_windows(options, data, validation);
-  torch::manual_seed(options.seed);
+bool train_motion_features(const TrainRun& run, const Config& config) {
+  const Data data(run.data, "train", config, config.training.stride),
+      validation(run.data, "val", config, config.frames);
+  require_windows(run, config, data, validation);
   MotionAutoencoder network;
-  TrainTask task = motion_autoencoder_task(network, window_joints(data), window_joints(validation));
-  task.name = "motion_features";
-  task.on_best = [&] { save_motion_autoencoder(options.out, network); };
-  return run(task, options, first);
+  const auto task = [&] {
+    network = MotionAutoencoder();
+    return motion_autoencoder_task(network, window_joints(data), window_joints(validation));
+  };
+  return run_stages({stage_of(config, "motion_features", task)}, motion_autoencoder_header(), run);
 }
 
-bool train(const Training& options) {
-  const Config& config = options.config;
-  validate(config, options.out);
-  const size_t first = first_stage(options.out, {"denoiser"}, options.resume);
-  const Data data(options.data, "train", config, options.stride),
-      validation(options.data, "val", config, config.frames);
-  require_windows(options, data, validation);
-  torch::manual_seed(options.seed);
+bool train(const TrainRun& run, const Config& config) {
+  validate(config, run.out);
+  chosen_stages(run.stages, {"denoiser"}, {});
+  const Data data(run.data, "train", config, config.training.stride),
+      validation(run.data, "val", config, config.frames);
+  require_windows(run, config, data, validation);
   Networks networks;
   networks.config = config;
-  networks.network = Denoiser(config);
-  Standard standard;
-  if (options.from.empty()) {
-    standard = feature_standard(data);
-  } else {
-    const Networks start = load_networks(options.from);
-    adopt_weights(*networks.network, *start.network, options.from);
-    standard = {start.mean, start.deviation};
-  }
-  networks.mean = standard.mean;
-  networks.deviation = standard.deviation;
+  std::optional<Networks> start;
+  if (!run.from.empty()) start = load_networks(run.from);
+  networks.scale = start ? start->scale : scale_of(data);
+  const SafeTensors header = model_header(config, networks.scale);
+  const FeatureScale scale = networks.scale;  // what batches are made with, on the CPU
+  networks.scale = scale.to(run.device);
   const DiffusionSchedule schedule = cosine_schedule(config.diffusion_steps);
 
-  TrainTask task;
-  task.name = "denoiser";
-  task.settings = to_json(config) + (options.from.empty() ? "" : " from " + options.from);
-  task.average = kAverage;
-  task.weight_decay = 1e-2;
-  task.module = networks.network.ptr();
-  task.samples = data.size();
-  task.prepare = [&](const std::vector<int64_t>& indices, uint64_t seed) {
-    return make_batch(data, config, standard, indices, seed);
+  const auto make_task = [&] {
+    networks.network = Denoiser(config);
+    if (start) adopt_weights(*networks.network, *start->network, run.from);
+    TrainTask task;
+    task.settings = to_json(config) + (run.from.empty() ? "" : " from " + run.from);
+    task.average = config.training.average;
+    task.weight_decay = config.training.weight_decay;
+    task.module = networks.network.ptr();
+    task.networks = {{"net.", networks.network.ptr()}};
+    task.samples = data.size();
+    const auto losses = [&](WindowBatch batch, bool bfloat16) {
+      batch.to(run.device);
+      return window_losses(networks, schedule, batch, bfloat16);
+    };
+    task.prepare =
+        batches([&](const TrainStep& step) { return window_batch(data, config, scale, step.indices, step.seed); },
+                [&, losses](const WindowBatch& b, const TrainStep&) { return losses(b, config.training.bfloat16); });
+    // The geometric mean over windows: in the plain one, single windows whose 6D rotations flip outweigh all others.
+    task.validate = [&, losses] {
+      double sum = 0;
+      const std::vector<int64_t> windows = validation.windows().spread(kValidationWindows);
+      for (size_t i = 0; i < windows.size(); ++i) {
+        const WindowBatch window = window_batch(validation, config, scale, {windows[i]}, item_seed(run.seed, i));
+        sum += std::log(losses(window, false).front().second.item<double>());
+      }
+      return std::exp(sum / static_cast<double>(windows.size()));
+    };
+    return task;
   };
-  task.losses = [&](const Batch& batch) { return losses_of(networks, schedule, batch, options.bfloat16); };
-  // The geometric mean over windows: in the plain one, single windows whose 6D rotations flip outweigh all others.
-  task.validate = [&] {
-    const int64_t windows = std::min(kValidationWindows, validation.size());
-    double sum = 0;
-    for (int64_t i = 0; i < windows; ++i) {  // spread over the whole split
-      const Batch window = make_batch(validation, config, standard, {i * validation.size() / windows},
-                                      item_seed(options.seed, static_cast<uint64_t>(i)));
-      sum += std::log(losses_of(networks, schedule, window, false).front().second.item<double>());
-    }
-    return std::exp(sum / static_cast<double>(windows));
-  };
-  task.on_best = [&] { save_networks(options.out, networks, options.half); };
-  return run(task, options, first);
+  return run_stages({stage_of(config, "denoiser", make_task)}, header, run);
 }
 
 }  // namespace inhabit::inbetween

@@ -72,7 +72,7 @@ Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, doub
   return cells.amax(1);
 }
 
-Tensor ways_around(const Tensor& floor, const Tensor& root, const Tensor& groups) {
+Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups) {
   const int64_t frames = root.size(0);
   Tensor ways = torch::zeros({frames, 2});
   const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
@@ -105,7 +105,7 @@ Tensor ways_around(const Tensor& floor, const Tensor& root, const Tensor& groups
   return ways;
 }
 
-Tensor along_ways(const Tensor& between, const Tensor& ways, const Tensor& mask, const Tensor& deviation) {
+Tensor along_detours(const Tensor& between, const Tensor& ways, const Tensor& mask, const Tensor& deviation) {
   Tensor moves = torch::zeros_like(between);
   for (const int64_t axis : {0, 2}) {
     const Tensor move = ways.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)

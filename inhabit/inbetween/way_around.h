@@ -16,11 +16,11 @@ torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, do
 /// the first pose.
 /// @param floor (96, 96) of scene_floor. @param root (T, 3) metres, looked at in key frames. @param groups (T, 25) what
 /// key frames give (keyframes.h).
-torch::Tensor ways_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups);
+torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups);
 
 /// Standardised features (B, 201, T) between the given ones moved by `ways` (B, T, 2): root and joints.
 /// @param mask (B, 201, T) 1 for given features, which stay. @param deviation (201)
-torch::Tensor along_ways(const torch::Tensor& between, const torch::Tensor& ways, const torch::Tensor& mask,
-                         const torch::Tensor& deviation);
+torch::Tensor along_detours(const torch::Tensor& between, const torch::Tensor& ways, const torch::Tensor& mask,
+                            const torch::Tensor& deviation);
 
 }  // namespace inhabit::inbetween

@@ -7,7 +7,8 @@
 #include "inhabit/error.h"
 
 // A configuration as a JSON object. Its fields are named once, in a function object `fields`: fields(config, visit)
-// calls visit(key, field) for each.
+// calls visit(key, field) for each. A key such as "training.batch" stands for the field "batch" of the object
+// "training".
 
 namespace inhabit {
 
@@ -22,10 +23,21 @@ bool take(const nlohmann::json& value, std::vector<int>& field);
 /// The JSON object that a configuration's text is. Throws Error(subject, ...) for other text.
 nlohmann::json config_object(const std::string& text, const std::string& subject);
 
+/// "KEY=VALUE" as ("KEY", VALUE): a number, true, false, a list such as [1,2], or else a string. Throws Error naming
+/// the setting where it is none.
+std::pair<std::string, nlohmann::json> setting_of(const std::string& setting);
+
+/// The value under a key in an object, "training.batch" in its object "training"; null where there is none.
+nlohmann::json value_under(const nlohmann::json& object, const std::string& key);
+/// Puts a value there.
+void put_under(nlohmann::ordered_json& object, const std::string& key, const nlohmann::ordered_json& value);
+/// Throws Error(subject, ...) where the object has a key that is not in `known`.
+void refuse_unknown(const nlohmann::json& object, const std::set<std::string>& known, const std::string& subject);
+
 template <class Config, class Fields>
 nlohmann::ordered_json fields_to_json(const Config& config, const Fields& fields) {
   nlohmann::ordered_json out;
-  fields(config, [&](const char* key, const auto& field) { out[key] = field; });
+  fields(config, [&](const char* key, const auto& field) { put_under(out, key, field); });
   return out;
 }
 
@@ -36,11 +48,35 @@ void fields_from_json(const nlohmann::json& object, const std::string& subject, 
                       std::set<std::string> others = {}) {
   fields(config, [&](const char* key, auto& field) {
     others.insert(key);
-    if (object.contains(key) && !take(object[key], field))
+    const nlohmann::json value = value_under(object, key);
+    if (!value.is_null() && !take(value, field))
       throw Error(subject, std::string("configuration: '") + key + "' has the wrong type");
   });
-  for (const auto& [key, value] : object.items())
-    if (others.count(key) == 0) throw Error(subject, "configuration: no setting is called '" + key.substr(0, 60) + "'");
+  refuse_unknown(object, others, subject);
 }
+
+/// Sets fields from text, "training.batch=64" each. Throws Error naming the setting for unknown keys and values of
+/// another type; whether they fit together is for validate() to say when all are set.
+template <class Config, class Fields>
+void set_fields(const std::vector<std::string>& settings, const Fields& fields, Config& config) {
+  for (const std::string& setting : settings) {
+    const auto [key, value] = setting_of(setting);
+    nlohmann::ordered_json object;
+    put_under(object, key, value);
+    fields_from_json(object, setting, fields, config);
+  }
+}
+
+/// What validate() of a configuration checks with: throws Error(subject, ...) naming the field.
+struct ConfigCheck {
+  std::string subject;  ///< the file or argument it came from
+
+  void holds(bool good, const std::string& name) const {
+    if (!good) throw Error(subject, "configuration: '" + name + "' is out of range");
+  }
+  void within(const std::string& name, double value, double low, double high) const {
+    holds(value >= low && value <= high, name);
+  }
+};
 
 }  // namespace inhabit

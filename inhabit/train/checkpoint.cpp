@@ -19,11 +19,11 @@ Key state_key(const torch::Tensor& parameter) {
     return parameter.unsafeGetTensorImpl();
 }
 
-using StateMap = std::decay_t<decltype(std::declval<torch::optim::Adam&>().state())>;
+using StateMap = std::decay_t<decltype(std::declval<torch::optim::AdamW&>().state())>;
 
 }  // namespace
 
-void save_checkpoint(const std::string& path, const torch::nn::Module& module, torch::optim::Adam& optimizer,
+void save_checkpoint(const std::string& path, const torch::nn::Module& module, torch::optim::AdamW& optimizer,
                      const std::map<std::string, torch::Tensor>& average,
                      const std::map<std::string, std::string>& state) {
   SafeTensors file;
@@ -32,7 +32,7 @@ void save_checkpoint(const std::string& path, const torch::nn::Module& module, t
     file.tensors["module." + p.key()] = p.value().detach().cpu();
     const auto found = optimizer.state().find(state_key<StateMap::key_type>(p.value()));
     if (found == optimizer.state().end()) continue;
-    const auto& adam = static_cast<const torch::optim::AdamParamState&>(*found->second);
+    const auto& adam = static_cast<const torch::optim::AdamWParamState&>(*found->second);
     file.tensors["adam.mean." + p.key()] = adam.exp_avg().cpu();
     file.tensors["adam.variance." + p.key()] = adam.exp_avg_sq().cpu();
     file.tensors["adam.step." + p.key()] = torch::tensor({adam.step()}, torch::kInt64);
@@ -43,7 +43,7 @@ void save_checkpoint(const std::string& path, const torch::nn::Module& module, t
 }
 
 std::map<std::string, std::string> load_checkpoint(const std::string& path, torch::nn::Module& module,
-                                                   torch::optim::Adam& optimizer,
+                                                   torch::optim::AdamW& optimizer,
                                                    std::map<std::string, torch::Tensor>& average) {
   torch::NoGradGuard no_grad;
   SafeTensors file = read_safetensors(path);
@@ -56,7 +56,7 @@ std::map<std::string, std::string> load_checkpoint(const std::string& path, torc
   for (const auto& p : module.named_parameters()) {
     take("module." + p.key(), p.value());
     if (file.tensors.count("adam.mean." + p.key()) == 0) continue;
-    auto adam = std::make_unique<torch::optim::AdamParamState>();
+    auto adam = std::make_unique<torch::optim::AdamWParamState>();
     adam->exp_avg(torch::zeros_like(p.value()));
     adam->exp_avg_sq(torch::zeros_like(p.value()));
     take("adam.mean." + p.key(), adam->exp_avg());

@@ -69,8 +69,9 @@ class Order {
 
 double scheduled_rate(const TrainOptions& options, int64_t step) {
   const double progress = static_cast<double>(step) / static_cast<double>(options.steps);
-  const double warmup = std::min(1.0, (progress + 1.0 / static_cast<double>(options.steps)) / 0.05);
-  return options.learning_rate * warmup * (0.02 + 0.98 * 0.5 * (1 + std::cos(M_PI * progress)));
+  const double risen = (progress + 1.0 / static_cast<double>(options.steps)) / std::max(options.warmup, 1e-9);
+  const double cosine = 0.5 * (1 + std::cos(M_PI * progress));
+  return options.learning_rate * std::min(1.0, risen) * (options.floor + (1 - options.floor) * cosine);
 }
 
 /// Parameters with the same factor of the learning rate, by the factor.
@@ -79,6 +80,20 @@ std::map<double, std::vector<torch::Tensor>> rate_groups(const TrainTask& task) 
   for (const auto& p : task.module->named_parameters())
     groups[task.rate_factor ? task.rate_factor(p.key()) : 1.0].push_back(p.value());
   return groups;
+}
+
+/// Gradients become their mean over the ranks. True where any of them is to stop.
+bool average_gradients(torch::nn::Module& module, const DataParallel& ranks, bool stop) {
+  std::vector<torch::Tensor> sent;
+  for (torch::Tensor& p : module.parameters()) {
+    if (!p.requires_grad()) continue;
+    if (!p.grad().defined()) p.mutable_grad() = torch::zeros_like(p);  // this rank's part did not touch it
+    sent.push_back(p.grad());
+  }
+  torch::Tensor stopping = torch::full({1}, stop ? 1. : 0., sent.empty() ? torch::TensorOptions() : sent[0].options());
+  sent.push_back(stopping);
+  ranks.average(sent);
+  return stopping.item<double>() > 0;
 }
 
 std::string clock_text(double seconds) {
@@ -94,7 +109,10 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   std::vector<torch::optim::OptimizerParamGroup> optimised;
   optimised.reserve(groups.size());
   for (const auto& [factor, parameters] : groups) optimised.emplace_back(parameters);
-  torch::optim::Adam optimizer(optimised, torch::optim::AdamOptions(options.learning_rate));
+  torch::optim::AdamW optimizer(optimised,
+                                torch::optim::AdamWOptions(options.learning_rate).weight_decay(task.weight_decay));
+  const std::shared_ptr<DataParallel> ranks = options.ranks;
+  const int rank = ranks ? ranks->rank() : 0, rank_count = ranks ? ranks->size() : 1;
   std::optional<WeightAverage> average;
   if (task.average > 0) average.emplace(task.module, task.average);
   std::map<std::string, torch::Tensor> no_average;
@@ -103,9 +121,9 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   result.best = std::numeric_limits<double>::infinity();
   int64_t first_step = 0;
   double seconds_before = 0;
-  const std::string run =
-      fmt::format("{} steps {} batch {} rate {} samples {} seed {}{}{}", task.name, options.steps, options.batch,
-                  options.learning_rate, task.samples, options.seed, task.settings.empty() ? "" : " ", task.settings);
+  const std::string run = fmt::format("{} steps {} batch {} rate {} samples {} seed {}{}{}", task.name, options.steps,
+                                      options.batch * rank_count, options.learning_rate, task.samples, options.seed,
+                                      task.settings.empty() ? "" : " ", task.settings);
   if (options.resume) {
     auto state = load_checkpoint(options.checkpoint, *task.module, optimizer, averaged);
     if (state["run"] != run)
@@ -116,17 +134,35 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     result.best_step = std::stoll(state.at("best_step"));
   }
 
+  if (ranks) {
+    std::vector<torch::Tensor> weights;
+    for (const auto& p : task.module->named_parameters()) weights.push_back(p.value().detach());
+    for (const auto& b : task.module->named_buffers()) weights.push_back(b.value());
+    ranks->broadcast(weights);
+  }
+
   StopOnSignal stop;
-  std::ofstream log(options.log, options.append_log ? std::ios::app : std::ios::trunc);
-  if (!options.log.empty() && !log) throw Error(options.log, "cannot be written");
-  Order order(task.samples, options.batch, options.seed);
+  std::ofstream log;
+  if (rank == 0 && !options.log.empty()) {
+    log.open(options.log, options.append_log ? std::ios::app : std::ios::trunc);
+    if (!log) throw Error(options.log, "cannot be written");
+  }
+  Order order(task.samples, options.batch * rank_count, options.seed);
+  // A rank draws from seeds of its own; those of rank 0 are those of a run of one.
+  const auto seed_of = [&](uint64_t stream, int64_t step) {
+    const uint64_t seed = item_seed(options.seed + stream, static_cast<uint64_t>(step));
+    return rank == 0 ? seed : item_seed(seed, static_cast<uint64_t>(rank));
+  };
   auto prepare = [&](int64_t step) {
-    return task.prepare(order.indices(step), item_seed(options.seed + 1, static_cast<uint64_t>(step)));
+    const std::vector<int64_t> all = order.indices(step);
+    const auto first = all.begin() + rank * options.batch;
+    return task.prepare({step, {first, first + options.batch}, seed_of(1, step)});
   };
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   auto seconds = [&] { return seconds_before + std::chrono::duration<double>(Clock::now() - start).count(); };
   auto save = [&](int64_t step) {
+    if (rank != 0) return;
     save_checkpoint(options.checkpoint, *task.module, optimizer, averaged,
                     {{"run", run},
                      {"step", std::to_string(step)},
@@ -139,30 +175,28 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
 
   if (!options.resume) save(0);  // so that a run that ends before its first checkpoint can be resumed too
 
-  std::future<Batch> next = std::async(std::launch::async, prepare, first_step);
+  std::future<std::function<Losses()>> next = std::async(std::launch::async, prepare, first_step);
   for (int64_t step = first_step; step < options.steps; ++step) {
-    const Batch batch = next.get();
+    const std::function<Losses()> losses_of_batch = next.get();
     if (step + 1 < options.steps) next = std::async(std::launch::async, prepare, step + 1);
     const double rate = scheduled_rate(options, step);
     for (auto [group, i] = std::pair(groups.begin(), size_t{0}); group != groups.end(); ++group, ++i)
-      static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[i].options()).lr(rate * group->first);
+      static_cast<torch::optim::AdamWOptions&>(optimizer.param_groups()[i].options()).lr(rate * group->first);
 
     task.module->train();
-    torch::manual_seed(item_seed(options.seed + 2, static_cast<uint64_t>(step)));  // of dropout
+    torch::manual_seed(seed_of(2, step));  // of dropout
     optimizer.zero_grad();
-    const Losses losses = task.losses(batch);
+    const Losses losses = losses_of_batch();
     losses.front().second.backward();
+    bool stop_now = stop_requested != 0;
+    if (ranks) stop_now = average_gradients(*task.module, *ranks, stop_now);
     torch::nn::utils::clip_grad_norm_(task.module->parameters(), 1.0);
-    if (task.weight_decay > 0) {
-      const torch::NoGradGuard no_grad;
-      for (torch::Tensor& p : task.module->parameters()) p.mul_(1 - rate * task.weight_decay);
-    }
     optimizer.step();
 
     const int64_t done = step + 1;
     if (average) average->update(done);
     const bool report = seconds() - last_report > 10 || done == options.steps;
-    if (report || done % 20 == 0) {
+    if (rank == 0 && (report || done % 20 == 0)) {
       const double per_second =
           static_cast<double>((done - reported_step) * options.batch) / std::max(1e-9, seconds() - reported_seconds);
       nlohmann::json line = {{"stage", task.name}, {"step", done}, {"seconds", seconds()}, {"rate", rate}};
@@ -182,7 +216,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
         reported_step = done;
       }
     }
-    if (done % options.validate_every == 0 || done == options.steps) {
+    if (rank == 0 && (done % options.validate_every == 0 || done == options.steps)) {
       torch::NoGradGuard no_grad;
       task.module->eval();
       if (average) average->swap();
@@ -201,9 +235,10 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
       last_report = reported_seconds = seconds();  // validation is not training time
       reported_step = done;
     }
-    if (stop_requested != 0 && done < options.steps) {
+    if (!ranks) stop_now = stop_requested != 0;  // also one that came while validating
+    if (stop_now && done < options.steps) {
       save(done);
-      spdlog::info("{} stopped at step {}; --resume goes on from there", task.name, done);
+      if (rank == 0) spdlog::info("{} stopped at step {}; --resume goes on from there", task.name, done);
       result.interrupted = true;
       break;
     }
@@ -211,7 +246,7 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
   }
   if (next.valid()) next.wait();
   result.seconds = seconds();
-  if (!result.interrupted) std::filesystem::remove(options.checkpoint);
+  if (!result.interrupted && rank == 0) std::filesystem::remove(options.checkpoint);
   return result;
 }
 

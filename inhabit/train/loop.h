@@ -2,47 +2,73 @@
 #include <torch/torch.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "inhabit/train/data_parallel.h"
+
 namespace inhabit {
 
-/// Tensors of one batch, in an order the task knows.
-using Batch = std::vector<torch::Tensor>;
 /// Named scalar losses; the first is the one that is minimised.
 using Losses = std::vector<std::pair<std::string, torch::Tensor>>;
 
-/// What a system tells the loop. `prepare` runs on another thread, one batch ahead, and must depend on its arguments
-/// alone.
+/// One step of a training, as those who make its batch and its losses are told it.
+struct TrainStep {
+  int64_t number = 0;            ///< 0 is the first
+  std::vector<int64_t> indices;  ///< samples of the batch
+  uint64_t seed = 0;             ///< of whatever is random in it
+};
+
+/// What a system tells the loop.
 struct TrainTask {
   std::string name;
   std::string settings;  ///< what else a resumed run must agree on
   std::shared_ptr<torch::nn::Module> module;
   int64_t samples = 0;
-  std::function<Batch(const std::vector<int64_t>& indices, uint64_t seed)> prepare;
-  std::function<Losses(const Batch& batch)> losses;
+  /// Makes a step's batch and returns what computes the losses of it (see `batches`). Runs on another thread, one step
+  /// ahead, and must depend on its argument alone; what it returns runs on the loop's own thread.
+  std::function<std::function<Losses()>(const TrainStep& step)> prepare;
   std::function<double()> validate;  ///< lower is better; the module is in eval mode and no gradients are kept
   std::function<void()> on_best;     ///< called with the weights that validated best so far
   /// What the learning rate is multiplied with for a parameter of this name; unset: 1.
   std::function<double(const std::string& name)> rate_factor;
-  double weight_decay = 0;  ///< decoupled from the gradients (AdamW): each step shrinks weights by rate times this
-  double average = 0;       ///< decay of a moving average of the weights (EMA), which then is what validates;
-                            ///< 0: none
+  double weight_decay = 0;  ///< AdamW's
+  double average = 0;       ///< decay of a moving average of the weights (EMA), which then is what validates; 0: none
+
+  /// What a model file gets of it (train/stages.h): networks by the prefix of their parameters there, and tensors.
+  std::map<std::string, std::shared_ptr<torch::nn::Module>> networks;
+  std::map<std::string, torch::Tensor> tensors;
 };
+
+/// TrainTask::prepare from two functions that share a batch of a type of their own: `make_batch(step)`, which runs
+/// ahead, and `losses_of(batch, step)`.
+template <class MakeBatch, class LossesOf>
+auto batches(MakeBatch make_batch, LossesOf losses_of) {
+  return [make_batch, losses_of](const TrainStep& step) mutable -> std::function<Losses()> {
+    auto batch =
+        std::make_shared<const std::decay_t<std::invoke_result_t<MakeBatch&, const TrainStep&>>>(make_batch(step));
+    return [batch, step, losses_of]() mutable { return losses_of(*batch, step); };
+  };
+}
 
 struct TrainOptions {
   int64_t steps = 1000;
-  int64_t batch = 8;
+  int64_t batch = 8;  ///< samples of a step; of each rank, where there are several
   double learning_rate = 1e-3;
+  double warmup = 0.05;            ///< of the steps, in which the rate rises from 0
+  double floor = 0.02;             ///< of the rate, which the cosine ends at
   int64_t validate_every = 500;    ///< steps; the last step always validates
   int64_t checkpoint_every = 200;  ///< steps
   uint64_t seed = 1;
   bool resume = false;
-  std::string checkpoint;   ///< file, written atomically; removed when the run completes
-  std::string log;          ///< JSON lines
-  bool append_log = false;  ///< go on in a log that is there
+  std::string checkpoint;               ///< file, written atomically; removed when the run completes
+  std::string log;                      ///< JSON lines
+  bool append_log = false;              ///< go on in a log that is there
+  std::shared_ptr<DataParallel> ranks;  ///< the processes that train together; none: this one alone
 };
 
 struct TrainResult {
@@ -52,10 +78,11 @@ struct TrainResult {
   bool interrupted = false;  ///< SIGINT or SIGTERM came: the checkpoint holds everything
 };
 
-/// Adam with a cosine schedule (5 % warm-up, down to 2 % of the rate). Every epoch is a permutation drawn from (seed,
-/// epoch), every batch is prepared from (seed, step) and dropout draws from them, so that a resumed run gives the same
-/// numbers as one that was never interrupted. Throws Error when the loss stops being finite, or when `resume` finds no
-/// checkpoint or one of another run.
+/// AdamW with a cosine schedule after a linear warm-up. Every epoch is a permutation drawn from (seed, epoch), every
+/// batch is prepared from (seed, step) and dropout draws from them, so that a resumed run gives the same numbers as one
+/// that was never interrupted. Of several ranks each takes its part of a step's samples and gradients are averaged, as
+/// if one rank had a batch of them all; rank 0 validates, logs and writes. Throws Error when the loss stops being
+/// finite, or when `resume` finds no checkpoint or one of another run.
 TrainResult train(const TrainTask& task, const TrainOptions& options);
 
 }  // namespace inhabit

@@ -1,32 +1,104 @@
 #include "inhabit/train/stages.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 
 #include "inhabit/error.h"
-#include "inhabit/io/safetensors.h"
+#include "inhabit/nn/parameters.h"
 
 namespace inhabit {
 namespace {
-std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
-}  // namespace
 
-size_t first_stage(const std::string& out, const std::vector<std::string>& stages, bool resume) {
-  if (!resume) return 0;
-  const auto state = read_safetensors_metadata(checkpoint_of(out));
-  const auto run = state.find("run");
-  const std::string name = run == state.end() ? "" : run->second.substr(0, run->second.find(' '));
-  const auto found = std::find(stages.begin(), stages.end(), name);
-  if (found == stages.end()) throw Error(checkpoint_of(out), "is not a checkpoint of the stages asked for");
+std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
+
+/// The stage that a run starts with: the first, or, resumed, that of the checkpoint.
+size_t first_stage(const std::vector<TrainStage>& stages, const TrainRun& run) {
+  if (!run.resume) return 0;
+  const auto state = read_safetensors_metadata(checkpoint_of(run.out));
+  const auto of = state.find("run");
+  const std::string name = of == state.end() ? "" : of->second.substr(0, of->second.find(' '));
+  const auto found = std::find_if(stages.begin(), stages.end(), [&](const auto& s) { return s.name == name; });
+  if (found == stages.end()) throw Error(checkpoint_of(run.out), "is not a checkpoint of the stages asked for");
   return static_cast<size_t>(found - stages.begin());
 }
 
-TrainOptions stage_options(const std::string& out, size_t stage, size_t first, bool resume) {
-  TrainOptions options;
-  options.resume = resume && stage == first;
-  options.checkpoint = checkpoint_of(out);
-  options.log = out + ".log.jsonl";
-  options.append_log = stage > 0 || options.resume;
-  return options;
+/// Whether two tensors are the same but for rounding (of files in half precision too).
+bool alike(const torch::Tensor& a, const torch::Tensor& b) {
+  return a.sizes() == b.sizes() && a.to(torch::kFloat32).allclose(b.to(torch::kFloat32), 1e-2, 1e-3);
+}
+
+/// What the model file holds already. Throws Error where it belongs to another configuration.
+SafeTensors kept_content(const SafeTensors& header, const std::string& path) {
+  SafeTensors kept = read_safetensors(path);
+  for (const char* key : {"system", "config"})
+    if (kept.metadata[key] != header.metadata.at(key)) throw Error(path, "holds networks of another configuration");
+  for (const auto& [name, tensor] : header.tensors)
+    if (const auto found = kept.tensors.find(name); found != kept.tensors.end() && !alike(found->second, tensor))
+      throw Error(path, "holds networks that were trained on other data (" + name + " differs)");
+  return kept;
+}
+
+/// Puts what the task makes into the file's content.
+void put(const TrainTask& task, SafeTensors& content) {
+  for (const auto& [prefix, module] : task.networks) {
+    for (auto it = content.tensors.lower_bound(prefix); it != content.tensors.end() && it->first.rfind(prefix, 0) == 0;)
+      it = content.tensors.erase(it);
+    nn::collect_parameters(*module, prefix, content);
+  }
+  for (const auto& [name, tensor] : task.tensors) content.tensors[name] = tensor;
+}
+
+}  // namespace
+
+std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, const std::vector<std::string>& stages,
+                                       const std::vector<std::string>& usual) {
+  if (asked.empty()) return usual;
+  std::vector<std::string> out;
+  for (const std::string& stage : stages)
+    if (std::find(asked.begin(), asked.end(), stage) != asked.end()) out.push_back(stage);
+  for (const std::string& name : asked)
+    if (std::find(stages.begin(), stages.end(), name) == stages.end()) {
+      std::string there;
+      for (const std::string& stage : stages) there += (there.empty() ? "" : ", ") + stage;
+      throw Error("stage '" + name + "'", "is unknown; there are " + there);
+    }
+  return out;
+}
+
+bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run) {
+  const size_t first = first_stage(stages, run);
+  const bool anew = stages.size() > 1 && !run.resume;
+  for (size_t s = first; s < stages.size(); ++s) {
+    const TrainStage& stage = stages[s];
+    if (run.ranks) run.ranks->wait_for_all();  // rank 0 has written what the stage before made
+    SafeTensors content = header;
+    if (std::filesystem::exists(run.out) && !(anew && s == first)) {
+      content = kept_content(header, run.out);
+      for (const auto& [name, tensor] : header.tensors) content.tensors[name] = tensor;
+    }
+    torch::manual_seed(run.seed);
+    TrainTask task = stage.task();
+    task.name = stage.name;
+    task.module->to(run.device);
+    task.on_best = [&] {
+      put(task, content);
+      write_safetensors(run.out, content, run.half);
+    };
+    TrainOptions options;
+    options.steps = stage.steps;
+    options.batch = stage.batch;
+    options.learning_rate = stage.learning_rate;
+    options.validate_every = std::max<int64_t>(1, stage.steps / stage.validations);
+    options.seed = run.seed;
+    options.ranks = run.ranks;
+    options.resume = run.resume && s == first;
+    options.checkpoint = checkpoint_of(run.out);
+    options.log = run.out + ".log.jsonl";
+    options.append_log = s > 0 || options.resume;
+    if (train(task, options).interrupted) return false;
+  }
+  return true;
 }
 
 }  // namespace inhabit

@@ -1,19 +1,47 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "inhabit/io/safetensors.h"
 #include "inhabit/train/loop.h"
 
 namespace inhabit {
 
-// A system's training is one or more stages that fill one model file, `out`. Its log is `out`.log.jsonl; where an
-// interrupted run goes on, whichever stage it was in, is `out`.checkpoint.safetensors.
+/// What every system's training is told, beside its own configuration.
+struct TrainRun {
+  std::vector<std::string> data;    ///< data sets, as the system takes them
+  std::string out;                  ///< model file; its best weights by validation are written as training goes on
+  std::string from;                 ///< model file that weights start from; empty: at random
+  std::vector<std::string> stages;  ///< names of those to run; empty: the system's usual ones
+  bool resume = false;
+  bool half = false;  ///< weights are written in half precision
+  uint64_t seed = 1;
+  torch::Device device = torch::kCPU;
+  std::shared_ptr<DataParallel> ranks;  ///< none: this process alone
+};
 
-/// Which of `stages` (task names) a run starts with: the first, or, resumed, that of the checkpoint. Throws Error where
-/// there is no checkpoint or it is of another stage.
-size_t first_stage(const std::string& out, const std::vector<std::string>& stages, bool resume);
+/// One stage: a network, or several that are trained together.
+struct TrainStage {
+  std::string name;  ///< the task's
+  int64_t steps = 0, batch = 0;
+  double learning_rate = 0;
+  int64_t validations = 12;         ///< evenly spread over the steps
+  std::function<TrainTask()> task;  ///< makes what the loop is told; called when the stage begins
+};
 
-/// Options of stage number `stage` with these files; steps, batch and rate are the system's to fill in.
-TrainOptions stage_options(const std::string& out, size_t stage, size_t first, bool resume);
+/// Throws Error unless `asked` are among `stages` (all their names, in order); returns them in that order, or `usual`
+/// where none is asked for.
+std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, const std::vector<std::string>& stages,
+                                       const std::vector<std::string>& usual);
+
+/// Trains stage by stage into one model file, run.out: `header` (system, configuration, and tensors that belong to all
+/// networks) and the networks and tensors of each stage's task, written each time it validates better. What earlier
+/// stages, of this run or another, left in the file is kept, unless the run has more than one stage and is not resumed:
+/// that begins the file anew. The log is `out`.log.jsonl; an interrupted run, whichever stage it was in, goes on from
+/// `out`.checkpoint.safetensors. Returns false when it was interrupted.
+/// Throws Error where there is no checkpoint to resume from or it is of another stage, or where the file holds networks
+/// of another configuration or header.
+bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run);
 
 }  // namespace inhabit

@@ -34,7 +34,7 @@ TEST(Config, DefaultsAreThePapers) {
   const Config c = config_from_json("{}", "test");
   EXPECT_TRUE(c == Config());
   EXPECT_EQ(c.gamma, 10);
-  EXPECT_EQ(c.rec_frames, 15);
+  EXPECT_EQ(c.training.rec_frames, 15);
   EXPECT_EQ(c.kappa, 8);
   EXPECT_EQ(c.labels, 8);
   EXPECT_EQ(c.rate, 25);
@@ -87,7 +87,7 @@ TEST(Config, SettingsFromTheCommandLine) {
   set_field(c, "adversary_weight=0.25");
   EXPECT_EQ(c.gamma, 5);
   EXPECT_FALSE(c.intention);
-  EXPECT_EQ(c.adversary_weight, 0.25);
+  EXPECT_EQ(c.training.pose_discriminator_weight, 0.25);
   const Config before = c;
   const auto refusal = [&](const std::string& setting) { return refusal_of([&] { set_field(c, setting); }); };
   for (const char* text : {"gamma", "gamma=", "gamma=five", "=5", "gamma=5=6", ""})

@@ -43,7 +43,7 @@ struct Straight {
     const torch::NoGradGuard no_gradients;
     Networks n = untrained();
     n.seq2seq = nullptr;
-    n.trajectory = nullptr;
+    n.ltd = nullptr;
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
     n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);

@@ -48,9 +48,9 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   expect_same_parameters(saved.intention, loaded.intention);
   expect_same_parameters(saved.pose, loaded.pose);
   expect_same_parameters(saved.seq2seq, loaded.seq2seq);
-  expect_same_parameters(saved.trajectory, loaded.trajectory);
+  expect_same_parameters(saved.trajectory, loaded.ltd);
   const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
-  EXPECT_TRUE(torch::equal(trajectory_future(loaded, past, 9), trajectory_future(saved, past, 9)));
+  EXPECT_TRUE(torch::equal(ltd_future(loaded, past, 9), ltd_future(saved, past, 9)));
   const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
   EXPECT_TRUE(
       torch::equal(plain_futures(loaded, past, noise, 9).features, plain_futures(saved, past, noise, 9).features));
@@ -76,7 +76,7 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   some.clusters.labels = torch::Tensor();
   save_networks(folder / "m.safetensors", some);
   const Networks loaded = load_networks(folder / "m.safetensors");
-  EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.trajectory.is_empty());
+  EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty());
   EXPECT_FALSE(loaded.pose.is_empty());
   EXPECT_FALSE(loaded.clusters.labels.defined());
 }
@@ -109,7 +109,7 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
       << "networks of other sizes";
   for (const char* name :
        {"skeleton.offsets", "scale.mean", "scale.deviation", "clusters.poses", "clusters.labels", "pose_net.out.weight",
-        "intention_net.decoder.bias_hh", "seq2seq_net.gru.weight_ih_l0", "trajectory_net.norm0.running_var"}) {
+        "intention_net.decoder.bias_hh", "seq2seq_net.gru.weight_ih_l0", "ltd_net.norm0.running_var"}) {
     SCOPED_TRACE(name);
     EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
     EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr(name));

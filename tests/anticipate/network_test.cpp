@@ -73,7 +73,7 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
       .backward();
   expect_gradients_everywhere(*intention);
 
-  Discriminator adversary(30, c.adversary_hidden, 2);
+  Discriminator adversary(30, c.training.discriminator_hidden, 2);
   discriminator_loss(adversary->forward(torch::randn({8, 30})), adversary->forward(torch::randn({8, 30}))).backward();
   expect_gradients_everywhere(*adversary);
 

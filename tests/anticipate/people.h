@@ -21,12 +21,12 @@ inline inhabit::Clip person(const std::string& action, int64_t frames, int numbe
 }
 
 /// Recordings of both actions, two of each.
-inline std::vector<inhabit::Sequence> people(int64_t frames) {
-  std::vector<inhabit::Sequence> out;
+inline std::vector<inhabit::anticipate::Sequence> people(int64_t frames) {
+  std::vector<inhabit::anticipate::Sequence> out;
   for (const char* action : {"walk", "wave"})
     for (int number = 0; number < 2; ++number)
       out.push_back({std::string(action) + "_" + std::to_string(number), action,
-                     inhabit::joint_features(person(action, frames, number).joints)});
+                     inhabit::anticipate::joint_features(person(action, frames, number).joints)});
   return out;
 }
 

@@ -109,7 +109,7 @@ TEST(Data, WindowsRepeatFramesThatWereNotRecorded) {
 
 TEST(Data, LabelsGoOnBeyondTheFrames) {
   Config config = small_anticipate_config();
-  config.label_frames = 25;
+  config.training.label_frames = 25;
   const Networks networks = untrained(config);
   const auto recording = people(60)[0];
   const Data data({recording}, networks);

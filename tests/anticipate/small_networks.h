@@ -3,31 +3,31 @@
 #include "inhabit/anticipate/model_file.h"
 
 /// Sizes small enough to build and train in a test.
-inline inhabit::Config small_anticipate_config() {
-  inhabit::Config c;
+inline inhabit::anticipate::Config small_anticipate_config() {
+  inhabit::anticipate::Config c;
   c.observed = 12;
   c.future = 16;
-  c.label_frames = 19;
+  c.training.label_frames = 19;
   c.gamma = 4;
-  c.rec_frames = 6;
+  c.training.rec_frames = 6;
   c.labels = 3;
   c.clusters = 6;
   c.intention_hidden = 10;
   c.hidden = 14;
   c.noise = 5;
   c.intention_features = 4;
-  c.adversary_hidden = 16;
-  c.adversary_frames = 4;
-  c.seq2seq_hidden = 12;
-  c.ltd_past = 8;
-  c.ltd_future = 6;
-  c.ltd_hidden = 10;
-  c.ltd_blocks = 1;
+  c.training.discriminator_hidden = 16;
+  c.training.discriminator_frames = 4;
+  c.baselines.seq2seq_hidden = 12;
+  c.baselines.ltd_past = 8;
+  c.baselines.ltd_future = 6;
+  c.baselines.ltd_hidden = 10;
+  c.baselines.ltd_blocks = 1;
   return c;
 }
 
 /// All four networks, with weights of no training; scale and intention labels are those of people(60).
-inline inhabit::Networks untrained(const inhabit::Config& config = small_anticipate_config()) {
+inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config& config = small_anticipate_config()) {
   using namespace inhabit;
   Networks n;
   n.config = config;
@@ -41,10 +41,10 @@ inline inhabit::Networks untrained(const inhabit::Config& config = small_anticip
   if (config.intention) n.intention = IntentionNetwork(config);
   n.pose = PoseNetwork(config);
   n.seq2seq = Seq2SeqNetwork(config);
-  n.trajectory = make_trajectory_network(config);
+  n.ltd = make_ltd(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();
-  n.trajectory->eval();
+  n.ltd->eval();
   return n;
 }

@@ -85,7 +85,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
     EXPECT_EQ(first.count(key), 1U) << key;
   const Networks trained = load_networks(t.options.out);
   EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
-               trained.trajectory.is_empty());
+               trained.ltd.is_empty());
   EXPECT_FALSE(std::filesystem::exists(t.options.out + ".checkpoint.safetensors"));
 }
 
@@ -137,14 +137,14 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
 TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) {
   Training t;
   t.options.steps = 1;
-  t.options.config.pose_adversary = false;
+  t.options.config.training.pose_discriminator = false;
   t.options.stage = Training::Stage::seq2seq;
   ASSERT_TRUE(train(t.options));
   EXPECT_TRUE(load_networks(t.options.out).trajectory.is_empty());
   t.options.stage = Training::Stage::trajectory;
   ASSERT_TRUE(train(t.options));
   EXPECT_FALSE(load_networks(t.options.out).seq2seq.is_empty());
-  t.options.config.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
+  t.options.config.baselines.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
   EXPECT_THAT(refusal_of([&] { train(t.options); }), HasSubstr("m.safetensors: holds other networks"));
   EXPECT_NO_THROW(load_networks(t.options.out));
 }

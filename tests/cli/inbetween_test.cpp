@@ -29,8 +29,8 @@ std::string model_file(const TempFolder& folder, int t_star = 0) {
   n.config.t_star = t_star;
   n.config.partial_keys = true;
   n.network = untrained(n.config);
-  n.mean = torch::zeros({inbetween::kFeatureCount});
-  n.deviation = torch::full({inbetween::kFeatureCount}, 0.3);
+  n.scale.mean = torch::zeros({inbetween::kFeatureCount});
+  n.scale.deviation = torch::full({inbetween::kFeatureCount}, 0.3);
   const std::string path = folder / ("model" + std::to_string(t_star) + ".safetensors");
   inbetween::save_networks(path, n);
   return path;

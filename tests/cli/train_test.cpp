@@ -53,7 +53,7 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const SafeTensors shipped = read_safetensors(kShipped);
   EXPECT_EQ(trained.metadata.at("system"), shipped.metadata.at("system"));
   EXPECT_THAT(trained.metadata.at("config"), ::testing::HasSubstr("\"preset\":\"compact\""));
-  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "trajectory_net."})
+  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "ltd_net."})
     EXPECT_GT(of_network(trained, network).size(), 10U) << network;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 

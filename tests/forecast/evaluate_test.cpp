@@ -52,8 +52,8 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
   model.contact->eval();
   model.no_contact = MotionNetwork(model.config, false);
   model.no_contact->eval();
-  model.trajectory = make_trajectory_network(model.config);
-  model.trajectory->eval();
+  model.ltd = make_ltd(model.config);
+  model.ltd->eval();
 
   const Table table = evaluate(model, data);
   std::vector<std::string> methods;

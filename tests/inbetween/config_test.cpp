@@ -17,7 +17,7 @@ TEST(Config, ComesBackFromItsJson) {
   c.t_star = 20;
   c.multipliers = {1, 3, 2};
   c.scene_encoder.depth = 5;
-  c.guidance = 1.5;
+  c.inference.guidance = 1.5;
   c.local_scene = false;
   EXPECT_TRUE(config_from_json(to_json(c), "here") == c);
 }

@@ -40,8 +40,8 @@ TEST(Detour, CountsRunsOfAModel) {
   networks.config.padded = 32;
   networks.config.anchors = 64;
   networks.network = untrained(networks.config);
-  networks.mean = torch::zeros({kFeatureCount});
-  networks.deviation = torch::ones({kFeatureCount});
+  networks.scale.mean = torch::zeros({kFeatureCount});
+  networks.scale.deviation = torch::ones({kFeatureCount});
   Options request;
   request.steps = 2;
   const DetourScores scores = evaluate_detour(SceneInbetweener(networks), request, 3);

@@ -23,7 +23,7 @@ struct Setting {
     bones = clip.skeleton.offsets.unsqueeze(0);
   }
   Tensor term(const Tensor& predicted, const std::string& name) const {
-    for (const auto& [key, value] : loss_terms(predicted, truth, bones, mean, deviation, config))
+    for (const auto& [key, value] : loss_terms(predicted, truth, bones, {mean, deviation}, config))
       if (key == name) return value;
     ADD_FAILURE() << name;
     return {};
@@ -45,7 +45,7 @@ TEST(InbetweenLosses, AShiftOfTheRootIsOneOfAllJointsButNoVelocity) {
   EXPECT_LT(s.term(shifted, "velocity").item<double>(), 1e-6);
   const double simple = std::pow(0.6 / s.deviation[0].item<double>(), 2) / kFeatureCount;
   EXPECT_NEAR(s.term(shifted, "simple").item<double>(), simple, 1e-4 * simple);
-  EXPECT_NEAR(s.term(shifted, "total").item<double>(), simple + s.config.joints_weight * 4.0 / 3, 1e-2);
+  EXPECT_NEAR(s.term(shifted, "total").item<double>(), simple + s.config.training.joints_weight * 4.0 / 3, 1e-2);
 }
 
 TEST(InbetweenLosses, JitterIsVelocity) {

@@ -27,8 +27,8 @@ Networks small_networks() {
   n.config.partial_keys = true;
   n.config.t_star = 5;
   n.network = untrained(n.config);
-  n.mean = torch::randn({kFeatureCount});
-  n.deviation = torch::rand({kFeatureCount}) + 0.01;
+  n.scale.mean = torch::randn({kFeatureCount});
+  n.scale.deviation = torch::rand({kFeatureCount}) + 0.01;
   return n;
 }
 
@@ -41,8 +41,8 @@ TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
   saved.network->eval();
   const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.config == saved.config);
-  EXPECT_TRUE(torch::equal(loaded.mean, saved.mean));
-  EXPECT_TRUE(torch::equal(loaded.deviation, saved.deviation));
+  EXPECT_TRUE(torch::equal(loaded.scale.mean, saved.scale.mean));
+  EXPECT_TRUE(torch::equal(loaded.scale.deviation, saved.scale.deviation));
   EXPECT_FALSE(loaded.network->is_training());
   const NetworkInput in(saved.config, 2);
   EXPECT_TRUE(torch::equal(in.through(loaded.network), in.through(saved.network)));
@@ -58,7 +58,7 @@ TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
   const NetworkInput in(saved.config, 2);
   const Tensor exact = in.through(saved.network);
   EXPECT_LT(largest(in.through(half.network) - exact), 0.01 * largest(exact));
-  EXPECT_LT(largest((half.deviation - saved.deviation) / saved.deviation), 1e-3);
+  EXPECT_LT(largest((half.scale.deviation - saved.scale.deviation) / saved.scale.deviation), 1e-3);
   EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"),
             std::filesystem::file_size(folder / "whole.safetensors") * 6 / 10);
 }

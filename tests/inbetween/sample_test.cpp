@@ -89,7 +89,7 @@ TEST(Data, WindowsAreCanonicalAndSeeTheirScene) {
     // The floor is all there is: every offset points straight down, as far as its anchor is high.
     EXPECT_LT(s.offsets.select(2, 0).abs().max().item<double>(), 2e-3);
     EXPECT_LT(s.offsets.select(2, 2).abs().max().item<double>(), 2e-3);
-    const Data::Window window = data.window(i);
+    const Window window = data.window(i);
     EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.clip).select(2, 1)).abs().max().item<double>(), 2e-3);
     const double root = window.clip.joints[0][0][1].item<double>();
     const auto floor_cell = static_cast<int64_t>(std::floor((1.2 - root) / 0.1));

@@ -32,8 +32,8 @@ Networks networks(int t_star = 0) {
   out.config.t_star = t_star;
   out.network = untrained(out.config);
   const Tensor features = clip_features(walker(121, 1, 0, 1));
-  out.mean = features.mean(0);
-  out.deviation = features.std(0).clamp_min(0.01);
+  out.scale.mean = features.mean(0);
+  out.scale.deviation = features.std(0).clamp_min(0.01);
   return out;
 }
 

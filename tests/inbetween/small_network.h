@@ -2,8 +2,8 @@
 #include "inhabit/inbetween/model_file.h"
 
 /// Sizes small enough to build and run in a test.
-inline inhabit::Config small_inbetween_config() {
-  inhabit::Config c;
+inline inhabit::inbetween::Config small_inbetween_config() {
+  inhabit::inbetween::Config c;
   c.preset = "small";
   c.frames = 13;
   c.padded = 16;
@@ -16,9 +16,9 @@ inline inhabit::Config small_inbetween_config() {
 }
 
 /// Weights of no training, none of them zero; in evaluation mode.
-inline inhabit::Denoiser untrained(const inhabit::Config& config) {
+inline inhabit::inbetween::Denoiser untrained(const inhabit::inbetween::Config& config) {
   torch::manual_seed(3);
-  inhabit::Denoiser network(config);
+  inhabit::inbetween::Denoiser network(config);
   const torch::NoGradGuard no_gradients;
   for (torch::Tensor& p : network->parameters()) p.add_(torch::randn_like(p), 0.1);
   network->eval();
@@ -29,7 +29,7 @@ inline inhabit::Denoiser untrained(const inhabit::Config& config) {
 struct NetworkInput {
   torch::Tensor x, mask, occupancy, offsets, keys, shape, steps;
 
-  NetworkInput(const inhabit::Config& c, int64_t batch) {
+  NetworkInput(const inhabit::inbetween::Config& c, int64_t batch) {
     using namespace inhabit;
     torch::manual_seed(5);
     x = torch::randn({batch, kFeatureCount, c.frames});
@@ -41,7 +41,7 @@ struct NetworkInput {
     shape = torch::rand({batch, kShapeFeatures});
     steps = torch::randint(0, c.diffusion_steps, {batch}, torch::kInt64);
   }
-  torch::Tensor through(inhabit::Denoiser network) const {
+  torch::Tensor through(inhabit::inbetween::Denoiser network) const {
     return network->forward(x, mask, network->embed_offsets(offsets, keys), steps,
                             network->embed_scene(occupancy) + network->embed_shape(shape));
   }

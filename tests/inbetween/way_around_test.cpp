@@ -26,7 +26,7 @@ struct Walk {
 
 TEST(WaysAround, BendWhereTheTableStands) {
   const Walk w;
-  const Tensor ways = ways_around(w.floor, w.root, w.keys({0, 120}));
+  const Tensor ways = detours_around(w.floor, w.root, w.keys({0, 120}));
   Clip walked = w.detour.ends;
   walked.joints = walked.joints.clone();
   walked.joints.select(2, 0).add_(ways.select(1, 0).unsqueeze(1));
@@ -41,16 +41,17 @@ TEST(WaysAround, BendWhereTheTableStands) {
 TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const Walk w;
   const Tensor free = torch::full({96, 96}, -1.F);
-  EXPECT_EQ(ways_around(free, w.root, w.keys({0, 120})).abs().max().item<float>(), 0);
+  EXPECT_EQ(detours_around(free, w.root, w.keys({0, 120})).abs().max().item<float>(), 0);
   Tensor groups = w.keys({0, 60, 120});
   groups[60].zero_();
   groups[60][kJointGroups + 20] = 1;  // a wrist
-  EXPECT_EQ(ways_around(w.floor, w.root, groups).abs().max().item<float>(), 0);
-  EXPECT_EQ(ways_around(w.floor, w.root, w.keys({0, 20, 30})).abs().max().item<float>(), 0) << "before the table";
-  EXPECT_EQ(ways_around(w.floor, w.root * 3, w.keys({0, 120})).abs().max().item<float>(), 0) << "ends beyond the floor";
+  EXPECT_EQ(detours_around(w.floor, w.root, groups).abs().max().item<float>(), 0);
+  EXPECT_EQ(detours_around(w.floor, w.root, w.keys({0, 20, 30})).abs().max().item<float>(), 0) << "before the table";
+  EXPECT_EQ(detours_around(w.floor, w.root * 3, w.keys({0, 120})).abs().max().item<float>(), 0)
+      << "ends beyond the floor";
   const Tensor wall = torch::full({96, 96}, -1.F);
   wall.slice(1, 58, 60).fill_(1);
-  EXPECT_EQ(ways_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no way at all";
+  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no way at all";
 }
 
 TEST(WaysAround, TurnWithThePerson) {
@@ -62,7 +63,7 @@ TEST(WaysAround, TurnWithThePerson) {
   Tensor groups = torch::zeros({41, kKeyGroups});
   groups[0].fill_(1);
   groups[40].fill_(1);
-  const Tensor ways = ways_around(left, root, groups);
+  const Tensor ways = detours_around(left, root, groups);
   EXPECT_GT(ways.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
 }
 
@@ -71,7 +72,7 @@ TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
   Tensor ways = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kFeatureCount, 3});
   ways[0][1] = torch::tensor({0.1F, -0.2F});
   mask[0][kJointFeature + 3] = 1;  // x of the second joint
-  const Tensor moved = along_ways(between, ways, mask, deviation)[0];
+  const Tensor moved = along_detours(between, ways, mask, deviation)[0];
   EXPECT_FLOAT_EQ(moved[0][1].item<float>(), 0.2F);
   EXPECT_FLOAT_EQ(moved[2][1].item<float>(), -0.4F);
   EXPECT_EQ(moved[1].abs().max().item<float>(), 0) << "heights stay";

@@ -120,7 +120,7 @@ struct InbetweenCase {
   }
   Tensor guided(const Tensor& x, const Tensor& step) {
     const Tensor without = denoised(x, step, false);
-    return without + network->config.guidance * (denoised(x, step, true) - without);
+    return without + network->config.inference.guidance * (denoised(x, step, true) - without);
   }
 };
 
@@ -133,7 +133,7 @@ void check_inbetween_denoiser(const std::string& path, const SafeTensors& conten
   expect_close(c.guided(x, step), tensor(content, "out.x0_guided_w2.5"), "guided");
   inbetween::FastDenoiser fast(c.network);
   expect_close(fast.guided(inbetween::impute(x, c.given, step), c.mask, c.local, step.item<int64_t>(), c.scene, c.shape,
-                           c.network->config.guidance),
+                           c.network->config.inference.guidance),
                tensor(content, "out.x0_guided_w2.5"), "guided, fast");
 }
 

@@ -1,0 +1,55 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "inhabit/data/native.h"
+
+namespace inhabit {
+
+/// Windows of equal length, one every `stride` frames, of the clips in rooms of native data sets. Only their places are
+/// held. Safe to use from several threads.
+class WindowSet {
+ public:
+  struct Place {
+    int32_t set, clip, start;  ///< data set, clip of it, first frame
+  };
+
+  /// @param folders native data sets; @param split "train", "val", "test" or "all"; @param rate that their clips must
+  /// have; @param accept throws Error where a data set's skeleton is not the one wanted. Throws Error where a data set
+  /// cannot be read, has another rate, or a file is missing.
+  WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
+            double rate, const std::function<void(const Dataset&)>& accept);
+
+  int64_t size() const { return static_cast<int64_t>(places_.size()); }
+  const Place& place(int64_t index) const { return places_.at(static_cast<size_t>(index)); }
+  const DatasetClip& entry(int64_t index) const { return sets_[place(index).set].clips[place(index).clip]; }
+  /// The place of a window among those of its clip.
+  int64_t number(int64_t index) const { return place(index).start / stride_; }
+  int64_t frames() const { return frames_; }
+  int64_t stride() const { return stride_; }
+  /// "FOLDER/clips/000012.npz 30", for errors and tables.
+  std::string name(int64_t index) const;
+
+  /// What caches know a window's clip and its scene by, and what stands under such a key.
+  std::string clip_key(int64_t index) const;
+  std::string scene_key(int64_t index) const;
+  std::string scene_key_of_clip(const std::string& clip_key) const;
+  Clip load_clip(const std::string& clip_key) const;
+  Scene load_scene(const std::string& scene_key) const;
+  std::string file(const std::string& clip_key) const;  ///< "FOLDER/clips/000012.npz"
+
+  /// At most `count` windows, evenly spread over all.
+  std::vector<int64_t> spread(int64_t count) const;
+
+ private:
+  const Dataset& set_of(const std::string& key) const;
+  const DatasetClip& entry_of(const std::string& clip_key) const;
+
+  int64_t frames_, stride_;
+  std::vector<Dataset> sets_;
+  std::vector<Place> places_;
+};
+
+}  // namespace inhabit

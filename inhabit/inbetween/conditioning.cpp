@@ -1,0 +1,29 @@
+#include "inhabit/inbetween/conditioning.h"
+
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/way_around.h"
+
+namespace inhabit::inbetween {
+
+using torch::Tensor;
+
+DenoiserInput denoiser_input(const Networks& networks, const Conditioning& c) {
+  const Config& config = networks.config;
+  Denoiser network = networks.network;
+  const int64_t batch = c.groups.size(0);
+  DenoiserInput out;
+  out.mask = config.partial_keys ? c.groups.transpose(1, 2) : c.groups.amax(2).unsqueeze(1);
+  out.local = network->embed_offsets(c.offsets, c.groups.amin(2));  // offsets need the whole pose
+  out.baseline = torch::zeros({}, c.groups.options());
+  if (config.from_interpolation) {
+    out.baseline = along_detours(interpolate_given_poses(c.given, networks.scale), c.detours, c.given.mask,
+                                 networks.scale.deviation);
+    out.local = torch::cat({out.local, out.baseline}, 1);
+  }
+  if (config.global_scene) out.scene = network->embed_scene(c.occupancy);
+  out.shape =
+      config.body_shape ? network->embed_shape(c.shape) : torch::zeros({batch, config.width}, c.groups.options());
+  return out;
+}
+
+}  // namespace inhabit::inbetween
