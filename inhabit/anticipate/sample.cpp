@@ -95,7 +95,7 @@ Data::Sample Data::sample(int64_t index, bool mirrored) const {
   const auto& [sequence, now] = windows_[static_cast<size_t>(index)];
   const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
   const int64_t first = now - config_.observed, frames = config_.observed + config_.future;
-  const int64_t labels = config_.observed + std::max(config_.label_frames, config_.future + config_.gamma - 1);
+  const int64_t labels = config_.observed + std::max(config_.training.label_frames, config_.future + config_.gamma - 1);
   return {rows(features, first, frames), rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, labels),
           std::max<int64_t>(0, -first), std::min(frames, features.size(0) - first),
           std::min(labels, features.size(0) - first)};
