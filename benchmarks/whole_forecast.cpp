@@ -55,7 +55,7 @@ Case& case_of(const std::string& preset) {
   return preset == "paper" ? paper : compact;
 }
 
-/// forecast::ContactForecaster::forecast() in LibTorch's own operators.
+/// forecast::ContactForecaster::predict() in LibTorch's own operators.
 forecast::Forecast plain_forecast(Case& the, const Tensor& points) {
   torch::NoGradGuard no_gradients;
   const forecast::Config& c = the.networks.config;
@@ -90,13 +90,13 @@ void fast(benchmark::State& state, const std::string& preset) {
   Case& the = case_of(preset);
   const forecast::ContactForecaster forecaster(the.networks);
   const forecast::Forecast expected = plain_forecast(the, the.points()),
-                           got = forecaster.forecast(the.past, the.points());
+                           got = forecaster.predict(the.past, the.points());
   const double error = (got.contact_maps - expected.contact_maps).abs().max().item<double>() /
                        expected.contact_maps.abs().max().item<double>();
   if (!(error < 1e-4)) return state.SkipWithError("fast and plain contact maps differ");
   state.counters["error"] = error;
   state.counters["joints_mm"] = 1000 * (got.joints - expected.joints).abs().max().item<double>();
-  const double seconds = measure(state, [&] { return forecaster.forecast(the.past, the.points()).joints; });
+  const double seconds = measure(state, [&] { return forecaster.predict(the.past, the.points()).joints; });
   if (the.plain_seconds > 0) state.counters["ratio"] = the.plain_seconds / seconds;
 }
 

@@ -34,7 +34,7 @@ std::string numbered(const std::string& path, size_t number, size_t count) {
   return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
 }
 
-void write(const std::string& path, const inhabit::anticipate::Anticipation& a, const std::string& title) {
+void write(const std::string& path, const inhabit::anticipate::Result& a, const std::string& title) {
   const std::string extension = inhabit::extension_of(path);
   if (extension == "npz") {
     inhabit::write_clips_npz(path, a.futures, {{"intention", a.labels}});
@@ -81,7 +81,8 @@ void add_anticipate(CLI::App& app) {
     const Clip clip = read_motion(o->motion, o->reading, notes);
     const auto anticipator = anticipate::IntentionAnticipator::load(
         o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
-    const anticipate::Anticipation a = anticipator.anticipate(clip, o->anticipate, o->motion);
+    o->anticipate.name = o->motion;
+    const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
     for (const std::string& out : o->outputs) {
       write(out, a, "Futures of " + fs::path(o->motion).filename().string());

@@ -19,9 +19,15 @@
 
 namespace {
 
+void add_settings(CLI::App& verb, std::vector<std::string>& settings) {
+  verb.add_option("--set", settings,
+                  "Settings of the model's configuration that do not change its sizes, KEY=VALUE, such as "
+                  "inference.guidance=0");
+}
+
 void add_eval_forecast(CLI::App& verb) {
   struct Options {
-    std::vector<std::string> data;
+    std::vector<std::string> data, settings;
     std::string split = "test", model, json;
     int stride = 30;
   };
@@ -36,11 +42,13 @@ void add_eval_forecast(CLI::App& verb) {
   forecast->add_option("--stride", o->stride, "Frames from one window to the next")
       ->check(whole_over_zero)
       ->capture_default_str();
+  add_settings(*forecast, o->settings);
   forecast->add_option("--json", o->json, "Also write the table as JSON");
   forecast->callback([o] {
     if (!o->json.empty()) require_writable(o->json);
-    const inhabit::forecast::Networks model =
+    inhabit::forecast::Networks model =
         inhabit::forecast::load_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    set_fields(model.config, o->settings);
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     if (data.size() == 0)
       throw inhabit::Error(o->data.front(), "has no window of " + std::to_string(model.config.frames()) +
@@ -54,6 +62,7 @@ void add_eval_forecast(CLI::App& verb) {
 void add_eval_anticipate(CLI::App& verb) {
   struct Options {
     std::string data, split = "test", model, json;
+    std::vector<std::string> settings;
     inhabit::anticipate::Evaluation evaluation;
   };
   CLI::App* anticipate = verb.add_subcommand(
@@ -78,12 +87,14 @@ void add_eval_anticipate(CLI::App& verb) {
   anticipate->add_option("--seed", o->evaluation.seed, "Seed of the futures")
       ->check(whole_number)
       ->capture_default_str();
+  add_settings(*anticipate, o->settings);
   anticipate->add_option("--json", o->json, "Also write the table as JSON");
   anticipate->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
-    const anticipate::Networks networks =
+    anticipate::Networks networks =
         anticipate::load_networks(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
+    set_fields(networks.config, o->settings);
     Notes notes;
     const auto sequences =
         anticipate::sequences_of(read_motion_set(o->data, networks.config.rate, &notes), o->split, networks.skeleton);
@@ -95,30 +106,14 @@ void add_eval_anticipate(CLI::App& verb) {
   });
 }
 
-/// What a model of in-betweening lacks, as rows of the paper's tables are called.
-std::string inbetween_row(const inhabit::inbetween::Config& c) {
-  std::string without;
-  if (!c.global_scene && !c.local_scene) {
-    without = "scene";
-  } else if (!c.global_scene) {
-    without = "global feature";
-  } else if (!c.local_scene) {
-    without = "local feature";
-  }
-  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
-  std::string name = without.empty() ? "ours" : "w/o " + without;
-  if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
-  return name;
-}
-
 void add_eval_inbetween(CLI::App& verb) {
   struct Options {
     std::vector<std::string> data, models;
     std::vector<int> t_star;
     std::string split = "test", json, joints;
-    int64_t windows = 100, steps = inhabit::inbetween::kDefaultSteps;
-    bool clean_feet = true;
-    inhabit::inbetween::Sampler sampler = inhabit::inbetween::Sampler::dpm_solver;
+    std::vector<std::string> settings;
+    int64_t windows = 100;
+    inhabit::inbetween::Options options;
     inhabit::inbetween::Layout layout = inhabit::inbetween::Layout::methods;
     inhabit::inbetween::Evaluation evaluation;
   };
@@ -144,13 +139,13 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
       ->check(whole_over_zero)
       ->capture_default_str();
-  inbetween->add_option("--steps", o->steps, "Evaluations of the denoiser")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  add_sampler(*inbetween, o->sampler);
+  inbetween->add_option("--steps", o->options.steps, "Evaluations of the denoiser (default: the model's own)")
+      ->check(CLI::Range(1, 1000));
+  add_sampler(*inbetween, o->options.sampler);
+  add_settings(*inbetween, o->settings);
   inbetween->add_option("--t-star", o->t_star, "T* of noise-aware models, a row each (default: the one of training)")
       ->check(CLI::Range(1, 1000));
-  inbetween->add_flag("!--loose-feet", o->clean_feet, "Leave feet as the networks move them");
+  inbetween->add_flag("!--loose-feet", o->options.clean_feet, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -169,34 +164,19 @@ void add_eval_inbetween(CLI::App& verb) {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
-    torch::Tensor given;
-    if (!o->joints.empty()) given = inbetween::given_groups(o->joints);
-    o->evaluation.key_joints = inbetween::given_joints(given);
+    if (!o->joints.empty()) o->options.given = inbetween::given_groups(o->joints);
+    o->evaluation.key_joints = inbetween::given_joints(o->options.given);
     std::vector<inbetween::Method> methods;
-    if (!given.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
+    if (!o->options.given.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
     inbetween::Config config;
-    const auto add_model = [&](inbetween::Networks networks) {
-      const auto model = std::make_shared<inbetween::SceneInbetweener>(std::move(networks));
-      methods.push_back(
-          {inbetween_row(model->config()),
-           [model, given, o](const inbetween::Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
-             inbetween::Options request;
-             request.keys = keys;
-             request.given = given;
-             request.seed = seed;
-             request.steps = o->steps;
-             request.clean_feet = o->clean_feet;
-             request.sampler = o->sampler;
-             return model->fill(w.given, w.scene ? *w.scene : floor_scene(), request);
-           }});
-    };
     for (const std::string& file : o->models) {
       inbetween::Networks networks = inbetween::load_networks(file);
+      set_fields(networks.config, o->settings);
       config = networks.config;
       if (!o->t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
       for (const int t_star : o->t_star.empty() ? std::vector<int>{config.t_star} : o->t_star) {
         networks.config.t_star = t_star;
-        add_model(networks);
+        methods.push_back(inbetween::model_method(std::make_shared<inbetween::SceneInbetweener>(networks), o->options));
       }
     }
     const inbetween::Data data(o->data, o->split, config, config.frames);
@@ -204,11 +184,7 @@ void add_eval_inbetween(CLI::App& verb) {
       throw Error(o->data.front(),
                   "has no window of " + std::to_string(config.frames) + " frames in split " + o->split);
     std::vector<inbetween::Window> windows;
-    const int64_t count = std::min(o->windows, data.size());
-    for (int64_t i = 0; i < count; ++i) {
-      auto w = data.window(i * data.size() / count);
-      windows.push_back({w.name, w.clip, {}, w.scene});
-    }
+    for (const int64_t i : data.windows().spread(o->windows)) windows.push_back(data.window(i));
     const inbetween::MotionAutoencoder features =
         inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
     o->evaluation.progress = progress_lines("windows filled");
@@ -222,6 +198,7 @@ void add_eval_detour(CLI::App& verb) {
   struct Options {
     std::string model;
     int64_t runs = 10;
+    std::vector<std::string> settings;
     inhabit::inbetween::Options request;
   };
   CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight way: who goes around");
@@ -231,12 +208,14 @@ void add_eval_detour(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   detour->add_option("--seed", o->request.seed, "First seed")->check(whole_number)->capture_default_str();
-  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser (default: the model's own)")
+      ->check(CLI::Range(1, 1000));
+  add_settings(*detour, o->settings);
   detour->callback([o] {
-    const auto model = inhabit::inbetween::SceneInbetweener::load(
-        o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
+    inhabit::inbetween::Networks networks =
+        inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
+    set_fields(networks.config, o->settings);
+    const inhabit::inbetween::SceneInbetweener model(networks);
     const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
     std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
                 static_cast<long long>(scores.around), static_cast<long long>(scores.runs),

@@ -1,4 +1,4 @@
-#include "inhabit/forecast/forecast_clip.h"
+#include "inhabit/forecast/contact_forecaster.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -23,14 +23,13 @@ struct ForecastArguments {
   inhabit::forecast::Options forecast;
 };
 
-inhabit::Page forecast_page(const inhabit::forecast::ForecastClips& clips, const inhabit::Scene& scene,
-                            const std::string& title) {
+inhabit::Page forecast_page(const inhabit::forecast::Result& clips, const std::string& title) {
   using Role = inhabit::PagePerson::Role;
   inhabit::Page page;
   page.title = title;
   page.note =
       "Grey: the second that was observed. Blue: the next two seconds as predicted. Orange: what really happened.";
-  page.scene = &scene;
+  page.scene = &clips.scene;
   const double now = clips.past.seconds();
   page.people.push_back({clips.past, "observed", Role::past, 0, nullptr});
   if (clips.truth) page.people.push_back({*clips.truth, "truth", Role::truth, now, nullptr});
@@ -64,24 +63,18 @@ void add_forecast(CLI::App& app) {
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
     Scene scene;
-    if (o->scene.file.empty()) {
-      scene = forecast::assumed_floor(clip);
-      notes.emplace_back("no scene given: a flat floor under the feet is assumed");
-    } else {
-      scene = read_scene(o->scene, notes);
-    }
-    const std::string model = o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model;
-    const auto forecaster = forecast::ContactForecaster::load(model);
-    if (forecaster.config().joints != kStandardJoints)
-      throw Error(model, "observes " + std::to_string(forecaster.config().joints) + " joints, not the standard 22");
-    const forecast::ForecastClips clips = forecast::forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
+    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const auto forecaster =
+        forecast::ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    o->forecast.name = o->motion;
+    const forecast::Result r = forecaster.run(clip, scene, o->forecast);
+    if (r.floor_assumed) notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     say(notes);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html")
-        write_page(out,
-                   forecast_page(clips, scene, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
+        write_page(out, forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
       else
-        write_clip(out, clips.prediction, &scene);
+        write_clip(out, r.prediction, &r.scene);
       std::printf("%s\n", out.c_str());
     }
   });

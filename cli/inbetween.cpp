@@ -6,13 +6,10 @@
 #include <memory>
 
 #include "inhabit/error.h"
-#include "inhabit/forecast/forecast_clip.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
-#include "inhabit/metrics/collision.h"
-#include "inhabit/motion/retarget.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
 #include "models.h"
@@ -32,97 +29,57 @@ struct InbetweenArguments {
   ClipReadOptions reading;
   SceneInput scene;
   bool noisy = false;
-  inbetween::Options request;
+  inbetween::Options options;
 };
 
-/// A clip at `rate` whose frames `keys`, the first being 0, are `poses`; the frames between, which nobody looks at,
-/// repeat the pose before.
-Clip clip_of_keys(const Clip& poses, const std::vector<int64_t>& keys, double rate) {
-  std::vector<int64_t> held;
-  for (size_t k = 0; k + 1 < keys.size(); ++k)
-    held.insert(held.end(), static_cast<size_t>(keys[k + 1] - keys[k]), static_cast<int64_t>(k));
-  held.push_back(static_cast<int64_t>(keys.size()) - 1);
-  Clip out = frames_at(poses, held);
-  out.rate = rate;
-  return out;
-}
-
-/// One-pose files (of longer ones the first pose counts) at the times given.
-Clip poses_at_times(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, Notes& notes) {
-  if (o.times.size() != o.motions.size())
-    throw Error("--times", "names " + std::to_string(o.times.size()) + " times for " +
-                               std::to_string(o.motions.size()) + " files");
-  std::vector<torch::Tensor> joints, rotations, trans;
-  Clip out;
-  for (size_t i = 0; i < o.motions.size(); ++i) {
-    const int64_t key = std::llround((o.times[i] - o.times[0]) * rate);
-    if (i > 0 && key <= keys.back()) throw Error("--times", "are not in order, a frame or more apart");
-    if (key > 100'000) throw Error("--times", "are more than 55 minutes apart");
-    const Clip pose = slice(retarget(read_motion(o.motions[i], o.reading, notes), o.motions[i]), 0, 1);
-    if (i == 0)
-      out = pose;
-    else if ((pose.skeleton.offsets - out.skeleton.offsets).slice(0, 1).abs().max().item<double>() > 0.02)
-      throw Error(o.motions[i], "has other bones than " + o.motions[0]);
-    joints.push_back(pose.joints);
-    rotations.push_back(pose.rotations);
-    trans.push_back(pose.trans);
-    keys.push_back(key);
-  }
-  out.joints = torch::cat(joints);
-  out.rotations = torch::cat(rotations);
-  out.trans = torch::cat(trans);
-  return out;
-}
-
-/// The poses in the frames of a file that --keyframes names, and at which frames they stand at `rate`: the nearest in
-/// time; of several in one the first, but the file's last frame stands.
-Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, Notes& notes) {
-  const std::string& motion = o.motions[0];
-  const Clip source = retarget(read_motion(motion, o.reading, notes), motion);
-  std::vector<int64_t> frames;
-  try {
-    for (const int64_t frame : inbetween::key_frames(o.keys, source.frames(), o.request.seed)) {
-      const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
-      if (!keys.empty() && key == keys.back()) {
-        if (frame + 1 < source.frames() || keys.size() == 1) continue;
-        keys.pop_back();
-        frames.pop_back();
-      }
-      keys.push_back(key);
-      frames.push_back(frame);
+/// The motion whose key frames are given, with them in o.options.keys.
+Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
+  if (o.motions.size() == 1) {
+    if (!o.times.empty()) throw Error("--times", "is for several files; one has --keyframes");
+    Clip clip = read_motion(o.motions[0], o.reading, notes);
+    try {
+      o.options.keys = inbetween::key_frames(o.keys.empty() ? "ends" : o.keys, clip.frames(), o.options.seed);
+    } catch (const Error& e) {
+      throw Error(o.motions[0], e.what());
     }
-  } catch (const Error& e) {
-    throw Error(motion, e.what());
+    return clip;
   }
-  if (keys.size() < 2)
-    throw Error(motion, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
-  return frames_at(source, frames);
-}
-
-/// Which frames have the body inside the scene.
-torch::Tensor colliding_frames(const CollisionMeter& meter, const Clip& clip) {
-  constexpr int64_t kTogether = 60;
-  const auto progress = progress_lines("frames looked at for collisions");
-  std::vector<torch::Tensor> out;
-  for (int64_t t = 0; t < clip.frames(); t += kTogether) {
-    out.push_back(meter.measure(slice(clip, t, std::min(t + kTogether, clip.frames()))).depth > 0);
-    progress(t, clip.frames());
-  }
-  return torch::cat(out);
+  if (!o.keys.empty()) throw Error("--keyframes", "is for one file; several stand at --times");
+  std::vector<Clip> poses;
+  for (const std::string& motion : o.motions) poses.push_back(read_motion(motion, o.reading, notes));
+  inbetween::PosesInTime in_time = inbetween::poses_at_times(poses, o.times, rate, o.motions);
+  o.options.keys = in_time.keys;
+  return in_time.clip;
 }
 
 /// Says which key poses are inside the scene: a warning, for in-betweening goes on.
-void warn_of_collisions(const torch::Tensor& colliding, const std::vector<int64_t>& keys, double rate) {
+void warn_of_collisions(const inbetween::Result& r) {
   std::vector<std::string> times;
-  for (size_t k = 0; k < keys.size(); ++k)
-    if (colliding[static_cast<int64_t>(k)].item<bool>())
-      times.push_back(fmt::format("{:.2f}", static_cast<double>(keys[k]) / rate));
+  for (size_t k = 0; k < r.keys.size(); ++k)
+    if (r.key_collides[static_cast<int64_t>(k)].item<bool>())
+      times.push_back(fmt::format("{:.2f}", static_cast<double>(r.keys[k]) / r.motion.rate));
   if (times.empty()) return;
   const size_t named = std::min<size_t>(times.size(), 5);
   std::fprintf(stderr, "inhabit: warning: %zu of %zu key poses are inside the scene, at %s%s s\n", times.size(),
-               keys.size(),
+               r.keys.size(),
                fmt::format("{}", fmt::join(times.begin(), times.begin() + static_cast<int64_t>(named), ", ")).c_str(),
                named < times.size() ? ", ..." : "");
+}
+
+Page inbetween_page(const inbetween::Result& r, const InbetweenArguments& o) {
+  Page page;
+  page.title = "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string();
+  page.note =
+      std::string("Blue: what was given. Purple: filled in. Prints on the floor: where a foot stands. ") +
+      (r.scene.meshes.empty() ? "The scene is points, which have no inside." : "Red: the body is inside the scene.");
+  page.scene = &r.scene;
+  PagePerson person{r.motion, "filled in", PagePerson::Role::filled};
+  person.keys = r.keys;
+  if (o.noisy || o.options.given.defined()) person.given = r.key_poses;
+  person.given_joints = inbetween::given_joints(o.options.given);
+  person.collides = r.collides;
+  page.people.push_back(person);
+  return page;
 }
 
 }  // namespace
@@ -143,14 +100,13 @@ void add_inbetween(CLI::App& app) {
       ->check(not_empty);
   verb->add_flag("--noisy", o->noisy, "Key frames are noisy: they are cleaned, but for the ends");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
-  add_sampler(*verb, o->request.sampler);
-  verb->add_option("--steps", o->request.steps, "Evaluations of the denoiser")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  verb->add_option("--seed", o->request.seed, "Seed of the noise and of random key frames")
+  add_sampler(*verb, o->options.sampler);
+  verb->add_option("--steps", o->options.steps, "Evaluations of the denoiser (default: the model's own, 2)")
+      ->check(CLI::Range(1, 1000));
+  verb->add_option("--seed", o->options.seed, "Seed of the noise and of random key frames")
       ->check(whole_number)
       ->capture_default_str();
-  verb->add_flag("!--loose-feet", o->request.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag("!--loose-feet", o->options.clean_feet, "Leave feet as the network moves them");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {
@@ -159,52 +115,27 @@ void add_inbetween(CLI::App& app) {
         !o->model.empty() ? o->model
                           : shipped_model(o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
     const auto inbetweener = inbetween::SceneInbetweener::load(model);
-    const double rate = inbetweener.config().rate;
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
-    Clip clip;
-    if (o->motions.size() > 1) {
-      if (!o->keys.empty()) throw Error("--keyframes", "is for one file; several stand at --times");
-      clip = clip_of_keys(poses_at_times(*o, rate, o->request.keys, notes), o->request.keys, rate);
-    } else {
-      if (!o->times.empty()) throw Error("--times", "is for several files; one has --keyframes");
-      if (o->keys.empty()) o->keys = "ends";
-      clip = clip_of_keys(poses_in_file(*o, rate, o->request.keys, notes), o->request.keys, rate);
-    }
-    if (!o->joints.empty()) o->request.given = inbetween::given_groups(o->joints);
-    const Clip poses = frames_at(clip, o->request.keys);
+    const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
     Scene scene;
-    if (o->scene.file.empty()) {
-      scene = forecast::assumed_floor(poses);
+    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    if (!o->joints.empty()) o->options.given = inbetween::given_groups(o->joints);
+    o->options.name = o->motions[0];
+    o->options.collisions = true;
+    o->options.progress = progress_lines("steps of the denoiser");
+    const inbetween::Result r = inbetweener.run(clip, scene, o->options);
+    if (r.floor_assumed)
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
-    } else {
-      scene = read_scene(o->scene, notes);
-    }
-    const CollisionMeter meter(builtin_body(), scene);
-    warn_of_collisions(meter.measure(poses).depth > 0, o->request.keys, rate);
-    if (scene.meshes.empty())
+    else if (scene.meshes.empty())
       notes.push_back(o->scene.file + ": is a point cloud: where a body is inside it cannot be told");
-    o->request.progress = progress_lines("steps of the denoiser");
-    const Clip filled = inbetweener.fill(clip, scene, o->request);
+    warn_of_collisions(r);
     say(notes);
     for (const std::string& out : o->outputs) {
-      if (extension_of(out) == "html") {
-        Page page;
-        page.title = "In-betweening of " + std::filesystem::path(o->motions[0]).filename().string();
-        page.note = std::string("Blue: what was given. Purple: filled in. Prints on the floor: where a foot stands. ") +
-                    (scene.meshes.empty() ? "The scene is points, which have no inside."
-                                          : "Red: the body is inside the scene.");
-        page.scene = &scene;
-        PagePerson person{filled, "filled in", PagePerson::Role::filled};
-        person.keys = o->request.keys;
-        if (o->noisy || o->request.given.defined()) person.given = poses;
-        person.given_joints = inbetween::given_joints(o->request.given);
-        person.collides = colliding_frames(meter, filled);
-        page.people.push_back(person);
-        write_page(out, page);
-      } else {
-        write_clip(out, filled, &scene);
-      }
+      if (extension_of(out) == "html")
+        write_page(out, inbetween_page(r, *o));
+      else
+        write_clip(out, r.motion, &r.scene);
       std::printf("%s\n", out.c_str());
     }
   });

@@ -1,13 +1,11 @@
 #include "inhabit/anticipate/intention_anticipator.h"
 
-#include <cmath>
-
 #include "inhabit/anticipate/fast_futures.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
 #include "inhabit/motion/local_pose.h"
-#include "inhabit/motion/resample.h"
+#include "inhabit/motion/observe.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/nn/parallel_chunks.h"
 
@@ -49,32 +47,25 @@ IntentionAnticipator::IntentionAnticipator(IntentionAnticipator&&) noexcept = de
 
 const Config& IntentionAnticipator::config() const { return impl_->config; }
 
-Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Options& options,
-                                              const std::string& subject) const {
+Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = impl_->config;
-  if (options.start > clip.frames())
-    throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
-                             std::to_string(clip.frames()) + " frames)");
-  const Clip motion = resample(retarget(clip, subject), c.rate, subject);
-  const int64_t asked = options.start < 0 ? clip.frames() : options.start;
-  const int64_t start =
-      std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * c.rate / clip.rate));
-  if (start < c.kappa)
-    throw Error(subject, "has " + std::to_string(start) + " frames at " + std::to_string(static_cast<int>(c.rate)) +
-                             " a second before the start; at least " + std::to_string(c.kappa) + " are needed");
+  if (options.samples < 1) throw Error("samples", "must be at least 1");
+  if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "must be over 0 and at most 3600");
+  const Observed observed = observe(clip, options.start, c.rate, c.kappa, options.name);
+  const int64_t start = observed.start;
   const int64_t frames = std::max<int64_t>(1, std::llround(options.seconds * c.rate));
 
-  Anticipation out;
-  out.past = slice(motion, std::max<int64_t>(0, start - c.observed), start);
+  Result out;
+  out.past = slice(observed.motion, std::max<int64_t>(0, start - c.observed), start);
   const Tensor seen = on_skeleton(out.past, impl_->body.skeleton).joints;  // (t, 22, 3)
   const Tensor past = observation(joint_features(seen), seen.size(0), c.observed).unsqueeze(0);
   const Futures futures = impl_->networks.forward(past, draw_noise(c, options.samples, frames, options.seed), frames);
   out.labels = futures.labels;
 
   const Tensor last = seen[seen.size(0) - 1];
-  const Tensor joints = feature_joints(futures.features, last[0].expand({options.samples, 3}),
-                                                  headings(last).expand({options.samples}));
+  const Tensor joints =
+      feature_joints(futures.features, last[0].expand({options.samples, 3}), headings(last).expand({options.samples}));
   out.futures.resize(static_cast<size_t>(options.samples));
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;

@@ -5,27 +5,30 @@
 
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
 
 namespace inhabit::anticipate {
 
 struct Options {
-  int64_t start = -1;    ///< first frame to forecast, counted in the clip; -1: its end
-  int64_t samples = 10;  ///< futures
-  double seconds = 4;    ///< how far
-  uint64_t seed = 1;     ///< a future depends on it and its own number alone
+  int64_t start = -1;           ///< first frame to forecast, counted in the clip; -1: its end
+  int64_t samples = 10;         ///< futures
+  double seconds = 4;           ///< how far
+  uint64_t seed = 1;            ///< a future depends on it and its own number alone
+  std::string name = "motion";  ///< what errors call the clip
 };
 
 /// Futures of one observation, in its world, at the model's rate.
-struct Anticipation {
+struct Result {
   Clip past;                  ///< what was observed, on the person's own bones
   std::vector<Clip> futures;  ///< (S) of T frames each, joint rotations on the same bones
   torch::Tensor labels;       ///< (S, T) int64 intentions; undefined for a model without them
 };
 
-/// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU.
+/// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU. Safe to use
+/// from several threads.
 ///
-///   IntentionAnticipator anticipator = IntentionAnticipator::load("anticipate-cmu.safetensors");
-///   Anticipation a = anticipator.anticipate(clip, {.samples = 50, .seconds = 30}, "walk.bvh");
+///   const auto anticipator = anticipate::IntentionAnticipator::load("anticipate-cmu.safetensors");
+///   anticipate::Result r = anticipator.run(clip, scene, {.samples = 50, .seconds = 30});   // r.futures
 class IntentionAnticipator {
  public:
   static IntentionAnticipator load(const std::string& path);
@@ -36,8 +39,9 @@ class IntentionAnticipator {
   const Config& config() const;
 
   /// Observes up to config().observed frames before the start, and at least kappa of them, of a clip on any skeleton
-  /// that maps to the standard one, at any rate. @param subject names the clip in errors.
-  Anticipation anticipate(const Clip& clip, const Options& options, const std::string& subject) const;
+  /// that maps to the standard one, at any rate. The networks see no scene: it is there as in every system's call.
+  /// Throws Error where fewer frames lie before the start, or an option is out of range.
+  Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 
  private:
   struct Impl;

@@ -1,22 +1,65 @@
 #include "inhabit/forecast/contact_forecaster.h"
 
+#include <numeric>
+
+#include "inhabit/body/fit.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
+#include "inhabit/motion/feet.h"
+#include "inhabit/motion/observe.h"
+#include "inhabit/nn/instance_pool.h"
+#include "inhabit/scene/floor.h"
+#include "inhabit/scene/query.h"
+#include "inhabit/scene/sampling.h"
 
 namespace inhabit::forecast {
+namespace {
+
+constexpr double kStep = 0.1;  // metres below the feet observed: who puts them there sat with feet up, or steps down
+
+/// The prediction with clean feet, which go on from where they were observed.
+Clip with_clean_feet(const Clip& past, const Clip& prediction, const SceneQuery& scene) {
+  Clip whole = prediction;
+  whole.joints = torch::cat({past.joints, prediction.joints});
+  whole.rotations = torch::cat({past.rotations, prediction.rotations});
+  whole.trans = torch::cat({past.trans, prediction.trans});
+  std::vector<int64_t> observed(static_cast<size_t>(past.frames()));
+  std::iota(observed.begin(), observed.end(), 0);
+  const double before = floor_under(past, scene), after = floor_under(prediction, scene);
+  return slice(clean_feet(whole, observed, after < before - kStep ? after : before), past.frames(), whole.frames());
+}
+
+/// The body of the observed person in predicted joints (T, 22, 3).
+Clip embodied(const Clip& past, const torch::Tensor& joints) {
+  FitOptions fit;
+  fit.betas = fit_shape(builtin_body(), past.joints);
+  const BodyFit body = fit_body(builtin_body(), joints, fit);
+  Clip out;
+  out.rate = past.rate;
+  out.joints = joints;
+  out.skeleton = shaped_skeleton(builtin_body(), body.betas);
+  out.rotations = body.rotations;
+  out.trans = body.trans;
+  out.betas = body.betas;
+  return out;
+}
+
+}  // namespace
 
 struct ContactForecaster::Impl {
   Config config;
-  mutable FastContactNetwork contact;
+  mutable nn::InstancePool<FastContactNetwork> contact;
   FastMotionNetwork motion;
 };
 
 ContactForecaster::ContactForecaster(const Networks& networks)
-    : impl_(std::make_unique<Impl>(
-          Impl{networks.config, FastContactNetwork(networks.contact), FastMotionNetwork(networks.motion)})) {}
+    : impl_(new Impl{networks.config, nn::InstancePool<FastContactNetwork>([network = networks.contact] {
+                       return FastContactNetwork(network);
+                     }),
+                     FastMotionNetwork(networks.motion)}) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
@@ -29,7 +72,7 @@ ContactForecaster ContactForecaster::load(const std::string& path) {
 
 const Config& ContactForecaster::config() const { return impl_->config; }
 
-Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Tensor& points) const {
+Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points) const {
   torch::NoGradGuard no_grad;
   const Config& c = config();
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
@@ -37,7 +80,7 @@ Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Ten
                 ", 3) joints, not another shape");
   const WindowFrame frame = window_frame(past, c);
   const torch::Tensor observed = frame.to_window(past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
-  const torch::Tensor dct = impl_->contact.forward(scene, contact_features(scene, observed, c), observed);
+  const torch::Tensor dct = impl_->contact.take()->forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
   out.contact_maps = contact_maps_from_dct(dct, c)[0];
   torch::Tensor contacts = contact_points(scene, dct, c);
@@ -45,6 +88,29 @@ Forecast ContactForecaster::forecast(const torch::Tensor& past, const torch::Ten
   const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
   out.contact_points = torch::cat({frame.to_world(contacts[0].narrow(2, 0, 3)) * touching, touching}, 2);
   out.points = points;
+  return out;
+}
+
+Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Options& options) const {
+  torch::NoGradGuard no_grad;
+  const Config& c = config();
+  if (c.joints != kStandardJoints)
+    throw Error("the model", "observes " + std::to_string(c.joints) + " joints, not the standard 22");
+  if (options.points < 0 || options.points > 1'000'000) throw Error("points", "are out of range");
+  const Observed observed = observe(clip, options.start, c.rate, c.past, options.name);
+  const Clip& motion = observed.motion;
+  const int64_t start = observed.start;
+  Result out;
+  out.floor_assumed = scene.empty();
+  out.scene = out.floor_assumed ? assumed_floor(motion) : scene;
+  out.past = slice(motion, start - c.past, start);
+  if (motion.frames() > start) out.truth = slice(motion, start, std::min<int64_t>(motion.frames(), start + c.future));
+  std::mt19937_64 random(options.seed);
+  const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
+                                                  options.points > 0 ? options.points : c.points, random);
+  out.forecast = predict(out.past.joints, points);
+  out.prediction = embodied(out.past, out.forecast.joints);
+  if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction, SceneQuery(out.scene));
   return out;
 }
 

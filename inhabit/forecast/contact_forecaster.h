@@ -1,10 +1,14 @@
 #pragma once
 #include <torch/types.h>
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "inhabit/forecast/model_file.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
 
 namespace inhabit::forecast {
 
@@ -16,22 +20,48 @@ struct Forecast {
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 };
 
-/// Contact-aware motion forecasting: the second that was observed and a room in, the next two seconds out. On the CPU,
-/// by the fast networks; keeps their workspaces, so use one instance per thread.
+struct Options {
+  int64_t start = -1;           ///< first predicted frame, counted in the clip; -1: its end
+  int64_t points = 0;           ///< scene points looked at; 0: as the model was trained
+  uint64_t seed = 1;            ///< draws the points
+  bool clean_feet = true;       ///< feet stand and are lifted (motion/feet.h); `forecast` stays as the network says
+  std::string name = "motion";  ///< what errors call the clip
+};
+
+struct Result {
+  Clip past;                  ///< P frames
+  Clip prediction;            ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
+                              ///< betas of the body fitted to them
+  std::optional<Clip> truth;  ///< as many of the T frames as the clip has
+  Forecast forecast;
+  Scene scene;  ///< what was looked at: the one given or, where that is empty, an assumed flat floor
+  bool floor_assumed = false;
+};
+
+/// Contact-aware motion forecasting: the second that was observed and a room in, the next two seconds out. On the CPU.
+/// Safe to use from several threads.
 ///
-///   ContactForecaster forecaster = ContactForecaster::load("forecast.safetensors");
-///   Forecast f = forecaster.forecast(past, points);   // past (30, 22, 3), points (N, 3)
+///   const auto forecaster = forecast::ContactForecaster::load("forecast-compact.safetensors");
+///   forecast::Result r = forecaster.run(clip, scene);   // r.prediction
 class ContactForecaster {
  public:
+  /// Throws Error naming the file where it is no such model or lacks one of the two networks.
   static ContactForecaster load(const std::string& path);
   explicit ContactForecaster(const Networks& networks);
   ~ContactForecaster();
   ContactForecaster(ContactForecaster&&) noexcept;
 
   const Config& config() const;
-  /// @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person (points_near,
-  /// sample_points_near).
-  Forecast forecast(const torch::Tensor& past, const torch::Tensor& points) const;
+
+  /// Observes the second before options.start of a clip on any skeleton that maps to the standard one, at any rate, and
+  /// predicts what comes. @param scene as read; without meshes and points a flat floor under the feet is assumed.
+  /// Throws Error where less than a second lies before the start, nothing of the scene is near, or an option is out of
+  /// range.
+  Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
+
+  /// The networks alone. @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person
+  /// (points_near, sample_points_near).
+  Forecast predict(const torch::Tensor& past, const torch::Tensor& points) const;
 
  private:
   struct Impl;

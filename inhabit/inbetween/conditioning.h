@@ -22,8 +22,8 @@ struct DenoiserInput {
   torch::Tensor local;     ///< (B, C, T) embedded offsets and, where the network sees it, the baseline
   torch::Tensor baseline;  ///< (B, 201, T) the keys' interpolation, which the network's output is added to; () zero
                            ///< where it is not
-  torch::Tensor scene;  ///< (B, width) embedded occupancy; undefined where the model sees none
-  torch::Tensor shape;  ///< (B, width) embedded body shape; zeros where the model sees none
+  torch::Tensor scene;     ///< (B, width) embedded occupancy; undefined where the model sees none
+  torch::Tensor shape;     ///< (B, width) embedded body shape; zeros where the model sees none
 };
 
 /// Makes it, in training as in use. All on the networks' device.

@@ -57,11 +57,11 @@ struct Config {
     int batch = 32;               ///< the paper's: 256
     double learning_rate = 4e-4;  ///< the paper's 1e-4 goes with batches of 256 and many more steps
     double weight_decay = 1e-2;
-    double average = 0.9995;  ///< decay of the weights' moving average; the paper's 0.9999 averages over as many steps
-                              ///< as a short run has in all
-    int stride = 30;              ///< frames from one window to the next
-    bool bfloat16 = false;        ///< the network's products are made in bfloat16 (nn/bfloat16.h)
-    double joints_weight = 2;     ///< lambda of Eq. 2
+    double average = 0.9995;   ///< decay of the weights' moving average; the paper's 0.9999 averages over as many steps
+                               ///< as a short run has in all
+    int stride = 30;           ///< frames from one window to the next
+    bool bfloat16 = false;     ///< the network's products are made in bfloat16 (nn/bfloat16.h)
+    double joints_weight = 2;  ///< lambda of Eq. 2
     double velocity_weight = 10;  ///< lambda of Eq. 3
     double feet_weight = 0;       ///< of the motion of feet that stand still in truth (not in the paper)
     double rest_rotation = 0;     ///< degrees that joints' rest frames are rotated by (not in the paper)

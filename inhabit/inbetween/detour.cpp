@@ -56,8 +56,8 @@ DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int
   request.keys = {0, detour.ends.frames() - 1};
   DetourScores scores;
   for (scores.runs = 0; scores.runs < runs; ++scores.runs, ++request.seed) {
-    if (!crosses_table(model.fill(detour.ends, detour.room, request))) ++scores.around;
-    if (!crosses_table(model.fill(detour.ends, floor_scene(), request))) ++scores.around_unseen;
+    if (!crosses_table(model.run(detour.ends, detour.room, request).motion)) ++scores.around;
+    if (!crosses_table(model.run(detour.ends, floor_scene(), request).motion)) ++scores.around_unseen;
   }
   return scores;
 }

@@ -118,6 +118,22 @@ std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
 }
 
+/// What a model lacks, as rows of the paper's tables are called.
+std::string row_name(const Config& c) {
+  std::string without;
+  if (!c.global_scene && !c.local_scene) {
+    without = "scene";
+  } else if (!c.global_scene) {
+    without = "global feature";
+  } else if (!c.local_scene) {
+    without = "local feature";
+  }
+  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
+  std::string name = without.empty() ? "ours" : "w/o " + without;
+  if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
+  return name;
+}
+
 struct Column {
   const char* title;
   const char* key;
@@ -157,6 +173,16 @@ std::vector<size_t> columns_of(Layout layout) {
 }
 
 }  // namespace
+
+Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const Options& options) {
+  return {row_name(model->config()),
+          [model, options](const Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
+            Options own = options;
+            own.keys = keys;
+            own.seed = seed;
+            return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
+          }};
+}
 
 std::vector<Method> interpolation_methods() {
   const auto method = [](const char* name, Clip (*interpolate)(const Clip&, const std::vector<int64_t>&)) {

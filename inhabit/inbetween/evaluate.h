@@ -8,6 +8,7 @@
 
 #include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/inbetween/sample.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
@@ -19,6 +20,11 @@ struct Method {
   std::function<Clip(const Window& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;
   bool random = true;  ///< false where the seed changes nothing
 };
+
+/// A model as a row: "ours", or what its configuration lacks ("w/o global feature"), with its T* where it is
+/// noise-aware.
+/// @param options what each window is filled with; keys and seed are the evaluation's.
+Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const Options& options);
 
 /// "linear + slerp" and "cubic spline".
 std::vector<Method> interpolation_methods();

@@ -7,6 +7,7 @@
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/inbetween/config.h"
+#include "inhabit/motion/clip.h"
 
 namespace inhabit::inbetween {
 
@@ -18,6 +19,18 @@ namespace inhabit::inbetween {
 /// Throws Error("key frames TEXT", ...) for anything else, a frame outside the clip, or a clip of fewer than two
 /// frames.
 std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0);
+
+/// Key poses that stand at times, as a clip with nothing but them: frames between repeat the pose before.
+struct PosesInTime {
+  Clip clip;                  ///< on the standard skeleton
+  std::vector<int64_t> keys;  ///< its frames that are poses
+};
+
+/// @param poses clips on any skeleton, whose first frames count; @param seconds when each stands, in order; @param
+/// names what errors call them. Throws Error where times are not a frame apart, more than 55 minutes apart or not one
+/// for each pose, or a pose is of a person with other bones than the first's (2 cm).
+PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate,
+                           const std::vector<std::string>& names);
 
 /// Groups of a frame's features that a partial key gives or leaves open as a whole: root translation, root orientation,
 /// body rotations, then the place of each standard joint.

@@ -1,5 +1,8 @@
 #include "inhabit/inbetween/scene_inbetweener.h"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
 #include <utility>
 
 #include "inhabit/body/body_model.h"
@@ -14,9 +17,13 @@
 #include "inhabit/inbetween/windows.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/metrics/collision.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/feet.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/nn/instance_pool.h"
 #include "inhabit/scene/basis_points.h"
+#include "inhabit/scene/floor.h"
 
 namespace inhabit::inbetween {
 
@@ -26,140 +33,230 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr int64_t kLead = 60;         // frames around a clean key that make up for what was missed of it
+constexpr int64_t kBlendRadius = 60;  // frames around a clean key that make up for what was missed of it
 constexpr double kFootNoise = 0.05;   // metres from where a noisy key has it that a foot may be put, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
+constexpr int64_t kMeasured = 60;     // frames whose collisions are measured at once
 
-void check(const Clip& clip, const Options& request, const Config& config) {
-  if (clip.skeleton.parents != standard_parents() || !clip.rotations.defined() || !clip.trans.defined())
-    throw Error("in-betweening", "needs rotations on the standard skeleton");
-  if (std::abs(clip.rate - config.rate) > 1e-6)
-    throw Error("in-betweening", "the clip has " + std::to_string(clip.rate) + " frames a second, the model " +
-                                     std::to_string(config.rate));
-  const auto& keys = request.keys;
+/// Key poses on the standard skeleton and where they stand at a model's rate.
+struct KeyedClip {
+  Clip clip;                  // the frames `keys` of it are the poses; those between repeat the pose before
+  std::vector<int64_t> keys;  // in order, the first 0, the last its last frame
+};
+
+std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
+  if (clip.frames() < 2) throw Error(options.name, "has fewer than two frames");
+  if (options.keys.empty()) return {0, clip.frames() - 1};
+  const auto& keys = options.keys;
   if (keys.size() < 2) throw Error("key frames", "fewer than two");
   if (keys.front() != 0 || keys.back() != clip.frames() - 1)
     throw Error("key frames", "the first and the last frame must be among them");
   for (size_t i = 1; i < keys.size(); ++i)
     if (keys[i] <= keys[i - 1]) throw Error("key frames", "are not in order");
-  if (request.given.defined() && !config.partial_keys)
-    throw Error("in-betweening", "this model takes whole key poses only");
-  for (const Tensor& t : {clip.joints, clip.rotations, clip.trans})
-    if (!t.index_select(0, torch::tensor(keys)).isfinite().all().item<bool>())
-      throw Error("in-betweening", "a key pose is not finite");
+  return keys;
+}
+
+/// The poses at `asked` frames of a clip at the nearest frames of `rate`; of several in one the first, but the clip's
+/// last stands.
+KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, double rate, const std::string& name) {
+  const bool standard =
+      source.skeleton.parents == standard_parents() && source.rotations.defined() && source.trans.defined();
+  const Clip poses_there = standard ? source : retarget(source, name);
+  KeyedClip out;
+  std::vector<int64_t> frames;
+  for (const int64_t frame : asked) {
+    const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
+    if (!out.keys.empty() && key == out.keys.back()) {
+      if (frame + 1 < source.frames() || out.keys.size() == 1) continue;
+      out.keys.pop_back();
+      frames.pop_back();
+    }
+    out.keys.push_back(key);
+    frames.push_back(frame);
+  }
+  if (out.keys.size() < 2)
+    throw Error(name, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
+  std::vector<int64_t> held;
+  for (size_t k = 0; k + 1 < out.keys.size(); ++k)
+    held.insert(held.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), frames[k]);
+  held.push_back(frames.back());
+  out.clip = frames_at(poses_there, held);
+  out.clip.rate = rate;
+  for (const Tensor& t : {out.clip.joints, out.clip.rotations, out.clip.trans})
+    if (!t.index_select(0, torch::tensor(out.keys)).isfinite().all().item<bool>())
+      throw Error(name, "a key pose is not finite");
+  return out;
+}
+
+/// A clip that is being filled, window by window.
+struct Filling {
+  const Networks& networks;
+  const DiffusionSchedule& schedule;
+  FastDenoiser& denoiser;
+  const SceneQuery& query;
+  const Options& options;
+  const std::vector<int64_t>& keys;
+  int64_t steps;
+  Tensor body_shape;  // (1, 7)
+  double floor;
+  Clip motion;  // key poses, and what is filled so far
+
+  const Config& config() const { return networks.config; }
+  int64_t last_frame() const { return motion.frames() - 1; }
+};
+
+/// What is conditioned on in a window: frames that stand already, then key frames.
+struct WindowConditioning {
+  Conditioning conditioning;
+  GroundTransform to_canonical;
+};
+
+WindowConditioning condition(const Filling& f, const FillWindow& window) {
+  const Config& c = f.config();
+  std::vector<int64_t> at;
+  Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
+  for (int64_t frame = window.first; frame <= window.known; ++frame) {
+    at.push_back(frame);
+    groups[frame - window.first].fill_(1);
+    always[frame - window.first].fill_(1);
+  }
+  for (const int64_t key : f.keys) {
+    if (key <= window.known || key > window.last) continue;
+    at.push_back(key);
+    if (f.options.given.defined() && key != f.last_frame())
+      groups[key - window.first].copy_(f.options.given);
+    else
+      groups[key - window.first].fill_(1);
+    if (key == window.last) always[key - window.first].fill_(1);
+  }
+  const Tensor places = torch::tensor(at) - window.first;
+  const Clip poses = frames_at(f.motion, at);
+  WindowConditioning out;
+  out.to_canonical = canonical_transform(poses);
+  out.to_canonical.shift.y() -= f.floor;
+  const double yaw = out.to_canonical.yaw;
+  const Tensor metres = clip_features(transformed(poses, out.to_canonical)), root = poses.joints[0][0];
+  Conditioning& on = out.conditioning;
+  on.groups = groups.unsqueeze(0);
+  on.given.values = torch::zeros({1, kFeatureCount, c.frames})
+                        .index_copy_(2, places, f.networks.scale.to_network(metres).t().unsqueeze(0));
+  on.given.mask = feature_mask(groups).t().unsqueeze(0);
+  on.given.always = on.given.mask * always;
+  on.given.t_star = c.t_star;
+  on.given.lead = 0;
+  on.shape = f.body_shape;
+  if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
+  Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
+  if (c.local_scene)
+    offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
+  on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
+  on.detours = torch::zeros({1, c.frames, 2});
+  if (c.from_interpolation && c.around_obstacles && c.global_scene) {
+    const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
+    on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
+  }
+  return out;
+}
+
+/// Samples window number `w` and puts it into the clip.
+void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows) {
+  const Config& c = f.config();
+  const WindowConditioning on = condition(f, window);
+  const GivenFeatures& given = on.conditioning.given;
+  const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
+  const auto denoise = [&](const Tensor& x, int64_t t) {
+    if (c.global_scene)
+      return in.baseline + f.denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
+    return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
+  };
+  const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(f.options.seed, w));
+  const Tensor sampled = sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, [&](int64_t done) {
+    if (f.options.progress)
+      f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
+  });
+  const Tensor met = lead_poses_to_given(sampled, given, kBlendRadius, f.networks.scale);
+  const Tensor features = f.networks.scale.from_network(met[0].t());
+  const Clip moved = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
+  const int64_t from = w == 0 ? 0 : window.known + 1;
+  for (auto [to, source] : {std::pair(f.motion.joints, moved.joints), std::pair(f.motion.rotations, moved.rotations),
+                            std::pair(f.motion.trans, moved.trans)})
+    to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
+}
+
+/// Feet of a filled clip stand; those that clean keys give stay.
+Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vector<int64_t>& keys, const Tensor& given,
+                     bool noisy, double floor) {
+  const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
+  const bool clean_keys = !noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
+  const std::vector<int64_t> fixed = clean_keys ? keys : std::vector<int64_t>{0, motion.frames() - 1};
+  if (!noisy || given.defined()) return clean_feet(motion, fixed, floor);
+  const Tensor missed = frames_at(motion, keys).joints - key_poses.joints;
+  return clean_feet(motion, fixed, floor, keys, std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
+}
+
+/// (T) bool: frames with the body inside the scene.
+Tensor colliding_frames(const CollisionMeter& meter, const Clip& clip) {
+  std::vector<Tensor> out;
+  for (int64_t t = 0; t < clip.frames(); t += kMeasured)
+    out.push_back(meter.measure(slice(clip, t, std::min(t + kMeasured, clip.frames()))).depth > 0);
+  return torch::cat(out);
 }
 
 }  // namespace
 
-SceneInbetweener::SceneInbetweener(Networks networks)
-    : networks_(std::move(networks)), schedule_(cosine_schedule(networks_.config.diffusion_steps)) {
+struct SceneInbetweener::Impl {
+  Networks networks;
+  DiffusionSchedule schedule;
+  mutable nn::InstancePool<FastDenoiser> denoisers;
+};
+
+SceneInbetweener::SceneInbetweener(const Networks& networks)
+    : impl_(new Impl{networks, cosine_schedule(networks.config.diffusion_steps),
+                     nn::InstancePool<FastDenoiser>([network = networks.network] { return FastDenoiser(network); })}) {
   const int64_t anchors = builtin_body().anchors.size(0);
   if (config().local_scene && config().anchors != anchors)
     throw Error("in-betweening", "the model looks from " + std::to_string(config().anchors) +
                                      " anchors, the body has " + std::to_string(anchors));
-  networks_.network->eval();
+  impl_->networks.network->eval();
 }
+SceneInbetweener::~SceneInbetweener() = default;
+SceneInbetweener::SceneInbetweener(SceneInbetweener&&) noexcept = default;
 
 SceneInbetweener SceneInbetweener::load(const std::string& path) { return SceneInbetweener(load_networks(path)); }
 
-Clip SceneInbetweener::fill(const Clip& clip, const Scene& scene, const Options& request) const {
+const Config& SceneInbetweener::config() const { return impl_->networks.config; }
+
+Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  check(clip, request, c);
-  const auto windows = fill_windows(request.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
-  Denoiser network = networks_.network;
-  FastDenoiser denoiser(network);
-  const SceneQuery query(scene);
-  Clip out = person_of(clip);
-  out.joints = clip.joints.clone();
-  out.rotations = clip.rotations.clone();
-  out.trans = clip.trans.clone();
-  const Clip key_poses = frames_at(clip, request.keys);
-  out.betas = body_betas(key_poses);
-  const double floor = floor_under(key_poses);
-  const Tensor whole = torch::ones({kKeyGroups});
-  const Tensor shape = body_shape_features(builtin_body(), out.betas).unsqueeze(0);
-  for (size_t w = 0; w < windows.size(); ++w) {
-    const FillWindow& window = windows[w];
-    // What is given: the frames that stand already, then key frames. `out` has both.
-    std::vector<int64_t> at;
-    Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
-    for (int64_t frame = window.first; frame <= window.known; ++frame) {
-      at.push_back(frame);
-      groups[frame - window.first].copy_(whole);
-      always[frame - window.first].fill_(1);
-    }
-    for (const int64_t key : request.keys) {
-      if (key <= window.known || key > window.last) continue;
-      at.push_back(key);
-      const bool end = key == clip.frames() - 1;
-      groups[key - window.first].copy_(request.given.defined() && !end ? request.given : whole);
-      if (key == window.last) always[key - window.first].fill_(1);
-    }
-    const Tensor places = torch::tensor(at) - window.first;
-    const Clip poses = frames_at(out, at);
-    GroundTransform to_canonical = canonical_transform(poses);
-    to_canonical.shift.y() -= floor;
-    const Tensor metres = clip_features(transformed(poses, to_canonical)),
-                 features = networks_.scale.to_network(metres);
-    Conditioning on;
-    GivenFeatures& given = on.given;
-    given.values = torch::zeros({1, kFeatureCount, c.frames}).index_copy_(2, places, features.t().unsqueeze(0));
-    given.mask = feature_mask(groups).t().unsqueeze(0);
-    given.always = given.mask * always;
-    given.t_star = c.t_star;
-    given.lead = 0;
+  if (options.given.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
+  const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
+  if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
+  const KeyedClip keyed = keyed_clip(clip, asked_keys(clip, options), c.rate, options.name);
+  const auto windows = fill_windows(keyed.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
 
-    on.groups = groups.unsqueeze(0);
-    on.shape = shape;
-    on.detours = torch::zeros({1, c.frames, 2});
-    if (c.global_scene) on.occupancy = scene_occupancy(query, poses.joints[0][0], -to_canonical.yaw).unsqueeze(0);
-    Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
-    if (c.local_scene)
-      offsets.index_copy_(0, places,
-                          basis_point_offsets(query, anchor_positions(poses)).matmul(yaw_matrix(to_canonical.yaw).t()));
-    on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
-    if (c.from_interpolation && c.around_obstacles && c.global_scene) {
-      const Tensor root = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
-      const Tensor squares = scene_floor(query, poses.joints[0][0], -to_canonical.yaw, floor);
-      on.detours = detours_around(squares, root, groups).unsqueeze(0);
-    }
-    const DenoiserInput in = denoiser_input(networks_, on);
-    const auto denoise = [&](const Tensor& x, int64_t t) {
-      if (c.global_scene)
-        return in.baseline + denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
-      return in.baseline + denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
-    };
-    const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(request.seed, w));
-    const Tensor filled = sample(schedule_, request.sampler, request.steps, denoise, given, noise, [&](int64_t done) {
-      if (request.progress)
-        request.progress(static_cast<int64_t>(w) * request.steps + done,
-                         static_cast<int64_t>(windows.size()) * request.steps);
-    });
-    const Tensor met = lead_poses_to_given(filled, given, kLead, networks_.scale);
-    const Tensor found = networks_.scale.from_network(met[0].t());
-    const Clip moved = transformed(clip_of_features(found, out), to_canonical.inverse());
-    const int64_t from = w == 0 ? 0 : window.known + 1;
-    for (auto [to, source] : {std::pair(out.joints, moved.joints), std::pair(out.rotations, moved.rotations),
-                              std::pair(out.trans, moved.trans)})
-      to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
+  Result out;
+  out.keys = keyed.keys;
+  out.key_poses = frames_at(keyed.clip, keyed.keys);
+  out.floor_assumed = scene.empty();
+  out.scene = out.floor_assumed ? assumed_floor(out.key_poses) : scene;
+  const SceneQuery query(out.scene);
+  auto denoiser = impl_->denoisers.take();
+  Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {}, 0, keyed.clip};
+  f.motion.betas = body_betas(out.key_poses);
+  f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
+  f.floor = floor_under(out.key_poses, query);
+  for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
+  if (options.given.defined()) f.motion = reach_given(f.motion, keyed.clip, keyed.keys, options.given);
+  if (options.clean_feet)
+    f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.given, c.t_star > 0, f.floor);
+  f.motion.betas = clip.betas;
+  out.motion = std::move(f.motion);
+  if (options.collisions) {
+    const CollisionMeter meter(builtin_body(), out.scene);
+    out.key_collides = meter.measure(out.key_poses).depth > 0;
+    out.collides = colliding_frames(meter, out.motion);
   }
-  if (request.given.defined()) out = reach_given(out, clip, request.keys, request.given);
-  if (request.clean_feet) {
-    // Feet that keys between the ends give stay.
-    const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
-    const bool met =
-        c.t_star == 0 && (!request.given.defined() || request.given.index_select(0, feet).any().item<bool>());
-    std::vector<int64_t> fixed = met ? request.keys : std::vector<int64_t>{0, clip.frames() - 1}, near;
-    double within = 0;
-    if (c.t_star > 0 && !request.given.defined()) {
-      near = request.keys;
-      const Tensor missed = frames_at(out, near).joints - key_poses.joints;
-      within = std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>());
-    }
-    out = clean_feet(out, fixed, floor, near, within);
-  }
-  out.betas = clip.betas;
   return out;
 }
 

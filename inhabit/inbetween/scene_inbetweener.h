@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,44 +12,55 @@
 
 namespace inhabit::inbetween {
 
-/// Evaluations of the denoiser for a window: few, as more collide more and are else no better beyond the spread of
-/// seeds (docs/inbetweening.md).
-inline constexpr int64_t kDefaultSteps = 2;
-
 struct Options {
-  std::vector<int64_t> keys;  ///< frames that are given, in order: at least the first and the last (see key_frames)
+  std::vector<int64_t> keys;  ///< frames of the clip that are given, in order (see key_frames); empty: its ends
   torch::Tensor given;        ///< (25) groups that the keys between the ends give; undefined: whole poses
-  int64_t steps = kDefaultSteps;
+  int64_t steps = 0;          ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
   bool clean_feet = true;                                   ///< feet stand, step and are lifted (motion/feet.h)
+  bool collisions = false;                                  ///< Result::collides is found
+  std::string name = "motion";                              ///< what errors call the clip
   std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
 };
 
-/// Scene-aware motion in-betweening: key frames and a room in, motion that respects both out.
+struct Result {
+  Clip motion;                ///< on the standard skeleton at the model's rate, from the first key frame to the last
+  std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
+  Clip key_poses;             ///< (K frames) what was given there
+  Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
+  bool floor_assumed = false;
+  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene; undefined unless asked for
+  torch::Tensor collides;      ///< (T) bool: the motion is; undefined unless asked for
+};
+
+/// Scene-aware motion in-betweening: key frames and a room in, motion that respects both out. On the CPU. Safe to use
+/// from several threads.
 ///
-///   const auto inbetweener = SceneInbetweener::load("inbetween-compact.safetensors");
-///   Clip filled = inbetweener.fill(clip, scene, {key_frames("every:60", clip.frames())});
+///   const auto inbetweener = inbetween::SceneInbetweener::load("inbetween-compact.safetensors");
+///   inbetween::Result r = inbetweener.run(clip, scene, {key_frames("every:60", clip.frames())});   // r.motion
 class SceneInbetweener {
  public:
-  explicit SceneInbetweener(Networks networks);
+  explicit SceneInbetweener(const Networks& networks);
   /// Throws Error naming the file where it is no model of in-betweening.
   static SceneInbetweener load(const std::string& path);
+  ~SceneInbetweener();
+  SceneInbetweener(SceneInbetweener&&) noexcept;
 
-  const Config& config() const { return networks_.config; }
+  const Config& config() const;
 
-  /// The motion between the key frames; what `clip` holds elsewhere is not looked at. Key poses come out as they went
-  /// in, but those between the ends of a noise-aware model (config().t_star > 0), which it cleans. Longer clips are
-  /// filled window by window, each going on from the last 60 frames of the one before. The same clip, scene and request
-  /// give the same motion.
-  /// The floor is y = 0, or where the feet of the key poses stay higher or lower by more than 10 cm, beneath them.
-  /// @param clip on the standard skeleton with rotations, config().rate frames a second (retarget, resample).
-  /// Throws Error where it is not, or key frames are missing, out of order, outside the clip or too far apart.
-  Clip fill(const Clip& clip, const Scene& scene, const Options& request) const;
+  /// The motion between the key frames of a clip on any skeleton that maps to the standard one, at any rate; what it
+  /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends of a noise-aware
+  /// model (config().t_star > 0), which it cleans. Longer clips are filled window by window, each going on from the
+  /// last 60 frames of the one before. The same clip, scene and options give the same motion. Feet stand on the scene's
+  /// floor. @param scene as read; without meshes and points a flat floor under the feet is assumed. Throws Error where
+  /// key frames are fewer than two, out of order, outside the clip, not finite or too far apart for the model, or an
+  /// option does not fit it.
+  Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 
  private:
-  Networks networks_;
-  DiffusionSchedule schedule_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace inhabit::inbetween

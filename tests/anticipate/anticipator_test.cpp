@@ -40,7 +40,7 @@ Clip renamed(Clip clip) {
 
 TEST(IntentionAnticipator, GivesClipsThatAreValidAndLabelled) {
   const IntentionAnticipator anticipator(gentle());
-  const Anticipation a = anticipator.anticipate(person("walk", 40), {-1, 4, 1.2, 1}, "walk");
+  const Result a = anticipator.run(person("walk", 40), {}, {-1, 4, 1.2, 1, "walk"});
   EXPECT_EQ(a.past.frames(), 12) << "what is observed";
   ASSERT_EQ(a.futures.size(), 4U);
   EXPECT_EQ(a.labels.sizes(), (torch::IntArrayRef{4, 30}));
@@ -58,7 +58,7 @@ TEST(IntentionAnticipator, GivesClipsThatAreValidAndLabelled) {
 TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {
   const IntentionAnticipator anticipator(gentle());
   for (const char* action : {"walk", "wave"}) {
-    const Anticipation a = anticipator.anticipate(person(action, 40, 1), {-1, 3, 1, 1}, action);
+    const Result a = anticipator.run(person(action, 40, 1), {}, {-1, 3, 1, 1, action});
     const Tensor past = a.past.joints;
     const double quickest = (past.slice(0, 1) - past.slice(0, 0, -1)).norm(2, {2}).max().item<double>();
     for (const Clip& future : a.futures) {
@@ -70,7 +70,7 @@ TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {
     }
   }
   // The walker goes on at 1 m/s: what nothing is added to keeps its step.
-  const Anticipation a = anticipator.anticipate(person("walk", 40), {-1, 2, 1, 1}, "walk");
+  const Result a = anticipator.run(person("walk", 40), {}, {-1, 2, 1, 1, "walk"});
   const Tensor way = a.futures[0].root_path();
   EXPECT_NEAR((way[-1] - way[0]).norm().item<double>(), 24 * 1.2 / 30, 0.3);
 }
@@ -78,10 +78,10 @@ TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {
 TEST(IntentionAnticipator, IsTheSameForTheSameSeedHoweverManyAreDrawn) {
   const IntentionAnticipator anticipator(untrained());
   const Clip clip = person("walk", 30);
-  const Anticipation few = anticipator.anticipate(clip, {-1, 2, 0.8, 7}, "walk"),
-                     again = anticipator.anticipate(clip, {-1, 2, 0.8, 7}, "walk"),
-                     many = anticipator.anticipate(clip, {-1, 9, 0.8, 7}, "walk"),
-                     other = anticipator.anticipate(clip, {-1, 2, 0.8, 8}, "walk");
+  const Result few = anticipator.run(clip, {}, {-1, 2, 0.8, 7, "walk"}),
+               again = anticipator.run(clip, {}, {-1, 2, 0.8, 7, "walk"}),
+               many = anticipator.run(clip, {}, {-1, 9, 0.8, 7, "walk"}),
+               other = anticipator.run(clip, {}, {-1, 2, 0.8, 8, "walk"});
   for (size_t s = 0; s < 2; ++s) {
     EXPECT_TRUE(torch::equal(few.futures[s].joints, again.futures[s].joints));
     EXPECT_TRUE(torch::equal(few.futures[s].rotations, again.futures[s].rotations));
@@ -94,13 +94,13 @@ TEST(IntentionAnticipator, IsTheSameForTheSameSeedHoweverManyAreDrawn) {
 TEST(IntentionAnticipator, StartIsTheFirstForecastFrameOfTheClip) {
   const IntentionAnticipator anticipator(gentle());
   const Clip clip = person("walk", 60);
-  const Anticipation early = anticipator.anticipate(clip, {20, 1, 0.4, 1}, "walk"),
-                     cut = anticipator.anticipate(slice(clip, 0, 20), {-1, 1, 0.4, 1}, "walk");
+  const Result early = anticipator.run(clip, {}, {20, 1, 0.4, 1, "walk"}),
+               cut = anticipator.run(slice(clip, 0, 20), {}, {-1, 1, 0.4, 1, "walk"});
   EXPECT_TRUE(torch::equal(early.futures[0].joints, cut.futures[0].joints));
   EXPECT_LT(largest(early.past.joints - clip.joints.slice(0, 8, 20)), 1e-4);
   Clip quick = clip;  // the same frames, called 50 a second
   quick.rate = 50;
-  const Anticipation half = anticipator.anticipate(quick, {40, 1, 0.4, 1}, "walk");
+  const Result half = anticipator.run(quick, {}, {40, 1, 0.4, 1, "walk"});
   EXPECT_EQ(half.past.rate, 25);
   EXPECT_LT(largest(half.past.joints[-1] - clip.joints[38]), 1e-3);
 }
@@ -108,7 +108,7 @@ TEST(IntentionAnticipator, StartIsTheFirstForecastFrameOfTheClip) {
 TEST(IntentionAnticipator, MovesAlongWithTheWorld) {
   const IntentionAnticipator anticipator(gentle());
   Clip clip = person("walk", 30);
-  const Anticipation before = anticipator.anticipate(clip, {-1, 1, 1, 3}, "walk");
+  const Result before = anticipator.run(clip, {}, {-1, 1, 1, 3, "walk"});
   const Tensor turn = yaw_matrix(1.3), shift = torch::tensor({4.F, 0.F, -2.F});
   clip.rotations = clip.rotations.clone();
   clip.rotations.select(1, 0).copy_(
@@ -116,7 +116,7 @@ TEST(IntentionAnticipator, MovesAlongWithTheWorld) {
   const Tensor rest = clip.skeleton.offsets[0];
   clip.trans = torch::matmul(clip.trans + rest, turn.t()) + shift - rest;
   clip.joints = torch::matmul(clip.joints, turn.t()) + shift;
-  const Anticipation after = anticipator.anticipate(clip, {-1, 1, 1, 3}, "walk");
+  const Result after = anticipator.run(clip, {}, {-1, 1, 1, 3, "walk"});
   EXPECT_LT(largest(after.futures[0].joints - (torch::matmul(before.futures[0].joints, turn.t()) + shift)), 5e-3);
 }
 
@@ -126,7 +126,7 @@ TEST(IntentionAnticipator, OtherSkeletonsKeepTheirBones) {
   clip.skeleton.offsets = clip.skeleton.offsets * 0.8;  // a child
   clip.trans = clip.trans * 0.8;
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const Anticipation a = anticipator.anticipate(clip, {-1, 2, 1, 1}, "walk.bvh");
+  const Result a = anticipator.run(clip, {}, {-1, 2, 1, 1, "walk.bvh"});
   for (const Clip& future : a.futures) {
     EXPECT_EQ(future.skeleton.names, standard_joint_names());
     for (const int64_t knee : {4, 5})
@@ -137,14 +137,14 @@ TEST(IntentionAnticipator, OtherSkeletonsKeepTheirBones) {
   }
   Clip car = clip;
   for (std::string& name : car.skeleton.names) name = "wheel_" + name.substr(0, 2);
-  EXPECT_THAT(refusal_of([&] { anticipator.anticipate(car, {}, "car.bvh"); }), HasSubstr("car.bvh: "));
+  EXPECT_THAT(refusal_of([&] { anticipator.run(car, {}, {-1, 10, 4, 1, "car.bvh"}); }), HasSubstr("car.bvh: "));
 }
 
 TEST(IntentionAnticipator, RefusesTooShortAnObservationAndBadNumbers) {
   const IntentionAnticipator anticipator(gentle());
   const Clip clip = person("walk", 30);
   const auto refusal = [&](const Clip& observed, int64_t start) {
-    return refusal_of([&] { anticipator.anticipate(observed, {start, 1, 0.4, 1}, "walk.bvh"); });
+    return refusal_of([&] { anticipator.run(observed, {}, {start, 1, 0.4, 1, "walk.bvh"}); });
   };
   EXPECT_EQ(refusal(clip, 8), "") << "kappa frames will do";
   EXPECT_THAT(refusal(clip, 7), HasSubstr("walk.bvh: has 7 frames"));

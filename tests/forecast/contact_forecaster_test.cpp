@@ -5,10 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "forecast/walker.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
-#include "inhabit/forecast/forecast_clip.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
@@ -46,7 +47,7 @@ TEST(ContactForecaster, GivesWhatThePlainNetworksGive) {
   const Config& c = networks.config;
   const Observed in;
   const ContactForecaster forecaster(networks);
-  const Forecast f = forecaster.forecast(in.past, in.points);
+  const Forecast f = forecaster.predict(in.past, in.points);
   ASSERT_EQ(f.joints.sizes(), (torch::IntArrayRef{60, 22, 3}));
   ASSERT_EQ(f.contact_maps.sizes(), (torch::IntArrayRef{90, 22, 1500}));
   ASSERT_EQ(f.contact_points.sizes(), (torch::IntArrayRef{60, 22, 4}));
@@ -59,12 +60,12 @@ TEST(ContactForecaster, GivesWhatThePlainNetworksGive) {
   const torch::Tensor joints = forecast_joints(networks.motion->forward(past, contacts), c.root)[0];
   EXPECT_LT(largest(f.joints - frame.to_world(joints)), 1e-3F);
   EXPECT_LT(largest(f.contact_maps - contact_maps_from_dct(dct, c)[0]), 1e-3F);
-  EXPECT_TRUE(torch::equal(forecaster.forecast(in.past, in.points).joints, f.joints));  // workspaces are clean again
+  EXPECT_TRUE(torch::equal(forecaster.predict(in.past, in.points).joints, f.joints));  // workspaces are clean again
 }
 
 TEST(ContactForecaster, ContactPointsAreScenePointsOfTheWorldOrZeros) {
   const Observed in;
-  const Forecast f = ContactForecaster(untrained()).forecast(in.past, in.points);
+  const Forecast f = ContactForecaster(untrained()).predict(in.past, in.points);
   const torch::Tensor touching = f.contact_points.select(2, 3);
   EXPECT_GT(touching.sum().item<float>(), 0);
   EXPECT_LT(touching.sum().item<float>(), static_cast<float>(touching.numel()));
@@ -78,11 +79,11 @@ TEST(ContactForecaster, ContactPointsAreScenePointsOfTheWorldOrZeros) {
 TEST(ContactForecaster, MovesAlongWithPersonAndRoom) {
   const Observed in;
   const ContactForecaster forecaster(untrained());
-  const Forecast f = forecaster.forecast(in.past, in.points);
+  const Forecast f = forecaster.predict(in.past, in.points);
   for (const double yaw : {0.6, 1.9, -2.5}) {
     const torch::Tensor turn = yaw_matrix(yaw).t(), shift = torch::tensor({1.F, -0.2F, 3.F});
     const Forecast moved =
-        forecaster.forecast(torch::matmul(in.past, turn) + shift, torch::matmul(in.points, turn) + shift);
+        forecaster.predict(torch::matmul(in.past, turn) + shift, torch::matmul(in.points, turn) + shift);
     EXPECT_LT(largest(moved.joints - (torch::matmul(f.joints, turn) + shift)), 2e-3F) << yaw;
   }
 }
@@ -92,12 +93,12 @@ TEST(ContactForecaster, RefusesAPastOfAnotherShapeAndFilesThatLackANetwork) {
   const Observed in;
   Networks networks = untrained();
   const ContactForecaster forecaster(networks);
-  EXPECT_THROW(forecaster.forecast(in.past.slice(0, 1), in.points), Error);
-  EXPECT_THROW(forecaster.forecast(in.past.slice(1, 1), in.points), Error);
+  EXPECT_THROW(forecaster.predict(in.past.slice(0, 1), in.points), Error);
+  EXPECT_THROW(forecaster.predict(in.past.slice(1, 1), in.points), Error);
 
   save_networks(folder / "both.safetensors", networks);
-  const Forecast f = ContactForecaster::load(folder / "both.safetensors").forecast(in.past, in.points);
-  EXPECT_LT(largest(f.joints - forecaster.forecast(in.past, in.points).joints), 1e-5F);
+  const Forecast f = ContactForecaster::load(folder / "both.safetensors").predict(in.past, in.points);
+  EXPECT_LT(largest(f.joints - forecaster.predict(in.past, in.points).joints), 1e-5F);
   networks.motion = nullptr;
   save_networks(folder / "contact.safetensors", networks);
   EXPECT_THROW(ContactForecaster::load(folder / "contact.safetensors"), Error);
@@ -107,7 +108,7 @@ TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
   const ContactForecaster forecaster(untrained());
   const Clip clip = walker(120, 1, 0, 1);
   const Scene scene = scanned_room(4000);
-  ForecastClips clips = forecast_clip(forecaster, clip, scene, {60, 0, 1}, "walk");
+  Result clips = forecaster.run(clip, scene, {60, 0, 1, true, "walk"});
   EXPECT_LT(largest(clips.past.joints - clip.joints.slice(0, 30, 60)), 1e-4F);
   ASSERT_TRUE(clips.truth.has_value());
   EXPECT_LT(largest(clips.truth->joints - clip.joints.slice(0, 60, 120)), 1e-4F);
@@ -117,16 +118,16 @@ TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
   validate(clips.prediction, "prediction");
   EXPECT_EQ(clips.prediction.rotations.sizes(), (torch::IntArrayRef{60, 22, 3}));
 
-  clips = forecast_clip(forecaster, clip, scene, {100, 700, 1}, "walk");
+  clips = forecaster.run(clip, scene, {100, 700, 1, true, "walk"});
   EXPECT_EQ(clips.truth->frames(), 20);
   EXPECT_EQ(clips.forecast.points.size(0), 700);
-  clips = forecast_clip(forecaster, clip, scene, {-1, 0, 1}, "walk");
+  clips = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
   EXPECT_FALSE(clips.truth.has_value());
   EXPECT_LT(largest(clips.past.joints - clip.joints.slice(0, 90, 120)), 1e-4F);
 
   Clip quick = walker(240, 0.5, 0, 1);  // the same frames, called 60 a second: 1 m/s
   quick.rate = 60;
-  clips = forecast_clip(forecaster, quick, scene, {120, 0, 1}, "walk");
+  clips = forecaster.run(quick, scene, {120, 0, 1, true, "walk"});
   ASSERT_EQ(clips.past.frames(), 30);
   EXPECT_LT(largest(clips.past.joints[29] - quick.joints[118]), 1e-3F);
 }
@@ -135,12 +136,12 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
   const ContactForecaster forecaster(untrained());
   Clip clip = walker(40, 1.2, 0.4, 1);
   Scene scene = scanned_room(4000);
-  const ForecastClips before = forecast_clip(forecaster, clip, scene, {}, "walk");
+  const Result before = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
   const torch::Tensor turn = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
   clip.joints = torch::matmul(clip.joints, turn) + shift;
   clip.rotations = clip.trans = torch::Tensor();  // positions alone
   scene.points = torch::matmul(scene.points, turn) + shift;
-  const ForecastClips after = forecast_clip(forecaster, clip, scene, {}, "walk");
+  const Result after = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
   EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, turn) + shift)), 1e-4F);
   EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, turn) + shift)), 5e-3F);
 }
@@ -148,7 +149,7 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
   const ContactForecaster forecaster(untrained());
   const auto refusal = [&](const Clip& clip, const Scene& scene, int64_t start) {
-    return refusal_of([&] { return forecast_clip(forecaster, clip, scene, {start, 0, 1}, "walk.bvh"); });
+    return refusal_of([&] { return forecaster.run(clip, scene, {start, 0, 1, true, "walk.bvh"}); });
   };
   using ::testing::HasSubstr;
   const Clip clip = walker(60, 1);
@@ -167,6 +168,17 @@ TEST(AssumedFloor, LiesUnderTheFeetWhereThePersonIs) {
   const float lowest = clip.joints.select(2, 1).min().item<float>();
   EXPECT_LT(largest(vertices.select(1, 1) - (lowest - 0.02F)), 1e-5F);
   EXPECT_NEAR(vertices.select(1, 0).mean().item<float>(), 7, 0.1);
+}
+
+TEST(ContactForecaster, ServesSeveralThreadsAtOnce) {
+  const ContactForecaster forecaster(untrained());
+  const Input in;
+  const Tensor expected = forecaster.predict(in.past, in.points).joints;
+  std::vector<Tensor> found(4);
+  std::vector<std::thread> threads;
+  for (Tensor& out : found) threads.emplace_back([&] { out = forecaster.predict(in.past, in.points).joints; });
+  for (std::thread& thread : threads) thread.join();
+  for (const Tensor& out : found) EXPECT_TRUE(torch::equal(out, expected));
 }
 
 }  // namespace

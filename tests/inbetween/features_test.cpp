@@ -85,11 +85,9 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
   Tensor bones = clip.skeleton.offsets;
   const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
   const Tensor turned = with_rest_turned(features, turns, bones);
-  EXPECT_LT((feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets))
-                .abs()
-                .max()
-                .item<double>(),
-            1e-4);
+  EXPECT_LT(
+      (feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
+      1e-4);
   EXPECT_GT((feature_rotations(turned) - feature_rotations(features)).abs().max().item<double>(), 0.1);
   EXPECT_TRUE(torch::equal(turned.slice(1, kJointFeature), features.slice(1, kJointFeature)));
   // A joint's own frame turns, not that of its parent's rest: the root's first.

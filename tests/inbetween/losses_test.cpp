@@ -76,7 +76,8 @@ TEST(InbetweenLosses, GradientsAreThoseOfTheValues) {
   torch::manual_seed(4);
   const Tensor at = (s.truth + 0.3 * torch::randn_like(s.truth)).to(torch::kFloat64);
   const auto total = [&](const Tensor& x) {
-    return loss_terms(x, s.truth.to(torch::kFloat64), s.bones.to(torch::kFloat64), {s.mean.to(torch::kFloat64), s.deviation.to(torch::kFloat64)}, s.config)
+    return loss_terms(x, s.truth.to(torch::kFloat64), s.bones.to(torch::kFloat64),
+                      {s.mean.to(torch::kFloat64), s.deviation.to(torch::kFloat64)}, s.config)
         .front()
         .second;
   };

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
@@ -48,7 +50,7 @@ TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
   const Options r = request("every:60", 121);
-  const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+  const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
   ASSERT_EQ(filled.frames(), 121);
   for (const int64_t key : r.keys) EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 1e-3) << key;
   EXPECT_GT(largest_difference(filled.joints[30], clip.joints[30]), 0.01) << "an untrained network knows no better";
@@ -60,17 +62,17 @@ TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
     t->slice(0, 1, 60).add_(0.5);
     t->slice(0, 61, 120).mul_(-2);
   }
-  EXPECT_TRUE(torch::equal(inbetweener.fill(other, floor_scene(), r).joints, filled.joints));
+  EXPECT_TRUE(torch::equal(inbetweener.run(other, floor_scene(), r).motion.joints, filled.joints));
 }
 
 TEST(SceneInbetweener, TheSeedSaysEverything) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(50, 1, 0, 1);
   Options r = request("ends", 50);
-  const Clip a = inbetweener.fill(clip, floor_scene(), r), b = inbetweener.fill(clip, floor_scene(), r);
+  const Clip a = inbetweener.run(clip, floor_scene(), r).motion, b = inbetweener.run(clip, floor_scene(), r).motion;
   EXPECT_TRUE(torch::equal(a.joints, b.joints));
   r.seed = 2;
-  EXPECT_FALSE(torch::equal(a.joints, inbetweener.fill(clip, floor_scene(), r).joints));
+  EXPECT_FALSE(torch::equal(a.joints, inbetweener.run(clip, floor_scene(), r).motion.joints));
 }
 
 TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
@@ -83,7 +85,7 @@ TEST(SceneInbetweener, FillsLongClipsWindowByWindow) {
       EXPECT_EQ(d, ++done);
       all = a;
     };
-    const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+    const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
     EXPECT_EQ(done, all);
     EXPECT_GT(all, 4);
     EXPECT_EQ(filled.frames(), 250);
@@ -99,7 +101,7 @@ TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
   const Clip clip = walker(61, 1, 0, 1);
   Options r = request("every:30", 61);
   r.given = given_groups("pelvis,left_wrist");
-  const Clip filled = inbetweener.fill(clip, floor_scene(2, 90, 90), r);
+  const Clip filled = inbetweener.run(clip, floor_scene(2, 90, 90), r).motion;
   EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
   EXPECT_LT(largest_difference(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
   EXPECT_LT(largest_difference(filled.joints[60], clip.joints[60]), 1e-3) << "ends are whole";
@@ -112,7 +114,7 @@ TEST(SceneInbetweener, JointsThatPartialKeysGiveAreReached) {
        {"head", "pelvis,left_wrist", "left_wrist,right_wrist", "left_foot", "right_ankle,left_wrist,neck"}) {
     Options r = request("every:30", 91);
     r.given = given_groups(joints);
-    const Clip filled = inbetweener.fill(clip, floor_scene(), r);
+    const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
     for (const int64_t key : {30, 60})
       for (int64_t j = 0; j < kStandardJoints; ++j) {
         if (r.given[kJointGroups + j].item<float>() == 0) continue;
@@ -132,18 +134,12 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
   const auto refused = [&](const Clip& c, const std::vector<int64_t>& keys) {
     Options r;
     r.keys = keys;
-    return refusal_of([&] { inbetweener.fill(c, floor, r); });
+    return refusal_of([&] { inbetweener.run(c, floor, r); });
   };
   EXPECT_THAT(refused(clip, {0}), HasSubstr("fewer than two"));
   EXPECT_THAT(refused(clip, {0, 100}), HasSubstr("the last frame"));
   EXPECT_THAT(refused(clip, {0, 100, 60, 199}), HasSubstr("not in order"));
   EXPECT_THAT(refused(clip, {0, 199}), HasSubstr("199 frames apart"));
-  Clip slow = clip;
-  slow.rate = 25;
-  EXPECT_THAT(refused(slow, {0, 100, 199}), HasSubstr("frames a second"));
-  Clip positions = clip;
-  positions.rotations = Tensor();
-  EXPECT_THAT(refused(positions, {0, 100, 199}), HasSubstr("rotations"));
   for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans}) {
     Clip broken = clip;
     broken.*part = (clip.*part).clone();
@@ -153,6 +149,33 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
   Networks other = networks();
   other.config.anchors = 6;
   EXPECT_THAT(refusal_of([&] { SceneInbetweener{other}; }), HasSubstr("6 anchors"));
+}
+
+TEST(SceneInbetweener, TakesAnyRateAndPositionsAlone) {
+  const SceneInbetweener inbetweener(networks());
+  Clip slow = walker(100, 1);
+  slow.rate = 25;
+  const Result filled = inbetweener.run(slow, floor_scene(), request("every:50", 100));
+  EXPECT_EQ(filled.motion.rate, 30);
+  EXPECT_EQ(filled.keys, (std::vector<int64_t>{0, 60, 119}));
+  EXPECT_LT(largest_difference(filled.motion.joints[60], slow.joints[50]), 2e-3);
+  Clip positions = walker(61, 1);
+  positions.rotations = positions.trans = Tensor();
+  const Result posed = inbetweener.run(positions, {}, request("every:30", 61));
+  EXPECT_TRUE(posed.floor_assumed);
+  EXPECT_LT(largest_difference(posed.motion.joints[30], positions.joints[30]), 0.03);
+}
+
+TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
+  const SceneInbetweener inbetweener(networks());
+  const Clip clip = walker(61, 1);
+  const Options r = request("every:30", 61);
+  const Tensor expected = inbetweener.run(clip, floor_scene(), r).motion.joints;
+  std::vector<Tensor> found(4);
+  std::vector<std::thread> threads;
+  for (Tensor& out : found) threads.emplace_back([&] { out = inbetweener.run(clip, floor_scene(), r).motion.joints; });
+  for (std::thread& thread : threads) thread.join();
+  for (const Tensor& out : found) EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
 }
 
 /// A wall across the way ahead, and a block to its left.
@@ -172,8 +195,8 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
   const Clip clip = walker(121, 0.5, 0, 1);
   const Scene room = room_ahead();
   const Options r = request("ends", 121);
-  const Clip filled = inbetweener.fill(clip, room, r);
-  EXPECT_FALSE(torch::allclose(filled.joints, inbetweener.fill(clip, floor_scene(), r).joints, 0, 1e-2))
+  const Clip filled = inbetweener.run(clip, room, r).motion;
+  EXPECT_FALSE(torch::allclose(filled.joints, inbetweener.run(clip, floor_scene(), r).motion.joints, 0, 1e-2))
       << "the room is seen";
   for (const GroundTransform& by :
        {GroundTransform{2.2, {1.3, 0, -0.4}}, GroundTransform{-0.7, {0, 0.7, 2}}, GroundTransform{0, {0, -0.9, 0}}}) {
@@ -182,7 +205,7 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
       const Tensor shift = torch::tensor({by.shift.x(), by.shift.y(), by.shift.z()}, torch::kFloat32);
       mesh.vertices = mesh.vertices.matmul(yaw_matrix(by.yaw).t()) + shift;
     }
-    const Clip there = inbetweener.fill(transformed(clip, by), moved, r);
+    const Clip there = inbetweener.run(transformed(clip, by), moved, r).motion;
     EXPECT_LT((transformed(filled, by).joints - there.joints).norm(2, {2}).mean().item<double>(), 0.01) << by.yaw;
   }
 }

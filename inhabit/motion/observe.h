@@ -1,0 +1,20 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit {
+
+/// A clip as a forecasting system takes it: on the standard skeleton at the model's rate, and the first frame to be
+/// forecast.
+struct Observed {
+  Clip motion;
+  int64_t start = 0;  ///< frames of `motion` before it are observed
+};
+
+/// @param start first frame to forecast, counted in `clip`; -1: its end. @param least frames that must be observed, at
+/// `rate`. Throws Error(name, ...) where the skeleton cannot be mapped, `start` is beyond the end, or fewer are there.
+Observed observe(const Clip& clip, int64_t start, double rate, int64_t least, const std::string& name);
+
+}  // namespace inhabit
