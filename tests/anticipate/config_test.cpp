@@ -17,12 +17,18 @@ using ::testing::HasSubstr;
 TEST(Config, EverySettingComesBackFromJson) {
   // Each setting in turn takes another value that can be.
   const auto defaults = nlohmann::json::parse(to_json(Config()));
-  for (const auto& [key, value] : defaults.items()) {
+  std::vector<std::pair<std::string, nlohmann::json>> settings;
+  for (const auto& [key, value] : defaults.items())
+    if (value.is_object())
+      for (const auto& [inner, field] : value.items()) settings.emplace_back(key + "." + inner, field);
+    else if (key != "preset")  // names what was set, sets nothing
+      settings.emplace_back(key, value);
+  for (const auto& [key, value] : settings) {
     Config config;
     nlohmann::json other = !value.is_boolean() || !value.get<bool>();
     if (value.is_number_integer()) other = value.get<int>() - 1;
     if (value.is_number_float()) other = value.get<double>() / 2;
-    set_field(config, key + "=" + other.dump());
+    set_fields(config, {key + "=" + other.dump()});
     EXPECT_FALSE(config == Config()) << key;
     const Config back = config_from_json(to_json(config), "test");
     EXPECT_TRUE(back == config) << key;
@@ -39,6 +45,13 @@ TEST(Config, DefaultsAreThePapers) {
   EXPECT_EQ(c.labels, 8);
   EXPECT_EQ(c.rate, 25);
   EXPECT_EQ(c.observed, 50);
+}
+
+/// {"a": {"b": value}} for the key a.b.
+std::string object_with(const std::string& key, const std::string& value) {
+  const size_t dot = key.find('.');
+  if (dot == std::string::npos) return "{\"" + key + "\": " + value + "}";
+  return "{\"" + key.substr(0, dot) + "\": " + object_with(key.substr(dot + 1), value) + "}";
 }
 
 TEST(Config, RefusesWhatCannotBe) {
@@ -58,7 +71,7 @@ TEST(Config, RefusesWhatCannotBe) {
                                                                   {"future", "-1"},
                                                                   {"gamma", "0"},
                                                                   {"gamma", "100000"},
-                                                                  {"rec_frames", "-1"},
+                                                                  {"training.rec_frames", "-1"},
                                                                   {"kappa", "1"},
                                                                   {"labels", "0"},
                                                                   {"clusters", "0"},
@@ -66,30 +79,28 @@ TEST(Config, RefusesWhatCannotBe) {
                                                                   {"noise", "-1"},
                                                                   {"noise", "160"},
                                                                   {"intention_features", "0"},
-                                                                  {"adversary_frames", "1"},
-                                                                  {"adversary_frames", "51"},
-                                                                  {"adversary_frames", "31"},
-                                                                  {"adversary_weight", "-1"},
-                                                                  {"diversity_weight", "1e9"},
-                                                                  {"ltd_past", "51"},
-                                                                  {"ltd_future", "51"},
-                                                                  {"ltd_blocks", "0"},
-                                                                  {"seq2seq_hidden", "0"}})
-    EXPECT_THAT(refusal("{\"" + key + "\": " + value + "}"), HasSubstr("'" + key + "' is out of range")) << value;
-  EXPECT_THAT(refusal(R"({"observed": 9, "ltd_past": 5})"), HasSubstr("adversary_frames"))
+                                                                  {"training.discriminator_frames", "1"},
+                                                                  {"training.discriminator_frames", "51"},
+                                                                  {"training.discriminator_frames", "31"},
+                                                                  {"training.pose_discriminator_weight", "-1"},
+                                                                  {"training.diversity_weight", "1e9"},
+                                                                  {"baselines.ltd_past", "51"},
+                                                                  {"baselines.ltd_future", "51"},
+                                                                  {"baselines.ltd_blocks", "0"},
+                                                                  {"baselines.seq2seq_hidden", "0"}})
+    EXPECT_THAT(refusal(object_with(key, value)), HasSubstr("'" + key + "' is out of range")) << value;
+  EXPECT_THAT(refusal(R"({"observed": 9, "baselines": {"ltd_past": 5}})"), HasSubstr("discriminator_frames"))
       << "its views begin in the observation";
 }
 
 TEST(Config, SettingsFromTheCommandLine) {
   Config c;
-  set_field(c, "gamma=5");
-  set_field(c, "intention=false");
-  set_field(c, "adversary_weight=0.25");
+  set_fields(c, {"gamma=5", "intention=false", "training.pose_discriminator_weight=0.25"});
   EXPECT_EQ(c.gamma, 5);
   EXPECT_FALSE(c.intention);
   EXPECT_EQ(c.training.pose_discriminator_weight, 0.25);
   const Config before = c;
-  const auto refusal = [&](const std::string& setting) { return refusal_of([&] { set_field(c, setting); }); };
+  const auto refusal = [&](const std::string& setting) { return refusal_of([&] { set_fields(c, {setting}); }); };
   for (const char* text : {"gamma", "gamma=", "gamma=five", "=5", "gamma=5=6", ""})
     EXPECT_THAT(refusal(text), ::testing::Not("")) << text;
   EXPECT_THAT(refusal("gama=5"), HasSubstr("gama=5: configuration: no setting is called 'gama'"));
@@ -97,9 +108,10 @@ TEST(Config, SettingsFromTheCommandLine) {
   EXPECT_THAT(refusal("gamma=2.5"), HasSubstr("wrong type"));
   EXPECT_TRUE(c == before) << "a refused setting changes nothing";
 
-  set_field(c, "observed=12");  // does not fit the others yet
-  EXPECT_THAT(refusal_of([&] { validate(c, "m"); }), HasSubstr("m: configuration: 'ltd_past' is out of range"));
-  set_field(c, "ltd_past=10");
+  set_fields(c, {"observed=12"});  // does not fit the others yet
+  EXPECT_THAT(refusal_of([&] { validate(c, "m"); }),
+              HasSubstr("m: configuration: 'baselines.ltd_past' is out of range"));
+  set_fields(c, {"baselines.ltd_past=10"});
   EXPECT_EQ(refusal_of([&] { validate(c, "m"); }), "");
 }
 

@@ -29,6 +29,7 @@ inline inhabit::anticipate::Config small_anticipate_config() {
 /// All four networks, with weights of no training; scale and intention labels are those of people(60).
 inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config& config = small_anticipate_config()) {
   using namespace inhabit;
+  using namespace inhabit::anticipate;
   Networks n;
   n.config = config;
   n.skeleton = builtin_body().skeleton;

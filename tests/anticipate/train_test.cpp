@@ -1,6 +1,6 @@
-// Protects training: every loss that is no adversary's falls, gradients reach all that is trained, adversaries among
-// it, a run that was interrupted goes on to the very file of one that was not, and data that cannot be trained on is
-// refused.
+// Protects training: every loss that is no discriminator's falls, gradients reach all that is trained, discriminators
+// among it, a run that was interrupted goes on to the very file of one that was not, and data that cannot be trained on
+// is refused.
 #include "inhabit/anticipate/train.h"
 
 #include <gmock/gmock.h>
@@ -38,20 +38,20 @@ class StopAt : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override {}
 };
 
-struct Training : TempFolder {
+struct Run : TempFolder {
   std::shared_ptr<StopAt> sink = std::make_shared<StopAt>();
   std::shared_ptr<spdlog::logger> before = spdlog::default_logger();
-  Training options;
+  TrainRun run;
+  Config config = small_anticipate_config();
 
-  explicit Training(int64_t frames = 40) {
+  explicit Run(int64_t frames = 40) {
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
-    options.data = write_people(*this / "people", frames);
-    options.out = *this / "m.safetensors";
-    options.config = small_anticipate_config();
-    options.batch = 8;
-    options.seed = 3;
+    run.data = {write_people(*this / "people", frames)};
+    run.out = *this / "m.safetensors";
+    run.seed = 3;
+    config.training.batch = 8;
   }
-  ~Training() { spdlog::set_default_logger(before); }
+  ~Run() { spdlog::set_default_logger(before); }
 
   std::vector<json> log(const std::string& out) const {
     std::ifstream file(out + ".log.jsonl");
@@ -61,12 +61,12 @@ struct Training : TempFolder {
   }
 };
 
-TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
-  Training t;
-  t.options.steps = 40;
-  ASSERT_TRUE(train(t.options));
+TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
+  Run t;
+  t.config.training.steps = t.config.baselines.steps = 40;
+  ASSERT_TRUE(train(t.run, t.config));
   std::map<std::string, std::vector<double>> first, last;
-  for (const json& line : t.log(t.options.out)) {
+  for (const json& line : t.log(t.run.out)) {
     if (!line.contains("losses")) continue;
     for (const auto& [name, value] : line["losses"].items()) {
       ASSERT_TRUE(value.is_number()) << line;
@@ -76,24 +76,24 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoAdversarys) {
     }
   }
   for (const char* key : {"intention rec", "intention root", "intention intention", "seq2seq rec", "seq2seq root",
-                          "trajectory rec", "trajectory root"}) {
+                          "ltd rec", "ltd root"}) {
     ASSERT_EQ(first.count(key), 1U) << key;
     EXPECT_LT(last[key][0], first[key][0]) << key;
   }
-  for (const char* key : {"intention label_adversary", "intention label_deception", "intention pose_adversary",
-                          "intention pose_deception"})
+  for (const char* key : {"intention label_discriminator", "intention label_generator", "intention pose_discriminator",
+                          "intention pose_generator"})
     EXPECT_EQ(first.count(key), 1U) << key;
-  const Networks trained = load_networks(t.options.out);
+  const Networks trained = load_networks(t.run.out);
   EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
                trained.ltd.is_empty());
-  EXPECT_FALSE(std::filesystem::exists(t.options.out + ".checkpoint.safetensors"));
+  EXPECT_FALSE(std::filesystem::exists(t.run.out + ".checkpoint.safetensors"));
 }
 
 TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter) {
-  Training t;
-  t.options.steps = 5;
-  ASSERT_TRUE(train(t.options));
-  const SafeTensors whole = read_safetensors(t.options.out);
+  Run t;
+  t.config.training.steps = t.config.baselines.steps = 5;
+  ASSERT_TRUE(train(t.run, t.config));
+  const SafeTensors whole = read_safetensors(t.run.out);
   const auto numbers = [&](const std::string& out) {
     std::map<std::string, std::string> validations;
     for (const json& line : t.log(out))
@@ -102,14 +102,14 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
     return validations;
   };
 
-  Training cut = t.options;
+  TrainRun cut = t.run;
   cut.out = t / "cut.safetensors";
   t.sink->at = "intention 3/5  validation";
-  EXPECT_FALSE(train(cut));
-  // Adam has seen a gradient of every parameter, those of both adversaries too.
+  EXPECT_FALSE(train(cut, t.config));
+  // Adam has seen a gradient of every parameter, those of both discriminators too.
   const SafeTensors checkpoint = read_safetensors(cut.out + ".checkpoint.safetensors");
   size_t parameters = 0;
-  for (const char* part : {"intention.", "pose.", "label_adversary.", "pose_adversary."}) {
+  for (const char* part : {"intention.", "pose.", "label_discriminator.", "pose_discriminator."}) {
     size_t found = 0;
     for (const auto& [name, tensor] : checkpoint.tensors)
       if (name.rfind(std::string("adam.variance.") + part, 0) == 0) {
@@ -124,44 +124,45 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
   EXPECT_EQ(parameters, trained);
 
   cut.resume = true;
-  t.sink->at = "trajectory 2/5  validation";
-  EXPECT_FALSE(train(cut));
+  t.sink->at = "ltd 2/5  validation";
+  EXPECT_FALSE(train(cut, t.config));
   t.sink->at = "";
-  ASSERT_TRUE(train(cut));
-  EXPECT_EQ(numbers(cut.out), numbers(t.options.out));
+  ASSERT_TRUE(train(cut, t.config));
+  EXPECT_EQ(numbers(cut.out), numbers(t.run.out));
   const SafeTensors resumed = read_safetensors(cut.out);
   ASSERT_EQ(resumed.tensors.size(), whole.tensors.size());
   for (const auto& [name, tensor] : whole.tensors) EXPECT_TRUE(torch::equal(tensor, resumed.tensors.at(name))) << name;
 }
 
 TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) {
-  Training t;
-  t.options.steps = 1;
-  t.options.config.training.pose_discriminator = false;
-  t.options.stage = Training::Stage::seq2seq;
-  ASSERT_TRUE(train(t.options));
-  EXPECT_TRUE(load_networks(t.options.out).trajectory.is_empty());
-  t.options.stage = Training::Stage::trajectory;
-  ASSERT_TRUE(train(t.options));
-  EXPECT_FALSE(load_networks(t.options.out).seq2seq.is_empty());
-  t.options.config.baselines.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
-  EXPECT_THAT(refusal_of([&] { train(t.options); }), HasSubstr("m.safetensors: holds other networks"));
-  EXPECT_NO_THROW(load_networks(t.options.out));
+  Run t;
+  t.config.training.steps = t.config.baselines.steps = 1;
+  t.config.training.pose_discriminator = false;
+  t.run.stages = {"seq2seq"};
+  ASSERT_TRUE(train(t.run, t.config));
+  EXPECT_TRUE(load_networks(t.run.out).ltd.is_empty());
+  t.run.stages = {"ltd"};
+  ASSERT_TRUE(train(t.run, t.config));
+  EXPECT_FALSE(load_networks(t.run.out).seq2seq.is_empty());
+  t.config.baselines.seq2seq_hidden = 7;  // the kept network would not fit the file's configuration
+  EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }),
+              HasSubstr("m.safetensors: holds networks of another configuration"));
+  EXPECT_NO_THROW(load_networks(t.run.out));
 }
 
 TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
-  Training t;
-  t.options.steps = 1;
-  t.options.config.intention = false;
-  t.options.stage = Training::Stage::intention;
-  ASSERT_TRUE(train(t.options));
-  const Networks trained = load_networks(t.options.out);
+  Run t;
+  t.config.training.steps = t.config.baselines.steps = 1;
+  t.config.intention = false;
+  t.run.stages = {"intention"};
+  ASSERT_TRUE(train(t.run, t.config));
+  const Networks trained = load_networks(t.run.out);
   EXPECT_TRUE(trained.intention.is_empty());
   EXPECT_FALSE(trained.pose.is_empty());
 }
 
 TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
-  const Training t;
+  const Run t;
   const auto refusal = [&](const std::vector<std::string>& splits, int64_t frames) {
     const std::string folder = t / ("data" + std::to_string(splits.size()) + "_" + std::to_string(frames));
     Dataset data = create_dataset(folder, {});
@@ -172,29 +173,28 @@ TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
       data.clips.push_back(entry);
     }
     write_index(data);
-    Training options = t.options;
-    options.data = folder;
-    options.steps = 1;
-    const std::string why = refusal_of([&] { train(options); });
-    EXPECT_FALSE(std::filesystem::exists(options.out)) << why;
+    TrainRun run = t.run;
+    run.data = {folder};
+    const std::string why = refusal_of([&] { train(run, t.config); });
+    EXPECT_FALSE(std::filesystem::exists(run.out)) << why;
     return why;
   };
   EXPECT_THAT(refusal({"val", "test"}, 40), HasSubstr("data2_40: has no training recording"));
   EXPECT_THAT(refusal({"train"}, 40), HasSubstr("data1_40: has no validation recording"));
   EXPECT_THAT(refusal({"train", "train", "val"}, 17), HasSubstr("data3_17: has no validation recording that is long"));
   EXPECT_THAT(refusal({"train", "val"}, 1), HasSubstr("data2_1: has no training recording"));
-  Training options = t.options;
-  options.data = t / "nowhere";
-  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("nowhere"));
-  options = t.options;
-  options.config.clusters = 1000;  // more than there are poses
-  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("for 1000 clusters"));
-  options = t.options;
-  options.config.gamma = 0;
-  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("'gamma' is out of range"));
-  options = t.options;
-  options.resume = true;
-  EXPECT_THAT(refusal_of([&] { train(options); }), HasSubstr("checkpoint.safetensors"));
+  TrainRun run = t.run;
+  run.data = {t / "nowhere"};
+  EXPECT_THAT(refusal_of([&] { train(run, t.config); }), HasSubstr("nowhere"));
+  run = t.run;
+  Config config = t.config;
+  config.clusters = 1000;  // more than there are poses
+  EXPECT_THAT(refusal_of([&] { train(run, config); }), HasSubstr("for 1000 clusters"));
+  config = t.config;
+  config.gamma = 0;
+  EXPECT_THAT(refusal_of([&] { train(run, config); }), HasSubstr("'gamma' is out of range"));
+  run.resume = true;
+  EXPECT_THAT(refusal_of([&] { train(run, t.config); }), HasSubstr("checkpoint.safetensors"));
 }
 
 }  // namespace

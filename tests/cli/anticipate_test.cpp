@@ -25,11 +25,12 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
   const TempFolder folder;
   const std::string data = write_people(folder / "people", 50), model = folder / "m.safetensors",
                     futures = folder / "f.npz", table = folder / "table.json", score = folder / "score.json";
-  CommandResult r = run_command(
-      "train anticipate --data " + data + " --out " + model +
-      " --steps 2 --batch 4 --seed 5 --set observed=12 future=16 gamma=4 clusters=6 labels=3 hidden=14 noise=5"
-      " intention_hidden=10 intention_features=4 adversary_hidden=16 adversary_frames=4 seq2seq_hidden=12 ltd_past=8"
-      " ltd_future=6 ltd_hidden=10 ltd_blocks=1");
+  CommandResult r = run_command("train anticipate --data " + data + " --out " + model +
+                                " --seed 5 --set training.steps=2 baselines.steps=2 training.batch=4 observed=12 "
+                                "future=16 gamma=4 clusters=6 labels=3 hidden=14 noise=5"
+                                " intention_hidden=10 intention_features=4 training.discriminator_hidden=16"
+                                " training.discriminator_frames=4 baselines.seq2seq_hidden=12 baselines.ltd_past=8"
+                                " baselines.ltd_future=6 baselines.ltd_hidden=10 baselines.ltd_blocks=1");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 
@@ -138,7 +139,7 @@ TEST(Anticipate, RefusesModelsOptionsAndOutputsThatMakeNoSense) {
 
 TEST(TrainAnticipateCommand, RefusesSettingsDataAndOutputs) {
   const BadRecordings bad;
-  const std::string data = write_people(bad / "people", 30), train = "train anticipate --steps 1 --batch 2 --data ",
+  const std::string data = write_people(bad / "people", 30), train = "train anticipate --data ",
                     to = " --out " + bad.out + "/m.safetensors";
   expect_refused(train + data + to + " --set gama=5", {"gama=5", "no setting is called 'gama'"}, bad.out);
   expect_refused(train + data + to + " --set gamma", {"gamma", "KEY=VALUE"}, bad.out);
@@ -146,10 +147,10 @@ TEST(TrainAnticipateCommand, RefusesSettingsDataAndOutputs) {
   expect_refused(train + data + to + " --set hidden=2.5", {"hidden", "wrong type"}, bad.out);
   expect_refused(train + bad / "none" + to, {"none", "no such file"}, bad.out);
   expect_refused(train + "cmu:" + bad / "none" + to, {"cmu:", "holds no motion"}, bad.out);
-  expect_refused(train + data + to + " --stage last", {"--stage", "last"}, bad.out);
+  expect_refused(train + data + to + " --stage last", {"stage", "last"}, bad.out);
   expect_refused(train + data + to + " --resume", {"checkpoint.safetensors", "no such file"}, bad.out);
   expect_refused(train + data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "no folder"}, bad.out);
-  expect_refused(train + data + to + " --batch 0", {"--batch"}, bad.out);
+  expect_refused(train + data + to + " --set training.batch=0", {"training.batch"}, bad.out);
 }
 
 TEST(EvalAnticipateCommand, RefusesWhatCannotBeMeasured) {

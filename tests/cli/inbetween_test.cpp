@@ -106,7 +106,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   write_index(data);
   const std::string model = folder / "m.safetensors", table = folder / "table.json";
   CommandResult r = run_command("train inbetween --data " + folder / "data" + " --out " + model +
-                                " --steps 2 --batch 2 --seed 3 --without shape");
+                                " --seed 3 --set training.steps=2 training.batch=2 body_shape=false");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
                   " --keyframes every:60 ends --steps 2 --seeds 2 --json " + table);
@@ -126,8 +126,9 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   EXPECT_GT(partial[1].at("mpje_all_mm").at("mean").get<double>(), 20) << "the rest is free";
 
   const std::string less = folder / "less.safetensors";
-  const std::string more = "train inbetween --data " + folder / "data" + " --steps 1 --batch 2 --from " + model;
-  r = run_command(more + " --without shape local --out " + less);
+  const std::string more =
+      "train inbetween --data " + folder / "data" + " --from " + model + " --set training.steps=1 training.batch=2 ";
+  r = run_command(more + "body_shape=false local_scene=false --out " + less);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_TRUE(inbetween::load_networks(less).network->offset_layers[0].is_empty());
   std::filesystem::create_directory(folder / "out");

@@ -47,7 +47,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const TempFolder folder;
   const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
   const CommandResult r = run_command("train forecast --stage all --data " + data + " --out " + model +
-                                      " --contact-steps 2 --motion-steps 4 --adapt-steps 2 --batch 2");
+                                      " --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
+                                      " training.contact_batch=2 training.motion_batch=2");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const SafeTensors trained = read_safetensors(model);
   const SafeTensors shipped = read_safetensors(kShipped);
@@ -66,24 +67,31 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
       for (const auto& [name, value] : line.at("losses").items()) EXPECT_TRUE(value.is_number()) << name;
   }
   EXPECT_EQ(last_step, (std::map<std::string, int64_t>{
-                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"trajectory", 4}, {"adapt", 2}}));
+                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"ltd", 4}, {"adapt", 2}}));
 
   const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
   EXPECT_EQ(f.exit_code, 0) << f.err;
 
   // A stage of its own keeps what the file holds of the others.
-  ASSERT_EQ(run_command("train forecast --stage motion --motion-steps 1 --batch 2 --seed 9 --data " + data + " --out " +
-                        model)
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run_command(
+          "train forecast --stage motion --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
+          " training.contact_batch=2 training.motion_batch=2 --seed 9 --data " +
+          data + " --out " + model)
+          .exit_code,
+      0);
   const SafeTensors after = read_safetensors(model);
   for (const auto& [name, tensor] : of_network(trained, "contact_net."))
     EXPECT_TRUE(torch::equal(after.tensors.at(name), tensor)) << name;
   EXPECT_FALSE(
       torch::equal(after.tensors.at("motion_net.x_enc.weight"), trained.tensors.at("motion_net.x_enc.weight")));
-  ASSERT_EQ(run_command("train forecast --stage contact --contact-steps 1 --batch 2 --data " + data + " --out " + model)
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run_command(
+          "train forecast --stage contact --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
+          " training.contact_batch=2 training.motion_batch=2 --data " +
+          data + " --out " + model)
+          .exit_code,
+      0);
   const SafeTensors last = read_safetensors(model);
   for (const auto& [name, tensor] : of_network(after, "motion_net."))
     EXPECT_TRUE(torch::equal(last.tensors.at(name), tensor)) << name;
@@ -94,7 +102,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
 void expect_resumed_alike(const TempFolder& folder, const std::string& options, const std::string& stage) {
   const std::string data = make_tiny_rooms(folder), whole = folder / "whole.safetensors",
                     cut = folder / "cut.safetensors", checkpoint = cut + ".checkpoint.safetensors";
-  const std::string train = "train forecast --data " + data + " --batch 2 " + options + " --out ";
+  const std::string train = "train forecast --data " + data +
+                            " --set training.contact_batch=2 training.motion_batch=2 " + options + " --out ";
   ASSERT_EQ(run_command(train + whole).exit_code, 0);
 
   const std::string validations = "$(grep -sc \"" + stage + ".*validation\" " + cut + ".log.jsonl)";
@@ -116,19 +125,23 @@ void expect_resumed_alike(const TempFolder& folder, const std::string& options, 
 }
 
 TEST(Train, AnInterruptedContactStageResumesToTheSameNumbers) {
-  expect_resumed_alike(TempFolder(), "--stage contact --contact-steps 7", "contact");
+  expect_resumed_alike(TempFolder(), "training.contact_steps=7 --stage contact", "contact");
 }
 
 TEST(Train, ARunInterruptedInALaterStageResumesToTheSameNumbers) {
-  expect_resumed_alike(TempFolder(), "--contact-steps 1 --motion-steps 40 --adapt-steps 2", "motion");
+  expect_resumed_alike(TempFolder(), "training.contact_steps=1 training.motion_steps=40 training.adapt_steps=2",
+                       "motion");
 }
 
 struct Refused : TempFolder {
   std::string out = *this / "out";
   Refused() { std::filesystem::create_directory(out); }
   void expect(const std::string& options, const std::vector<std::string>& parts) const {
-    expect_refused("train forecast --motion-steps 1 --contact-steps 1 --adapt-steps 1 --batch 1 " + options, parts,
-                   out);
+    expect_refused(
+        "train forecast --set training.motion_steps=1 training.contact_steps=1 training.adapt_steps=1 "
+        "training.contact_batch=1 training.motion_batch=1 " +
+            options,
+        parts, out);
   }
 };
 
@@ -165,11 +178,11 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
 TEST(Train, RefusesOptionsThatMakeNoSense) {
   const Refused bad;
   const std::string given = "--data " INHABIT_SOURCE_DIR "/examples/data --out " + bad.out + "/m.safetensors ";
-  bad.expect(given + "--preset huge", {"--preset", "huge"});
-  bad.expect(given + "--stage last", {"--stage", "last"});
-  bad.expect(given + "--device tpu", {"--device", "tpu"});
-  expect_refused("train forecast --batch 0 " + given, {"--batch"}, bad.out);
-  expect_refused("train forecast --motion-steps -3 " + given, {"--motion-steps"}, bad.out);
+  bad.expect(given + "--preset huge", {"preset", "huge"});
+  bad.expect(given + "--stage last", {"stage", "last"});
+  bad.expect(given + "--device tpu", {"device", "tpu"});
+  expect_refused("train forecast --set training.contact_batch=0 " + given, {"training.contact_batch"}, bad.out);
+  expect_refused("train forecast --set training.motion_steps=-3 " + given, {"training.motion_steps"}, bad.out);
 }
 
 }  // namespace

@@ -11,16 +11,16 @@ using namespace inhabit;
 using namespace inhabit::forecast;
 
 TEST(Config, JsonRoundTripKeepsEverything) {
-  for (const char* preset : {"paper", "compact"}) {
-    Config config = preset(preset);
-    EXPECT_NO_THROW(validate(config, preset));
+  for (const char* name : {"paper", "compact"}) {
+    Config config = preset(name);
+    EXPECT_NO_THROW(validate(config, name));
     config.joints = 21;
     config.root = 14;
     config.sigma = 0.17;
     config.decode_from_past = true;
     const Config back = config_from_json(to_json(config), "test");
     EXPECT_TRUE(back == config);
-    EXPECT_FALSE(back == preset(preset));
+    EXPECT_FALSE(back == preset(name));
   }
 }
 

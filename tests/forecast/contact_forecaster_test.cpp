@@ -12,6 +12,7 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/scene/floor.h"
 #include "inhabit/scene/sampling.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -172,13 +173,13 @@ TEST(AssumedFloor, LiesUnderTheFeetWhereThePersonIs) {
 
 TEST(ContactForecaster, ServesSeveralThreadsAtOnce) {
   const ContactForecaster forecaster(untrained());
-  const Input in;
-  const Tensor expected = forecaster.predict(in.past, in.points).joints;
-  std::vector<Tensor> found(4);
+  const Observed in;
+  const torch::Tensor expected = forecaster.predict(in.past, in.points).joints;
+  std::vector<torch::Tensor> found(4);
   std::vector<std::thread> threads;
-  for (Tensor& out : found) threads.emplace_back([&] { out = forecaster.predict(in.past, in.points).joints; });
+  for (torch::Tensor& out : found) threads.emplace_back([&] { out = forecaster.predict(in.past, in.points).joints; });
   for (std::thread& thread : threads) thread.join();
-  for (const Tensor& out : found) EXPECT_TRUE(torch::equal(out, expected));
+  for (const torch::Tensor& out : found) EXPECT_TRUE(torch::equal(out, expected));
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ TEST(Data, HasEveryWholeWindowOfClipsThatHaveAScene) {
 TEST(Data, WindowsHaveTheirRootAtTheOriginAndPointsAround) {
   const TempFolder folder;
   const std::string path = write_walkers(folder / "data");
-  for (const char* preset : {"compact", "paper"}) {
-    const Config config = preset(preset);
+  for (const char* name : {"compact", "paper"}) {
+    const Config config = preset(name);
     const Data data({path}, "all", config, 30);
     for (int64_t i = 0; i < data.size(); ++i) {
       const Sample s = data.sample(i, 1, false);
@@ -67,8 +67,8 @@ TEST(Data, SeedAndIndexSayEverything) {
 TEST(Data, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
   const TempFolder folder;
   const std::string path = write_walkers(folder / "data", 30, 1);
-  for (const char* preset : {"compact", "paper"}) {
-    const Config config = preset(preset);
+  for (const char* name : {"compact", "paper"}) {
+    const Config config = preset(name);
     const Data data({path}, "train", config, 30);
     double widest = 0, farthest = 0;
     for (uint64_t seed = 0; seed < 24; ++seed) {

@@ -31,6 +31,7 @@ struct NetworkInput {
 
   NetworkInput(const inhabit::inbetween::Config& c, int64_t batch) {
     using namespace inhabit;
+    using namespace inhabit::inbetween;
     torch::manual_seed(5);
     x = torch::randn({batch, kFeatureCount, c.frames});
     keys = torch::zeros({batch, c.frames});

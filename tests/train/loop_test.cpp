@@ -18,6 +18,11 @@ namespace {
 
 /// y = x W^T + b with known W and b, fitted by a linear layer.
 struct Toy {
+  struct Pairs {
+    torch::Tensor x, y;
+  };
+  std::vector<int64_t> steps;                     ///< as batches were told them
+  std::function<void(const TrainStep&)> on_step;  ///< before the losses of a step
   torch::nn::Linear layer{nullptr};
   torch::Tensor weight, x, y;
   TrainTask task;
@@ -32,11 +37,16 @@ struct Toy {
     task.name = "toy";
     task.module = layer.ptr();
     task.samples = 50;
-    task.prepare = [this](const std::vector<int64_t>& indices, uint64_t) {
-      const torch::Tensor i = torch::tensor(indices);
-      return Batch{x.index_select(0, i), y.index_select(0, i)};
-    };
-    task.losses = [this](const Batch& b) { return Losses{{"square", torch::mse_loss(layer->forward(b[0]), b[1])}}; };
+    task.prepare = batches(
+        [this](const TrainStep& step) {
+          steps.push_back(step.number);
+          const torch::Tensor i = torch::tensor(step.indices);
+          return Pairs{x.index_select(0, i), y.index_select(0, i)};
+        },
+        [this](const Pairs& b, const TrainStep& step) {
+          if (on_step) on_step(step);
+          return Losses{{"square", torch::mse_loss(layer->forward(b.x), b.y)}};
+        });
     task.validate = [this] { return torch::mse_loss(layer->forward(x), y).item<double>(); };
     task.on_best = [this] { ++bests; };
   }
@@ -101,10 +111,9 @@ TEST(TrainLoop, ResumesToTheSameNumbers) {
   train(whole.task, o);
 
   int64_t steps = 0;
-  auto losses = cut.task.losses;
-  cut.task.losses = [&](const Batch& b) {
+  cut.on_step = [&](const TrainStep& step) {
+    EXPECT_EQ(step.number, steps);
     if (++steps == 170) std::raise(SIGTERM);
-    return losses(b);
   };
   EXPECT_TRUE(train(cut.task, o).interrupted);
   EXPECT_EQ(steps, 170);
@@ -120,10 +129,7 @@ TEST(TrainLoop, RefusesACheckpointOfAnotherRun) {
   const TempFolder folder;
   TrainOptions o = options_in(folder);
   Toy cut;
-  cut.task.losses = [&, losses = cut.task.losses](const Batch& b) {
-    std::raise(SIGTERM);
-    return losses(b);
-  };
+  cut.on_step = [](const TrainStep&) { std::raise(SIGTERM); };
   train(cut.task, o);
   o.resume = true;
   o.batch = 4;
@@ -138,6 +144,26 @@ TEST(TrainLoop, StopsWhenTheLossIsNotFinite) {
   Toy toy;
   toy.x[7][0] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(train(toy.task, options_in(folder)), Error);
+}
+
+TEST(TrainLoop, WarmUpAndFloorOfTheRateAreOptions) {
+  const TempFolder folder;
+  TrainOptions o = options_in(folder);
+  o.steps = 100;
+  o.warmup = 0.2;
+  o.floor = 0.5;
+  Toy toy;
+  train(toy.task, o);
+  std::vector<double> rates;
+  std::ifstream log(o.log);
+  for (std::string line; std::getline(log, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json.contains("rate")) rates.push_back(json["rate"]);
+  }
+  ASSERT_EQ(rates.size(), 5U);  // steps 20, 40, ..., 100
+  EXPECT_NEAR(rates[0] / o.learning_rate, 0.5 + 0.5 * 0.5 * (1 + std::cos(M_PI * 0.19)), 1e-6) << "risen at 20 of 100";
+  EXPECT_NEAR(rates[4] / o.learning_rate, 0.5 + 0.5 * 0.5 * (1 + std::cos(M_PI * 0.99)), 1e-6)
+      << "half the rate at the end";
 }
 
 }  // namespace

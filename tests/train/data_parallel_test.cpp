@@ -1,0 +1,160 @@
+// Protects training in several processes: two ranks end with the weights of one whose batch is twice as large, a signal
+// to one of them stops both, and what cannot be a group is refused.
+#include "inhabit/train/data_parallel.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "inhabit/io/safetensors.h"
+#include "inhabit/train/loop.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::HasSubstr;
+using torch::Tensor;
+
+/// A small network on fixed data: y of x, 64 samples.
+struct Fit {
+  torch::nn::Sequential network{nullptr};
+  Tensor x, y;
+  TrainTask task;
+  std::function<void(const TrainStep&)> on_step;
+
+  explicit Fit(uint64_t seed) {
+    torch::manual_seed(5);
+    x = torch::randn({64, 6});
+    y = torch::sin(x.sum(1, true));
+    torch::manual_seed(seed);
+    network = torch::nn::Sequential(torch::nn::Linear(6, 16), torch::nn::Tanh(), torch::nn::Linear(16, 1));
+    task.name = "fit";
+    task.module = network.ptr();
+    task.samples = 64;
+    task.weight_decay = 0.01;
+    task.prepare = batches(
+        [](const TrainStep& step) { return torch::tensor(step.indices); },
+        [this](const Tensor& i, const TrainStep& step) {
+          if (on_step) on_step(step);
+          return Losses{{"square", torch::mse_loss(network->forward(x.index_select(0, i)), y.index_select(0, i))}};
+        });
+    task.validate = [this] { return torch::mse_loss(network->forward(x), y).item<double>(); };
+    task.on_best = [] {};
+  }
+  Tensor weights() const {
+    std::vector<Tensor> all;
+    for (const auto& p : network->parameters()) all.push_back(p.detach().flatten());
+    return torch::cat(all);
+  }
+};
+
+TrainOptions options_in(const TempFolder& folder, const std::string& name) {
+  TrainOptions o;
+  o.steps = 40;
+  o.batch = 8;
+  o.learning_rate = 0.02;
+  o.validate_every = 10;
+  o.checkpoint = folder / (name + ".checkpoint.safetensors");
+  o.log = folder / (name + ".jsonl");
+  return o;
+}
+
+/// Runs `rank_main(rank)` in a process each and returns their exit codes. They start over from the program's beginning
+/// (exec), as LibTorch's threads do not survive a fork.
+std::vector<int> run_ranks(const std::string& filter, const TempFolder& folder, int port) {
+  std::vector<pid_t> children;
+  for (int rank = 0; rank < 2; ++rank) {
+    const pid_t child = fork();
+    if (child == 0) {
+      setenv("INHABIT_TEST_RANK_FOLDER", (folder / "").c_str(), 1);
+      setenv("RANK", std::to_string(rank).c_str(), 1);
+      setenv("WORLD_SIZE", "2", 1);
+      setenv("MASTER_PORT", std::to_string(port).c_str(), 1);
+      setenv("OMP_NUM_THREADS", "1", 1);
+      const std::string only = "--gtest_filter=" + filter;
+      execl("/proc/self/exe", "train_test", only.c_str(), nullptr);
+      _exit(127);
+    }
+    children.push_back(child);
+  }
+  std::vector<int> codes;
+  for (const pid_t child : children) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    codes.push_back(WIFEXITED(status) ? WEXITSTATUS(status) : -1);
+  }
+  return codes;
+}
+
+const char* rank_folder() { return std::getenv("INHABIT_TEST_RANK_FOLDER"); }
+int free_port(int number) { return 20000 + static_cast<int>(getpid()) % 20000 + number; }
+
+// Not a test of its own: what each process of the next one does.
+TEST(DataParallelRank, Trains) {
+  if (rank_folder() == nullptr) return;
+  const auto ranks = DataParallel::from_environment(torch::kCPU);
+  ASSERT_TRUE(ranks);
+  Fit fit(ranks->rank() == 0 ? 3 : 99);  // all begin with rank 0's weights
+  TrainOptions o;
+  o.steps = 40;
+  o.batch = 8;
+  o.learning_rate = 0.02;
+  o.validate_every = 10;
+  o.checkpoint = std::string(rank_folder()) + "two.checkpoint.safetensors";
+  o.log = std::string(rank_folder()) + "two.jsonl";
+  o.ranks = ranks;
+  const bool stops = std::getenv("INHABIT_TEST_STOP") != nullptr;
+  if (stops && ranks->rank() == 1)
+    fit.on_step = [](const TrainStep& step) {
+      if (step.number == 6) std::raise(SIGTERM);
+    };
+  EXPECT_EQ(train(fit.task, o).interrupted, stops);
+  SafeTensors out;
+  out.tensors["weights"] = fit.weights();
+  write_safetensors(std::string(rank_folder()) + std::to_string(ranks->rank()) + ".safetensors", out);
+}
+
+TEST(DataParallel, TwoRanksAreOneWithTwiceTheBatch) {
+  const TempFolder folder;
+  EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(0)), ::testing::ElementsAre(0, 0));
+  Fit one(3);
+  TrainOptions o = options_in(folder, "one");
+  o.batch = 16;
+  train(one.task, o);
+  for (const char* rank : {"0.safetensors", "1.safetensors"}) {
+    const Tensor weights = read_safetensors(folder / rank).tensors.at("weights");
+    EXPECT_LT((weights - one.weights()).abs().max().item<double>(), 1e-5) << rank;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "two.checkpoint.safetensors"));
+}
+
+TEST(DataParallel, ASignalToOneStopsAllAtTheSameStep) {
+  const TempFolder folder;
+  setenv("INHABIT_TEST_STOP", "1", 1);
+  EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(1)), ::testing::ElementsAre(0, 0));
+  unsetenv("INHABIT_TEST_STOP");
+  EXPECT_EQ(read_safetensors_metadata(folder / "two.checkpoint.safetensors").at("step"), "7");
+  EXPECT_TRUE(torch::equal(read_safetensors(folder / "0.safetensors").tensors.at("weights"),
+                           read_safetensors(folder / "1.safetensors").tensors.at("weights")));
+}
+
+TEST(DataParallel, OneProcessIsNoGroupAndNonsenseIsRefused) {
+  EXPECT_EQ(DataParallel::from_environment(torch::kCPU), nullptr);
+  setenv("WORLD_SIZE", "two", 1);
+  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("WORLD_SIZE: is 'two'"));
+  setenv("WORLD_SIZE", "2", 1);
+  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("RANK: must be from 0 to 1"));
+  setenv("RANK", "2", 1);
+  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("RANK: must be from 0 to 1"));
+  unsetenv("RANK");
+  unsetenv("WORLD_SIZE");
+}
+
+}  // namespace
+}  // namespace inhabit
