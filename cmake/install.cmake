@@ -1,8 +1,9 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS inhabit inhabit_dependencies EXPORT inhabitTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# What users include; not how it is done inside: kernels, packed layers, how TinyGLTF and Embree are built in.
 install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h"
-  PATTERN "tiny_gltf_config.h" EXCLUDE)  # how the reader builds TinyGLTF, which no other header shows
+  REGEX "(_kernel|/fast_[a-z_]*|/(tiny_gltf_config|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|simd))[.]h$" EXCLUDE)
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit FILES_MATCHING PATTERN "*.safetensors" PATTERN "*.md")
 set(INHABIT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/inhabit)
 install(EXPORT inhabitTargets NAMESPACE inhabit:: DESTINATION ${INHABIT_CMAKE_DIR})
