@@ -172,8 +172,8 @@ TEST(IntentionAnticipator, NeedsTheNetworksThatForecast) {
   const Clip clip = person("walk", 30);
   const auto loaded = IntentionAnticipator::load(folder / "all.safetensors");
   EXPECT_TRUE(loaded.config() == networks.config);
-  EXPECT_TRUE(torch::equal(loaded.anticipate(clip, {-1, 1, 0.4, 1}, "walk").futures[0].joints,
-                           IntentionAnticipator(networks).anticipate(clip, {-1, 1, 0.4, 1}, "walk").futures[0].joints));
+  EXPECT_TRUE(torch::equal(loaded.run(clip, {}, {-1, 1, 0.4, 1, "walk"}).futures[0].joints,
+                           IntentionAnticipator(networks).run(clip, {}, {-1, 1, 0.4, 1, "walk"}).futures[0].joints));
   Networks some = networks;
   some.intention = nullptr;
   save_networks(folder / "some.safetensors", some);

@@ -33,7 +33,7 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   const Networks saved = untrained();
   {
     const torch::NoGradGuard no_gradients;
-    for (torch::Tensor& buffer : saved.trajectory->buffers())
+    for (torch::Tensor& buffer : saved.ltd->buffers())
       if (buffer.is_floating_point()) buffer.add_(0.5);  // running means and variances too
   }
   save_networks(folder / "m.safetensors", saved);
@@ -48,7 +48,7 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   expect_same_parameters(saved.intention, loaded.intention);
   expect_same_parameters(saved.pose, loaded.pose);
   expect_same_parameters(saved.seq2seq, loaded.seq2seq);
-  expect_same_parameters(saved.trajectory, loaded.ltd);
+  expect_same_parameters(saved.ltd, loaded.ltd);
   const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
   EXPECT_TRUE(torch::equal(ltd_future(loaded, past, 9), ltd_future(saved, past, 9)));
   const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
@@ -71,7 +71,7 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   Networks some = untrained();
   some.intention = nullptr;
   some.seq2seq = nullptr;
-  some.trajectory = nullptr;
+  some.ltd = nullptr;
   some.config.naive_clusters = true;
   some.clusters.labels = torch::Tensor();
   save_networks(folder / "m.safetensors", some);

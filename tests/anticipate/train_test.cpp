@@ -38,20 +38,20 @@ class StopAt : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override {}
 };
 
-struct Run : TempFolder {
+struct Small : TempFolder {
   std::shared_ptr<StopAt> sink = std::make_shared<StopAt>();
   std::shared_ptr<spdlog::logger> before = spdlog::default_logger();
   TrainRun run;
   Config config = small_anticipate_config();
 
-  explicit Run(int64_t frames = 40) {
+  explicit Small(int64_t frames = 40) {
     spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", sink));
     run.data = {write_people(*this / "people", frames)};
     run.out = *this / "m.safetensors";
     run.seed = 3;
     config.training.batch = 8;
   }
-  ~Run() { spdlog::set_default_logger(before); }
+  ~Small() { spdlog::set_default_logger(before); }
 
   std::vector<json> log(const std::string& out) const {
     std::ifstream file(out + ".log.jsonl");
@@ -62,7 +62,7 @@ struct Run : TempFolder {
 };
 
 TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
-  Run t;
+  Small t;
   t.config.training.steps = t.config.baselines.steps = 40;
   ASSERT_TRUE(train(t.run, t.config));
   std::map<std::string, std::vector<double>> first, last;
@@ -90,7 +90,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
 }
 
 TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter) {
-  Run t;
+  Small t;
   t.config.training.steps = t.config.baselines.steps = 5;
   ASSERT_TRUE(train(t.run, t.config));
   const SafeTensors whole = read_safetensors(t.run.out);
@@ -135,7 +135,7 @@ TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter)
 }
 
 TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) {
-  Run t;
+  Small t;
   t.config.training.steps = t.config.baselines.steps = 1;
   t.config.training.pose_discriminator = false;
   t.run.stages = {"seq2seq"};
@@ -151,7 +151,7 @@ TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) 
 }
 
 TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
-  Run t;
+  Small t;
   t.config.training.steps = t.config.baselines.steps = 1;
   t.config.intention = false;
   t.run.stages = {"intention"};
@@ -162,7 +162,7 @@ TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
 }
 
 TEST(TrainAnticipate, RefusesDataThatCannotBeTrainedOn) {
-  const Run t;
+  const Small t;
   const auto refusal = [&](const std::vector<std::string>& splits, int64_t frames) {
     const std::string folder = t / ("data" + std::to_string(splits.size()) + "_" + std::to_string(frames));
     Dataset data = create_dataset(folder, {});

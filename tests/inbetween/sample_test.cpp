@@ -90,8 +90,8 @@ TEST(Data, WindowsAreCanonicalAndSeeTheirScene) {
     EXPECT_LT(s.offsets.select(2, 0).abs().max().item<double>(), 2e-3);
     EXPECT_LT(s.offsets.select(2, 2).abs().max().item<double>(), 2e-3);
     const Window window = data.window(i);
-    EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.clip).select(2, 1)).abs().max().item<double>(), 2e-3);
-    const double root = window.clip.joints[0][0][1].item<double>();
+    EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.truth).select(2, 1)).abs().max().item<double>(), 2e-3);
+    const double root = window.truth.joints[0][0][1].item<double>();
     const auto floor_cell = static_cast<int64_t>(std::floor((1.2 - root) / 0.1));
     EXPECT_EQ(s.occupancy[floor_cell].min().item<float>(), 1) << "the floor's own layer is full";
     EXPECT_EQ(s.occupancy.slice(0, floor_cell + 2).max().item<float>(), -1) << "and nothing is over it";
