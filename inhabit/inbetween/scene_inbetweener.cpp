@@ -243,6 +243,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   const SceneQuery query(out.scene);
   auto denoiser = impl_->denoisers.take();
   Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {}, 0, keyed.clip};
+  for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();
   f.motion.betas = body_betas(out.key_poses);
   f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
   f.floor = floor_under(out.key_poses, query);

@@ -11,8 +11,7 @@ std::string ModelFile::system() const {
 
 const std::string& ModelFile::config_of(const std::string& wanted) const {
   if (const std::string named = system(); named != wanted)
-    throw Error(path, named.empty() ? "is not a model of " + wanted
-                                    : "is a model of '" + named.substr(0, 60) + "', not of " + wanted);
+    throw Error(path, "is not a model of " + wanted + (named.empty() ? "" : " but of '" + named.substr(0, 60) + "'"));
   const auto config = content.metadata.find("config");
   if (config == content.metadata.end()) throw Error(path, "metadata lacks the configuration");
   return config->second;

@@ -60,8 +60,8 @@ TEST(Config, RefusesWhatCannotBeBuilt) {
                           R"({"diffusion_steps": 1})",
                           R"({"t_star": -1})",
                           R"({"t_star": 1001})",
-                          R"({"guidance": -1})",
-                          R"({"scene_dropout": 2})"}) {
+                          R"({"inference": {"guidance": -1}})",
+                          R"({"training": {"scene_dropout": 2}})"}) {
     SCOPED_TRACE(bad);
     const std::string why = refusal(bad);
     EXPECT_TRUE(why.find("out of range") != std::string::npos || why.find("wrong type") != std::string::npos) << why;

@@ -98,7 +98,7 @@ TEST(MotionAutoencoder, RefusesWhatIsNoWindowAndFilesThatAreNoAutoencoder) {
   SafeTensors other;
   other.tensors["weight"] = torch::zeros({2});
   write_safetensors(path, other);
-  EXPECT_THAT(refusal_of([&] { load_motion_autoencoder(path); }), HasSubstr("is not a motion-autoencoder"));
+  EXPECT_THAT(refusal_of([&] { load_motion_autoencoder(path); }), HasSubstr("is not a model of motion-autoencoder"));
   save_motion_autoencoder(path, network);
   SafeTensors damaged = read_safetensors(path);
   damaged.tensors["deviation"][3] = 0;
