@@ -1,6 +1,7 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS inhabit inhabit_dependencies EXPORT inhabitTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS inhabit_verbs RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/inhabit)
 install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h"
   PATTERN "tiny_gltf_config.h" EXCLUDE)  # how the reader builds TinyGLTF, which no other header shows
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit FILES_MATCHING PATTERN "*.safetensors" PATTERN "*.md")
