@@ -99,18 +99,6 @@ Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t
   return frames_at(source, frames);
 }
 
-/// Which frames have the body inside the scene.
-torch::Tensor colliding_frames(const CollisionMeter& meter, const Clip& clip) {
-  constexpr int64_t kTogether = 60;
-  const auto progress = progress_lines("frames looked at for collisions");
-  std::vector<torch::Tensor> out;
-  for (int64_t t = 0; t < clip.frames(); t += kTogether) {
-    out.push_back(meter.measure(slice(clip, t, std::min(t + kTogether, clip.frames()))).depth > 0);
-    progress(t, clip.frames());
-  }
-  return torch::cat(out);
-}
-
 /// Says which key poses are inside the scene: a warning, for in-betweening goes on.
 void warn_of_collisions(const torch::Tensor& colliding, const std::vector<int64_t>& keys, double rate) {
   std::vector<std::string> times;
@@ -199,7 +187,7 @@ void add_inbetween(CLI::App& app) {
         person.keys = o->request.keys;
         if (o->noisy || o->request.given.defined()) person.given = poses;
         person.given_joints = given_joints(o->request.given);
-        person.collides = colliding_frames(meter, filled);
+        person.collides = meter.measure(filled).depth > 0;
         page.people.push_back(person);
         write_page(out, page);
       } else {
