@@ -1,6 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -122,7 +123,8 @@ void add_inbetween(CLI::App& app) {
     if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.given = inbetween::given_groups(o->joints);
     o->options.name = o->motions[0];
-    o->options.collisions = true;
+    o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
+                                        [](const std::string& out) { return extension_of(out) == "html"; });
     o->options.progress = progress_lines("steps of the denoiser");
     const inbetween::Result r = inbetweener.run(clip, scene, o->options);
     if (r.floor_assumed)

@@ -2,7 +2,6 @@
 #include <string>
 
 #include "inhabit/error.h"
-#include "inhabit/passive_waiting.h"
 #include "verbs.h"
 
 namespace {
@@ -13,7 +12,6 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
   CLI::App app{"inhabit: human motion in 3D scenes"};
   app.require_subcommand(1);
   add_version(app);
@@ -34,6 +32,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForHelp& e) {
     return app.exit(e);
   } catch (const CLI::CallForAllHelp& e) {
+    return app.exit(e);
+  } catch (const CLI::CallForVersion& e) {
     return app.exit(e);
   } catch (const CLI::RuntimeError& e) {  // a verb that has said what it found, as an exit code
     return e.get_exit_code();

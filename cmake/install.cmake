@@ -1,6 +1,7 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS inhabit inhabit_dependencies EXPORT inhabitTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS inhabit_verbs RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/inhabit)
 # What users include; not how it is done inside: kernels, packed layers, how TinyGLTF and Embree are built in.
 install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h"
   REGEX "(_kernel|/fast_[a-z_]*|/(tiny_gltf_config|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|simd))[.]h$" EXCLUDE)

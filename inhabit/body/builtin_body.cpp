@@ -1,8 +1,7 @@
 #include "inhabit/body/body_model.h"
-#include "inhabit/body/builtin_skin.h"
+#include "inhabit/body/builtin_body_data.h"
 #include "inhabit/body/proportions.h"
 #include "inhabit/error.h"
-#include "inhabit/math/furthest_points.h"
 
 namespace inhabit {
 namespace {
@@ -103,20 +102,12 @@ BodyModel build() {
     directions.push_back(tensor_of(builtin_joint_direction(static_cast<BuiltinBeta>(b))));
   body.joint_dirs = torch::stack(directions, -1);
   body.skeleton = skeleton_of(body.joint_template, standard_joint_names(), standard_parents());
-  const TriangleSurface surface = builtin_skin();
-  const int64_t vertices = static_cast<int64_t>(surface.vertices.size());
-  const int64_t faces = static_cast<int64_t>(surface.faces.size());
-  body.template_vertices = torch::empty({vertices, 3});
-  body.faces = torch::empty({faces, 3}, torch::kLong);
-  auto x = body.template_vertices.accessor<float, 2>();
-  auto f = body.faces.accessor<int64_t, 2>();
-  for (int64_t v = 0; v < vertices; ++v)
-    for (int i = 0; i < 3; ++i) x[v][i] = static_cast<float>(surface.vertices[v][i]);
-  for (int64_t t = 0; t < faces; ++t)
-    for (int i = 0; i < 3; ++i) f[t][i] = surface.faces[t][i];
-  body.skin_weights = builtin_skin_weights(surface);
-  body.shape_dirs = builtin_shape_directions(surface, body.skin_weights);
-  body.anchors = furthest_point_indices(body.template_vertices, 64);
+  const BuiltinSkin skin = builtin_skin_from(builtin_body_file());
+  body.template_vertices = skin.vertices;
+  body.faces = skin.faces;
+  body.skin_weights = skin.weights;
+  body.shape_dirs = skin.shape_dirs;
+  body.anchors = skin.anchors;
   body.joint_limits = builtin_joint_limits();
   body.capsules = builtin_capsules();
   return body;

@@ -36,7 +36,6 @@ constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything m
 constexpr int64_t kBlendRadius = 60;  // frames around a clean key that make up for what was missed of it
 constexpr double kFootNoise = 0.05;   // metres from where a noisy key has it that a foot may be put, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
-constexpr int64_t kMeasured = 60;     // frames whose collisions are measured at once
 
 /// Key poses on the standard skeleton and where they stand at a model's rate.
 struct KeyedClip {
@@ -194,14 +193,6 @@ Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vecto
   return clean_feet(motion, fixed, floor, keys, std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
 }
 
-/// (T) bool: frames with the body inside the scene.
-Tensor colliding_frames(const CollisionMeter& meter, const Clip& clip) {
-  std::vector<Tensor> out;
-  for (int64_t t = 0; t < clip.frames(); t += kMeasured)
-    out.push_back(meter.measure(slice(clip, t, std::min(t + kMeasured, clip.frames()))).depth > 0);
-  return torch::cat(out);
-}
-
 }  // namespace
 
 struct SceneInbetweener::Impl {
@@ -253,11 +244,9 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.given, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
-  if (options.collisions) {
-    const CollisionMeter meter(builtin_body(), out.scene);
-    out.key_collides = meter.measure(out.key_poses).depth > 0;
-    out.collides = colliding_frames(meter, out.motion);
-  }
+  const CollisionMeter meter(builtin_body(), out.scene);
+  out.key_collides = meter.measure(out.key_poses).depth > 0;
+  if (options.collisions) out.collides = meter.measure(out.motion).depth > 0;
   return out;
 }
 

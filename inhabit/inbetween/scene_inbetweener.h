@@ -30,7 +30,7 @@ struct Result {
   Clip key_poses;             ///< (K frames) what was given there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;
-  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene; undefined unless asked for
+  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene
   torch::Tensor collides;      ///< (T) bool: the motion is; undefined unless asked for
 };
 

@@ -1,5 +1,7 @@
 #include "inhabit/metrics/collision.h"
 
+#include <ATen/Parallel.h>
+
 #include <set>
 
 #include "inhabit/body/kinematics.h"
@@ -11,6 +13,11 @@ namespace inhabit {
 namespace {
 
 using torch::Tensor;
+
+constexpr float kSkinReach =
+    0.3F;  // metres that skin is from the nearest joint at most; beyond it the field says nothing
+constexpr double kFinestCell = 0.04, kVerticesPerCorner = 6, kMostCorners = 4e5;  // of the field, by what costs least
+constexpr int64_t kFramesTogether = 256;                                          // whose skin is held at once
 
 double mean_over(const Tensor& values, const Tensor& mask) {
   const Tensor used = (mask.defined() ? values.index({mask}) : values).to(torch::kDouble);
@@ -63,44 +70,79 @@ CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body
   for (const Eigen::Vector3f& point : solid.points) boxes_.back().extend(point);
 }
 
-CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float margin) const {
+Tensor CollisionMeter::placed(const Clip& clip) const {
   if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
   // Bones of another length than the body's own leave the root joint where it is.
-  const Tensor trans = clip.root_path() - shaped_skeleton(*body_, clip.betas).offsets[0];
-  const Tensor skin_points = skin(*body_, clip.betas, axis_angle_to_matrix(clip.rotations), trans).contiguous();
+  return clip.root_path() - shaped_skeleton(*body_, clip.betas).offsets[0];
+}
+
+std::optional<DistanceField> CollisionMeter::field_around(const Clip& clip, double margin) const {
+  const Tensor trans = placed(clip);
+  if (!query_) return {};
+  const Tensor joints = joint_positions(shaped_skeleton(*body_, clip.betas), clip.rotations, trans).view({-1, 3}),
+               low = std::get<0>(joints.min(0)), high = std::get<0>(joints.max(0));
+  Eigen::AlignedBox3f skin(Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(low.data_ptr<float>())),
+                           Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(high.data_ptr<float>()))),
+      scene;
+  skin.min().array() -= kSkinReach;
+  skin.max().array() += kSkinReach;
+  for (const Eigen::AlignedBox3f& box : boxes_) scene.extend(box);
+  scene.min().array() -= static_cast<float>(margin);
+  scene.max().array() += static_cast<float>(margin);
+  if (!skin.intersects(scene)) return {};
+  const Eigen::AlignedBox3d box = skin.intersection(scene).cast<double>();
+  const double vertices = static_cast<double>(clip.frames() * allowed_.size(0)),
+               corners = std::clamp(vertices / kVerticesPerCorner, 1e3, kMostCorners);
+  return DistanceField(*query_, box, std::max(kFinestCell, std::cbrt(box.volume() / corners)));
+}
+
+CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, const DistanceField& field,
+                                                      float margin) const {
+  const Tensor skin_points = skin(*body_, clip.betas, axis_angle_to_matrix(clip.rotations), placed(clip)).contiguous();
   const int64_t T = skin_points.size(0), V = skin_points.size(1);
-  const Tensor low = std::get<0>(skin_points.min(1)), high = std::get<0>(skin_points.max(1));
-  std::vector<Eigen::AlignedBox3f> grown = boxes_, close;
+  std::vector<Eigen::AlignedBox3f> grown = boxes_;
   for (Eigen::AlignedBox3f& box : grown) {
     box.min().array() -= margin;
     box.max().array() += margin;
   }
-  std::vector<float> points;
-  std::vector<int64_t> frames, vertices;
-  using Point = Eigen::Map<const Eigen::Vector3f>;
-  for (int64_t t = 0; t < T; ++t) {
-    const Eigen::AlignedBox3f person(Eigen::Vector3f(Point(low.data_ptr<float>() + 3 * t)),
-                                     Eigen::Vector3f(Point(high.data_ptr<float>() + 3 * t)));
-    close.clear();
-    for (const Eigen::AlignedBox3f& box : grown)
-      if (box.intersects(person)) close.push_back(box);
-    if (close.empty()) continue;
-    const float* p = skin_points.data_ptr<float>() + t * V * 3;
-    for (int64_t v = 0; v < V; ++v, p += 3) {
-      const Eigen::Vector3f point = Point(p);
-      const bool in = std::any_of(close.begin(), close.end(), [&](const auto& box) { return box.contains(point); });
-      if (!in) continue;
-      points.insert(points.end(), p, p + 3);
-      frames.push_back(t);
-      vertices.push_back(v);
+  struct Found {
+    int64_t vertex;
+    bool inside;
+  };
+  std::vector<std::vector<Found>> of_frame(static_cast<size_t>(T));
+  at::parallel_for(0, T, 1, [&](int64_t begin, int64_t end) {
+    std::vector<Eigen::AlignedBox3f> close;
+    for (int64_t t = begin; t < end; ++t) {
+      const Eigen::Map<const Eigen::Matrix3Xf> points(skin_points.data_ptr<float>() + t * V * 3, 3, V);
+      const Eigen::AlignedBox3f person(Eigen::Vector3f(points.rowwise().minCoeff()),
+                                       Eigen::Vector3f(points.rowwise().maxCoeff()));
+      close.clear();
+      for (const Eigen::AlignedBox3f& box : grown)
+        if (box.intersects(person)) close.push_back(box);
+      if (close.empty()) continue;
+      for (int64_t v = 0; v < V; ++v) {
+        const Eigen::Vector3f point = points.col(v);
+        const auto inside = field.inside(point);
+        if (inside == false && (margin == 0 || field.clearance(point) >= margin)) continue;
+        if (std::any_of(close.begin(), close.end(), [&](const auto& box) { return box.contains(point); }))
+          of_frame[static_cast<size_t>(t)].push_back({v, inside == true});
+      }
     }
-  }
-  const auto count = static_cast<int64_t>(frames.size());
-  const auto numbers = [&] { return torch::empty({count}, torch::kLong); };
-  Candidates out{torch::empty({count, 3}), numbers(), numbers()};
-  std::copy(points.begin(), points.end(), out.points.data_ptr<float>());
-  std::copy(frames.begin(), frames.end(), out.frames.data_ptr<int64_t>());
-  std::copy(vertices.begin(), vertices.end(), out.vertices.data_ptr<int64_t>());
+  });
+  int64_t count = 0;
+  for (const auto& found : of_frame) count += static_cast<int64_t>(found.size());
+  Candidates out{torch::empty({count, 3}), torch::empty({count}, torch::kLong), torch::empty({count}, torch::kLong),
+                 torch::empty({count}, torch::kBool)};
+  auto* points = out.points.data_ptr<float>();
+  auto *frames = out.frames.data_ptr<int64_t>(), *vertices = out.vertices.data_ptr<int64_t>();
+  auto* inside = out.inside.data_ptr<bool>();
+  for (int64_t t = 0; t < T; ++t)
+    for (const Found& found : of_frame[static_cast<size_t>(t)]) {
+      points = std::copy_n(skin_points.data_ptr<float>() + (t * V + found.vertex) * 3, 3, points);
+      *frames++ = t;
+      *vertices++ = found.vertex;
+      *inside++ = found.inside;
+    }
   return out;
 }
 
@@ -108,29 +150,44 @@ Collision CollisionMeter::measure(const Clip& clip) const {
   Collision out;
   out.depth = torch::zeros({clip.frames()});
   out.vertices = torch::zeros({clip.frames()});
-  const Candidates found = candidates(clip, 0);
-  if (found.frames.numel() == 0) return out;
-  const Tensor inside = query_->inside(found.points).nonzero().flatten();
-  if (inside.numel() == 0) return out;
-  const Tensor frames = found.frames.index_select(0, inside),
-               allowed = allowed_.index_select(0, found.vertices.index_select(0, inside)),
-               depths = query_->closest(found.points.index_select(0, inside)).distances;
+  const std::optional<DistanceField> field = field_around(clip, 0);
+  if (!field) return out;
   float* deepest = out.depth.data_ptr<float>();
   float* share = out.vertices.data_ptr<float>();
-  const float *depth = depths.data_ptr<float>(), *may = allowed.data_ptr<float>();
-  const int64_t* frame = frames.data_ptr<int64_t>();
   const float one = 1.F / static_cast<float>(allowed_.size(0));
-  for (int64_t i = 0; i < frames.numel(); ++i) {
-    if (depth[i] <= may[i]) continue;
-    deepest[frame[i]] = std::max(deepest[frame[i]], depth[i]);
-    share[frame[i]] += one;
+  for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+    const Candidates found =
+        candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), *field, 0);
+    if (found.frames.numel() == 0) continue;
+    const Tensor depths = query_->closest(found.points).distances;
+    const float *depth = depths.data_ptr<float>(), *may = allowed_.data_ptr<float>();
+    const float* points = found.points.data_ptr<float>();
+    const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
+    const bool* known = found.inside.data_ptr<bool>();
+    std::vector<int64_t> unsure;
+    const auto count_in = [&](int64_t i) {
+      deepest[first + frame[i]] = std::max(deepest[first + frame[i]], depth[i]);
+      share[first + frame[i]] += one;
+    };
+    for (int64_t i = 0; i < found.frames.numel(); ++i) {
+      if (depth[i] <= may[vertex[i]]) continue;
+      const auto inside = known[i] ? true : field->inside(Eigen::Map<const Eigen::Vector3f>(points + 3 * i), depth[i]);
+      if (inside == true) count_in(i);
+      if (!inside) unsure.push_back(i);
+    }
+    if (unsure.empty()) continue;
+    const Tensor inside = query_->inside(found.points.index_select(0, torch::tensor(unsure)));
+    for (size_t k = 0; k < unsure.size(); ++k)
+      if (inside.data_ptr<bool>()[k]) count_in(unsure[k]);
   }
   return out;
 }
 
 Tensor CollisionMeter::near_frames(const Clip& clip, double distance) const {
   Tensor out = torch::zeros({clip.frames()}, torch::kBool);
-  const Candidates found = candidates(clip, static_cast<float>(distance));
+  const std::optional<DistanceField> field = field_around(clip, distance);
+  if (!field) return out;
+  const Candidates found = candidates(clip, *field, static_cast<float>(distance));
   if (found.frames.numel() == 0) return out;
   const Tensor close = (query_->signed_distance(found.points) < distance).nonzero().flatten();
   return out.index_fill(0, found.frames.index_select(0, close), true);

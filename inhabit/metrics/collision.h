@@ -7,6 +7,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/scene/distance_field.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit {
@@ -34,7 +35,8 @@ struct Collision {
 
 /// Measures skinned bodies against one scene. Floor and rugs (meshes called so, see object_of_mesh) do not count: feet
 /// stand on them. All else does, seats too, so that no label of who sits where is needed and a body that slides through
-/// a chair on its way to it collides. What is inside is said at Solid; nothing is inside a point cloud.
+/// a chair on its way to it collides. What is inside is said at Solid; nothing is inside a point cloud. A distance
+/// field around the motion tells of nearly all vertices that they are outside, the exact queries decide about the rest.
 class CollisionMeter {
  public:
   /// `body` must outlive this.
@@ -48,11 +50,16 @@ class CollisionMeter {
   torch::Tensor near_frames(const Clip& clip, double distance) const;
 
  private:
-  /// Skin vertices in the boxes grown by `margin`: their places (N, 3), frames (N) and numbers (N).
+  /// Skin vertices that may be inside the scene, or nearer to it than `margin`: their places (N, 3), frames (N),
+  /// numbers (N) and whether they are known to be inside (N).
   struct Candidates {
-    torch::Tensor points, frames, vertices;
+    torch::Tensor points, frames, vertices, inside;
   };
-  Candidates candidates(const Clip& clip, float margin) const;
+  Candidates candidates(const Clip& clip, const DistanceField& field, float margin) const;
+  /// Around where the skin of a motion comes within `margin` of the boxes; nothing where it does not.
+  std::optional<DistanceField> field_around(const Clip& clip, double margin) const;
+  /// Where the body's root joint must be put for it to stand at the clip's.
+  torch::Tensor placed(const Clip& clip) const;
 
   const BodyModel* body_;
   torch::Tensor allowed_;                   ///< (V) metres, how deep a vertex may be

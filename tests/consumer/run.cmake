@@ -17,5 +17,7 @@ run(${WORK}/build/consumer)
 if(NOT text MATCHES "ankle behind the knee: (0\\.99|1\\.00)")
   message(FATAL_ERROR "unexpected output: ${text}")
 endif()
-run(${WORK}/prefix/bin/inhabit version)
+run(${WORK}/prefix/bin/inhabit --version)
+# Finds the program of the verbs and, from there, the models.
+run(${WORK}/prefix/bin/inhabit forecast ${SOURCE}/../../examples/data/walk.npz -o ${WORK}/forecast.npz)
 file(REMOVE_RECURSE ${WORK})

@@ -5,6 +5,11 @@
 #include <gmock/gmock.h>
 
 #include "inhabit/body/kinematics.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/retarget.h"
 #include "inhabit/scene/shapes.h"
 #include "metrics/standing.h"
 #include "refusal_of.h"
@@ -16,6 +21,12 @@ Clip moved(Clip clip, int64_t frame, const std::vector<float>& by) {
   clip.trans = clip.trans.clone();
   clip.trans[frame] += torch::tensor(by);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+Clip moved_all(Clip clip, const std::vector<float>& by) {
+  clip.trans = clip.trans + torch::tensor(by);
+  clip.joints = clip.joints + torch::tensor(by);
   return clip;
 }
 
@@ -129,6 +140,49 @@ TEST(NearFrames, AreThoseCloserThanTheDistance) {
   EXPECT_EQ(meter.near_frames(clip, 0.04).sum().item<int64_t>(), 0);
   EXPECT_EQ(meter.near_frames(clip, 0.3).sum().item<int64_t>(), 5);
   EXPECT_TRUE(meter.near_frames(moved(clip, 4, {0, 0, 0.6F}), 0.04)[4].item<bool>());  // inside is near
+}
+
+/// The skin of every frame by the exact queries alone.
+Collision plainly_measured(const Scene& scene, const Clip& clip) {
+  Scene counts = scene;
+  counts.meshes.clear();
+  for (const Mesh& mesh : scene.meshes)
+    if (object_of_mesh(mesh.name) != "floor" && object_of_mesh(mesh.name) != "rug") counts.meshes.push_back(mesh);
+  const SceneQuery query(counts);
+  const BodyModel& body = builtin_body();
+  const torch::Tensor trans = clip.root_path() - shaped_skeleton(body, clip.betas).offsets[0],
+                      allowed = torch::where(supporting_skin(body), torch::tensor(static_cast<float>(kSupportedDepth)),
+                                             torch::tensor(static_cast<float>(kCollisionDepth)));
+  Collision out{torch::zeros({clip.frames()}), torch::zeros({clip.frames()})};
+  for (int64_t t = 0; t < clip.frames(); ++t) {
+    const torch::Tensor skin_points = skin(body, clip.betas, axis_angle_to_matrix(clip.rotations[t]), trans[t]),
+                        depth = query.closest(skin_points).distances,
+                        hit = query.inside(skin_points) & (depth > allowed);
+    out.depth[t] = (depth * hit).max();
+    out.vertices[t] = hit.to(torch::kFloat32).mean();
+  }
+  return out;
+}
+
+/// The distance field in the meter must not change what it says: bit for bit the depths of the exact queries, on people
+/// who sit, lean and walk into furniture of a real room.
+TEST(Collision, IsWhatTheExactQueriesSay) {
+  const std::string data = INHABIT_SOURCE_DIR "/examples/data/";
+  for (const std::string name : {"sit", "walk"}) {
+    const Scene scene = read_scene_file(data + name + "_room.glb").scene;
+    Clip clip = retarget(read_clip(data + name + ".npz"), name);
+    clip = slice(clip, 0, std::min<int64_t>(clip.frames(), 40));
+    double colliding = 0;
+    const CollisionMeter meter(builtin_body(), scene);
+    for (const float aside : {0.F, 0.6F, 1.5F}) {
+      const Clip there = moved_all(clip, {aside, -0.3F * aside, aside});
+      const Collision got = meter.measure(there), expected = plainly_measured(scene, there);
+      EXPECT_TRUE(torch::equal(got.depth, expected.depth)) << name << " " << aside;
+      EXPECT_LT((got.vertices - expected.vertices).abs().max().item<double>(), 1e-5);
+      colliding += expected.frame_ratio();
+    }
+    EXPECT_GT(colliding, 0) << "nothing to tell apart";
+  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "inhabit/body/decimate.h"
+#include "decimate.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

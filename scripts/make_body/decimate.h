@@ -1,7 +1,7 @@
 #pragma once
 #include <functional>
 
-#include "inhabit/body/polygonise.h"
+#include "polygonise.h"
 
 namespace inhabit {
 

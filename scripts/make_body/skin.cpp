@@ -1,13 +1,13 @@
-#include "inhabit/body/builtin_skin.h"
+#include "skin.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "inhabit/body/builtin_surface.h"
-#include "inhabit/body/decimate.h"
+#include "decimate.h"
 #include "inhabit/body/proportions.h"
 #include "inhabit/math/smooth_step.h"
+#include "surface.h"
 
 namespace inhabit {
 namespace {

@@ -1,4 +1,4 @@
-#include "inhabit/body/builtin_surface.h"
+#include "surface.h"
 
 #include <algorithm>
 #include <array>

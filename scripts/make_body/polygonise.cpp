@@ -1,4 +1,4 @@
-#include "inhabit/body/polygonise.h"
+#include "polygonise.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 #include <torch/types.h>
 
-#include "inhabit/body/polygonise.h"
+#include "polygonise.h"
 
 namespace inhabit {
 

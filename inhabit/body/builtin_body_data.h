@@ -1,0 +1,27 @@
+#pragma once
+#include <torch/types.h>
+
+#include <string>
+#include <string_view>
+
+namespace inhabit {
+
+inline constexpr int64_t kBuiltinAnchors = 64;
+
+/// What of the built-in body is generated data, made once by scripts/make_body. Shapes as in BodyModel.
+struct BuiltinSkin {
+  torch::Tensor vertices, faces, weights, shape_dirs, anchors;
+};
+
+/// As bytes, little endian: int32 vertices V and faces F; then float32 vertices (V, 3) and shape_dirs (V, 3, B);
+/// float32 weights (V, 4), 0 where there are fewer; uint16 faces (F, 3) and anchors (64); uint8 joints of the weights
+/// (V, 4).
+std::string builtin_skin_bytes(const BuiltinSkin& skin);
+
+/// The same back. Throws Error when the bytes are not that.
+BuiltinSkin builtin_skin_from(std::string_view bytes);
+
+/// inhabit/body/builtin_body.bin as it was when the library was built.
+std::string_view builtin_body_file();
+
+}  // namespace inhabit
