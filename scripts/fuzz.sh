@@ -15,7 +15,8 @@ failed=()
 for t in "${targets[@]}"; do
   mkdir -p "build/fuzz/corpus/$t"
   echo "== $t"
-  "build/fuzz/tests/fuzz/fuzz_$t" -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -max_len=65536 \
+  case $t in *_model) longest=1048576 ;; *) longest=65536 ;; esac  # bytes: networks are no smaller
+  "build/fuzz/tests/fuzz/fuzz_$t" -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -max_len=$longest \
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$t-" "build/fuzz/corpus/$t" "tests/fuzz/seeds/$t" \
     >"build/fuzz/corpus/$t.log" 2>&1 || failed+=("$t")
   grep -E 'SUMMARY|number_of_executed_units' "build/fuzz/corpus/$t.log" || true

@@ -139,19 +139,22 @@ void require_files(const Dataset& dataset, const DatasetClip& entry) {
 
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry) {
   const std::string path = dataset.folder + "/" + entry.file;
-  const Npz arrays = read_npz(path);
+  return clip_from_arrays(dataset, entry, read_npz(path), path);
+}
+
+Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Npz& arrays, const std::string& subject) {
   for (const char* name : {"joint_names", "parents", "offsets"})
     if (!arrays.has(name) && arrays.strings.count(name) == 0)
-      throw Error(path, std::string("has no ") + name + ": every clip of a data set says its own skeleton");
-  Clip clip = clip_from_npz(arrays, path);
+      throw Error(subject, std::string("has no ") + name + ": every clip of a data set says its own skeleton");
+  Clip clip = clip_from_npz(arrays, subject);
   if (clip.frames() != entry.frames)
-    throw Error(path,
+    throw Error(subject,
                 "has " + std::to_string(clip.frames()) + " frames, dataset.json says " + std::to_string(entry.frames));
-  if (std::abs(clip.rate - dataset.rate) > 1e-6) throw Error(path, "its frame rate is not the data set's");
-  if (clip.skeleton.parents != dataset.parents) throw Error(path, "its skeleton is not the data set's");
+  if (std::abs(clip.rate - dataset.rate) > 1e-6) throw Error(subject, "its frame rate is not the data set's");
+  if (clip.skeleton.parents != dataset.parents) throw Error(subject, "its skeleton is not the data set's");
   if (clip.action.defined() && (clip.action.min().item<int64_t>() < 0 ||
                                 clip.action.max().item<int64_t>() >= static_cast<int64_t>(dataset.actions.size())))
-    throw Error(path, "has an action that dataset.json does not name");
+    throw Error(subject, "has an action that dataset.json does not name");
   return clip;
 }
 

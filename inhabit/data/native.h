@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/io/npz.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
@@ -43,6 +44,9 @@ void require_files(const Dataset& dataset, const DatasetClip& entry);
 /// Throws Error(file, ...) where the clip is missing or damaged, or disagrees with the index (frames, rate, joints,
 /// actions).
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry);
+
+/// The same from the arrays of its file. @param subject names them in errors.
+Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Npz& arrays, const std::string& subject);
 
 /// A scene by the name that clips give it. Scenes are shared by clips: keep those you need again.
 Scene load_scene(const Dataset& dataset, const std::string& name);

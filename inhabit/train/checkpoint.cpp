@@ -1,8 +1,10 @@
 #include "inhabit/train/checkpoint.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/number_text.h"
 #include "inhabit/io/safetensors.h"
 
 namespace inhabit {
@@ -69,6 +71,15 @@ std::map<std::string, std::string> load_checkpoint(const std::string& path, torc
   for (const auto& b : module.named_buffers()) take("module." + b.key(), b.value());
   for (auto& [name, weight] : average) take("average." + name, weight);
   return file.metadata;
+}
+
+double checkpoint_number(const std::map<std::string, std::string>& state, const std::string& key,
+                         const std::string& path) {
+  const auto found = state.find(key);
+  double number = 0;
+  if (found == state.end() || !parse_number(found->second, number) || std::isnan(number))
+    throw Error(path, "is not a checkpoint (" + key + " is missing or no number)");
+  return number;
 }
 
 }  // namespace inhabit

@@ -18,4 +18,8 @@ std::map<std::string, std::string> load_checkpoint(const std::string& path, torc
                                                    torch::optim::AdamW& optimizer,
                                                    std::map<std::string, torch::Tensor>& average);
 
+/// A number of a checkpoint's state. Throws Error(path, ...) where it is missing or no number.
+double checkpoint_number(const std::map<std::string, std::string>& state, const std::string& key,
+                         const std::string& path);
+
 }  // namespace inhabit

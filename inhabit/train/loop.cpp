@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -128,10 +129,11 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
     auto state = load_checkpoint(options.checkpoint, *task.module, optimizer, averaged);
     if (state["run"] != run)
       throw Error(options.checkpoint, "belongs to another run (" + state["run"] + "; this one is " + run + ")");
-    first_step = std::stoll(state.at("step"));
-    seconds_before = std::stod(state.at("seconds"));
-    result.best = std::stod(state.at("best"));
-    result.best_step = std::stoll(state.at("best_step"));
+    const auto number = [&](const char* key) { return checkpoint_number(state, key, options.checkpoint); };
+    first_step = static_cast<int64_t>(std::clamp(number("step"), 0.0, static_cast<double>(options.steps)));
+    seconds_before = number("seconds");
+    result.best = number("best");
+    result.best_step = static_cast<int64_t>(std::clamp(number("best_step"), 0.0, static_cast<double>(options.steps)));
   }
 
   if (ranks) {

@@ -9,9 +9,17 @@
 #include <fstream>
 #include <string_view>
 
+#include "inhabit/anticipate/config.h"
+#include "inhabit/anticipate/model_file.h"
 #include "inhabit/body/body_model.h"
+#include "inhabit/data/motion_set.h"
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
+#include "inhabit/forecast/config.h"
+#include "inhabit/forecast/model_file.h"
+#include "inhabit/inbetween/config.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/model_file.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_json.h"
@@ -21,6 +29,9 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/train/checkpoint.h"
 
 namespace {
 
@@ -37,9 +48,26 @@ bool survive(const uint8_t* data, size_t size, const Read& read) {
   }
 }
 
-std::string& folder_to_remove() {
-  static std::string folder;
+/// A folder for readers that look around in one, in memory where the system has such a place; removed at the end.
+const std::string& own_folder() {
+  static const std::string folder = [] {
+    const bool memory = std::filesystem::is_directory("/dev/shm");
+    const std::string path = (memory ? "/dev/shm/inhabit_fuzz_" : "/tmp/inhabit_fuzz_") + std::to_string(getpid());
+    std::filesystem::create_directories(path);
+    return path;
+  }();
+  [[maybe_unused]] static const int registered = std::atexit([] { std::filesystem::remove_all(own_folder()); });
   return folder;
+}
+
+void write_file(const std::string& path, std::string_view bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+/// Up to the first zero byte, and what follows it: two files in one input.
+std::pair<std::string_view, std::string_view> two_files(std::string_view bytes) {
+  const size_t cut = std::min(bytes.find('\0'), bytes.size());
+  return {bytes.substr(0, cut), bytes.substr(std::min(cut + 1, bytes.size()))};
 }
 
 /// For readers that take a path: the bytes as a file in memory.
@@ -86,11 +114,10 @@ bool fuzz_clip_json(const uint8_t* data, size_t size) {
 bool fuzz_bvh(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_bvh(bytes, "fuzz"); });
 }
-/// Both files in one input, a zero byte between them.
 bool fuzz_asf_amc(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
-    const size_t cut = std::min(bytes.find('\0'), bytes.size());
-    parse_asf_amc(bytes.substr(0, cut), "fuzz.asf", bytes.substr(std::min(cut + 1, bytes.size())), "fuzz.amc");
+    const auto [asf, amc] = two_files(bytes);
+    parse_asf_amc(asf, "fuzz.asf", amc, "fuzz.amc");
   });
 }
 bool fuzz_expmap_text(const uint8_t* data, size_t size) {
@@ -100,19 +127,65 @@ bool fuzz_expmap_text(const uint8_t* data, size_t size) {
 bool fuzz_safetensors(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) { read_safetensors(path); });
 }
-/// dataset.json in a folder of its own, in memory where the system has such a place.
+/// dataset.json, and after a zero byte the arrays of its first clip.
 bool fuzz_dataset(const uint8_t* data, size_t size) {
-  static const std::string folder = [] {
-    const bool memory = std::filesystem::is_directory("/dev/shm");
-    const std::string path = (memory ? "/dev/shm/inhabit_fuzz_" : "/tmp/inhabit_fuzz_") + std::to_string(getpid());
-    std::filesystem::create_directories(path);
-    folder_to_remove() = path;
-    std::atexit([] { std::filesystem::remove_all(folder_to_remove()); });
-    return path;
-  }();
-  std::ofstream(folder + "/dataset.json", std::ios::binary)
-      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
-  return survive(data, size, [](std::string_view) { open_dataset(folder); });
+  return survive(data, size, [](std::string_view bytes) {
+    const auto [index, arrays] = two_files(bytes);
+    write_file(own_folder() + "/dataset.json", index);
+    const Dataset dataset = open_dataset(own_folder());
+    if (!arrays.empty() && !dataset.clips.empty())
+      clip_from_arrays(dataset, dataset.clips.front(), arrays_of(arrays), "fuzz");
+  });
+}
+/// One recording of a set of actions, up to the clip that training is given.
+bool fuzz_motion_set(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    std::filesystem::create_directories(own_folder() + "/train/walking");
+    write_file(own_folder() + "/train/walking/walking_1.txt", bytes);
+    read_motion_set("cmu:" + own_folder(), 25);
+  });
+}
+/// What every system does with a clip that was read: any skeleton at any rate to the standard one.
+bool fuzz_retarget(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    retarget(resample(parse_clip_json(bytes, "fuzz"), 30, "fuzz"), "fuzz");
+  });
+}
+/// A configuration of any of the systems.
+bool fuzz_config(const uint8_t* data, size_t size) {
+  const bool forecast =
+      survive(data, size, [](std::string_view text) { forecast_config_from_json(std::string(text), "fuzz"); });
+  const bool anticipate =
+      survive(data, size, [](std::string_view text) { anticipate_config_from_json(std::string(text), "fuzz"); });
+  const bool inbetween =
+      survive(data, size, [](std::string_view text) { inbetween_config_from_json(std::string(text), "fuzz"); });
+  return forecast || anticipate || inbetween;
+}
+bool fuzz_forecast_model(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) { load_forecast_networks(path); });
+}
+bool fuzz_anticipate_model(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) { load_anticipate_networks(path); });
+}
+bool fuzz_inbetween_model(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) { load_inbetween_networks(path); });
+}
+bool fuzz_checkpoint(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) {
+    torch::nn::Linear layer(3, 2);
+    torch::optim::Adam optimizer(layer->parameters(), torch::optim::AdamOptions(1e-3));
+    std::map<std::string, torch::Tensor> average;
+    const auto state = load_checkpoint(path, *layer, optimizer, average);
+    for (const char* key : {"step", "seconds", "best", "best_step"}) checkpoint_number(state, key, path);
+  });
+}
+/// What is typed after --keyframes, and after a line break --joints.
+bool fuzz_keyframes(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view text) {
+    const size_t cut = std::min(text.find('\n'), text.size());
+    key_frames(std::string(text.substr(0, cut)), 100);
+    given_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
+  });
 }
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
 template <char... extension>
@@ -126,7 +199,8 @@ bool fuzz_scene(const uint8_t* data, size_t size) {
 }  // namespace
 
 void prepare_fuzzing(const std::string& target) {
-  if (target == "clip_npz" || target == "smpl_model") builtin_body();
+  for (const char* name : {"clip_npz", "smpl_model", "dataset", "motion_set", "retarget"})
+    if (target == name) builtin_body();
 }
 
 const std::vector<FuzzTarget>& fuzz_targets() {
@@ -140,11 +214,21 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"expmap_text", fuzz_expmap_text},
       {"safetensors", fuzz_safetensors},
       {"dataset", fuzz_dataset},
+      {"motion_set", fuzz_motion_set},
+      {"retarget", fuzz_retarget},
+      {"config", fuzz_config},
+      {"forecast_model", fuzz_forecast_model},
+      {"anticipate_model", fuzz_anticipate_model},
+      {"inbetween_model", fuzz_inbetween_model},
+      {"checkpoint", fuzz_checkpoint},
+      {"keyframes", fuzz_keyframes},
       {"obj", fuzz_scene<'o', 'b', 'j'>},
       {"ply", fuzz_scene<'p', 'l', 'y'>},
       {"off", fuzz_scene<'o', 'f', 'f'>},
       {"stl", fuzz_scene<'s', 't', 'l'>},
       {"glb", fuzz_scene<'g', 'l', 'b'>},
+      {"gltf", fuzz_scene<'g', 'l', 't', 'f'>},
+      {"scene_npz", fuzz_scene<'n', 'p', 'z'>},
       {"pcd", fuzz_scene<'p', 'c', 'd'>},
       {"xyz", fuzz_scene<'x', 'y', 'z'>},
   };
