@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "inhabit/body/bones.h"
@@ -66,33 +65,21 @@ struct HoldTerm {
   Eigen::Vector3d weight;
 };
 
-/// Point `point` not below `height`.
-struct FloorTerm {
+/// Point `point` on the outer side of a plane, normal . place >= height, or on it. The floor is such a plane; a scene's
+/// surface is one where the body is near it (scene_terms.h), found anew as the body moves.
+struct PlaneTerm {
   int64_t frame = 0;
   int point = 0;
-  double height = 0, weight = 0;
-};
-
-/// Signed distance of a place to the scene, negative inside, and its gradient.
-using DistanceFunction = std::function<double(const Eigen::Vector3d& place, Eigen::Vector3d& gradient)>;
-
-/// A point of the body that keeps `margin` metres away from the scene in every frame, but where `active` says not.
-struct Clearance {
-  Point point;
-  double margin = 0;
-};
-
-/// Point `point` at `distance` from the scene's surface: on it, for a contact of unknown place.
-struct SurfaceTerm {
-  int64_t frame = 0;
-  int point = 0;
-  double distance = 0, weight = 0;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< unit
+  double height = 0, weight = 0;                      ///< metres, 1 / m^2
+  bool on_it = false;                                 ///< counts on both sides: a contact of unknown place
 };
 
 struct Problem {
   Bones bones;
   double rate = 30;
-  Trajectory start;           ///< where the search begins, and what StayNear and changes are measured from
+  Trajectory start;           ///< what StayNear and changes are measured from
+  Trajectory initial;         ///< where the search begins; empty: at `start`
   std::vector<char> fixed;    ///< (frames) 1: comes out exactly as it went in; empty: none
   std::vector<char> rotates;  ///< (joints) 1: its rotation is unknown; empty: all
   bool moves = true;          ///< whether the root's translation is unknown
@@ -102,12 +89,7 @@ struct Problem {
   std::vector<Smoothness> smoothness;
   std::vector<PlaceTerm> places;
   std::vector<HoldTerm> holds;
-  std::vector<FloorTerm> floors;
-  std::vector<SurfaceTerm> surfaces;
-  DistanceFunction distance;  ///< of the scene; empty: none. Called from several threads at once
-  std::vector<Clearance> clearances;
-  double clearance_weight = 0;                                  ///< 1 / m^2
-  std::function<bool(int64_t frame, size_t clearance)> clears;  ///< false: this one not; empty: all in all frames
+  std::vector<PlaneTerm> planes;
 
   std::vector<Eigen::Vector3d> low, high;  ///< (joints) radians of each axis-angle component; empty: no limits
   double limit_weight = 0;                 ///< 1 / rad^2

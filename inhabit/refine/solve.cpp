@@ -27,11 +27,13 @@ void check(const Problem& problem) {
   require(near.root.empty() || near.root.size() == frames, "weights of the root: not one a frame");
   require(problem.low.size() == problem.high.size() && (problem.low.empty() || problem.low.size() == joints),
           "limits: not one a joint");
-  for (const FramePose& pose : problem.start) {
-    require(pose.local.size() == joints, "rotations: not one a joint");
-    require(pose.trans.allFinite(), "a translation is not finite");
-    for (const Eigen::Quaterniond& q : pose.local) require(q.coeffs().allFinite(), "a rotation is not finite");
-  }
+  require(problem.initial.empty() || problem.initial.size() == frames, "the beginning has other frames");
+  for (const Trajectory* trajectory : {&problem.start, &problem.initial})
+    for (const FramePose& pose : *trajectory) {
+      require(pose.local.size() == joints, "rotations: not one a joint");
+      require(pose.trans.allFinite(), "a translation is not finite");
+      for (const Eigen::Quaterniond& q : pose.local) require(q.coeffs().allFinite(), "a rotation is not finite");
+    }
   for (const Smoothness& s : problem.smoothness) {
     require(s.order >= 1 && s.order <= 3, "smoothness is of order 1, 2 or 3");
     require(s.joints.empty() || s.joints.size() == joints, "smoothness: not one factor a joint");
@@ -46,8 +48,7 @@ void check(const Problem& problem) {
   };
   known(problem.places, 0);
   known(problem.holds, 1);
-  known(problem.floors, 0);
-  known(problem.surfaces, 0);
+  known(problem.planes, 0);
   for (const PlaceTerm& p : problem.places)
     require(p.target.allFinite() && p.weight.allFinite(), "a target is not finite");
 }
@@ -77,7 +78,7 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
   check(problem);
   const Unknowns unknowns = unknowns_of(problem);
   NormalEquations equations = make_equations(problem, unknowns);
-  Solution out{problem.start, 0, 0, 0};
+  Solution out{problem.initial.empty() ? problem.start : problem.initial, 0, 0, 0};
   double damping = 1e-6;
   for (int round = 0; round < options.iterations && damping < 1e6; ++round) {
     out.cost = linearise(problem, unknowns, out.trajectory, equations);

@@ -14,10 +14,10 @@ struct Solution {
   int iterations = 0;  ///< steps taken
 };
 
-/// The trajectory of least cost near `problem.start`: Gauss-Newton steps, damped as Levenberg and Marquardt do, of all
-/// frames at once. Time and memory grow linearly with the frames. Fixed frames and known unknowns come out bit by bit
-/// as they went in. The same problem gives the same solution whatever the number of threads. Throws Error where sizes
-/// disagree or a number is not finite.
+/// The trajectory of least cost near where `problem` begins: Gauss-Newton steps, damped as Levenberg and Marquardt do,
+/// of all frames at once. Time and memory grow linearly with the frames. Fixed frames and known unknowns come out bit
+/// by bit as they went in. The same problem gives the same solution whatever the number of threads. Throws Error where
+/// sizes disagree or a number is not finite.
 Solution solve(const Problem& problem, const SolveOptions& options = {});
 
 }  // namespace inhabit::refine

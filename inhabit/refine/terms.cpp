@@ -171,21 +171,19 @@ struct FrameRows {
 /// Which terms a frame has.
 struct FrameTerms {
   std::vector<const PlaceTerm*> places;
-  std::vector<const FloorTerm*> floors;
-  std::vector<const SurfaceTerm*> surfaces;
+  std::vector<const PlaneTerm*> planes;
 };
 
 std::vector<FrameTerms> by_frame(const Problem& problem) {
   std::vector<FrameTerms> out(problem.start.size());
   for (const PlaceTerm& p : problem.places) out[p.frame].places.push_back(&p);
-  for (const FloorTerm& f : problem.floors) out[f.frame].floors.push_back(&f);
-  for (const SurfaceTerm& s : problem.surfaces) out[s.frame].surfaces.push_back(&s);
+  for (const PlaneTerm& p : problem.planes) out[p.frame].planes.push_back(&p);
   return out;
 }
 
 /// @param unknowns null: the cost alone
-void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const FrameTerms& terms, int64_t frame,
-                    const BonesPose& pose, const std::vector<Matrix3d>& rotations, FrameRows& out) {
+void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const FrameTerms& terms, const BonesPose& pose,
+                    const std::vector<Matrix3d>& rotations, FrameRows& out) {
   out.values.clear();
   out.residuals.clear();
   out.cost = 0;
@@ -200,12 +198,6 @@ void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const Fram
     for (Eigen::Index i = 0; i < row.size(); ++i) out.values.push_back(root * row[i]);
     out.residuals.push_back(root * residual);
   };
-  const auto add_along = [&](const Point& point, const Vector3d& direction, double residual, double weight) {
-    out.cost += 0.5 * weight * residual * residual;
-    if (unknowns == nullptr) return;
-    linear(point);
-    add(direction.transpose() * jacobian, residual, weight);
-  };
   for (const PlaceTerm* term : terms.places) {
     const Point& point = problem.points[static_cast<size_t>(term->point)];
     const Vector3d r = place_of(point, pose) - term->target;
@@ -216,23 +208,14 @@ void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const Fram
     for (int i = 0; i < 3; ++i)
       if (term->weight[i] > 0) add(jacobian.row(i), r[i], w.factor * term->weight[i]);
   }
-  for (const FloorTerm* term : terms.floors) {
+  for (const PlaneTerm* term : terms.planes) {
     const Point& point = problem.points[static_cast<size_t>(term->point)];
-    const double r = place_of(point, pose).y() - term->height;
-    if (r < 0) add_along(point, Vector3d::UnitY(), r, term->weight);
-  }
-  if (!problem.distance) return;
-  Vector3d gradient;
-  for (const SurfaceTerm* term : terms.surfaces) {
-    const Point& point = problem.points[static_cast<size_t>(term->point)];
-    const double r = problem.distance(place_of(point, pose), gradient) - term->distance;
-    add_along(point, gradient, r, term->weight);
-  }
-  for (size_t i = 0; i < problem.clearances.size(); ++i) {
-    const Clearance& c = problem.clearances[i];
-    const double r = problem.distance(place_of(c.point, pose), gradient) - c.margin;
-    if (r < 0 && (!problem.clears || problem.clears(frame, i)))
-      add_along(c.point, gradient, r, problem.clearance_weight);
+    const double r = term->normal.dot(place_of(point, pose)) - term->height;
+    if (r >= 0 && !term->on_it) continue;
+    out.cost += 0.5 * term->weight * r * r;
+    if (unknowns == nullptr) continue;
+    linear(point);
+    add(term->normal.transpose() * jacobian, r, term->weight);
   }
 }
 
@@ -433,11 +416,7 @@ Unknowns unknowns_of(const Problem& problem) {
   };
   for (const int core : core_points(problem)) uses(problem.points[static_cast<size_t>(core)]);
   for (const PlaceTerm& p : problem.places) uses(problem.points[static_cast<size_t>(p.point)]);
-  for (const FloorTerm& f : problem.floors) uses(problem.points[static_cast<size_t>(f.point)]);
-  if (problem.distance) {
-    for (const SurfaceTerm& s : problem.surfaces) uses(problem.points[static_cast<size_t>(s.point)]);
-    for (const Clearance& c : problem.clearances) uses(c.point);
-  }
+  for (const PlaneTerm& p : problem.planes) uses(problem.points[static_cast<size_t>(p.point)]);
   Unknowns out;
   if (problem.moves) {
     out.root = 0;
@@ -476,7 +455,7 @@ double cost_of(const Problem& problem, const Trajectory& trajectory) {
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
   for (int64_t t = 0; t < frames; ++t) {
     FrameRows rows;
-    add_frame_rows(problem, nullptr, terms[t], t, poses[t], {}, rows);
+    add_frame_rows(problem, nullptr, terms[t], poses[t], {}, rows);
     parts[t] = rows.cost;
   }
   for (const double part : parts) cost += part;
@@ -508,7 +487,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
       point_jacobian(problem, unknowns, problem.points[static_cast<size_t>(core[i])], poses[t], rotations,
                      jacobian.middleRows<3>(static_cast<Eigen::Index>(3 * i)));
     FrameRows own;
-    add_frame_rows(problem, &unknowns, terms[t], t, poses[t], rotations, own);
+    add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own);
     parts[t] = own.cost;
     auto gradient = out.gradients[0].segment(t * columns, columns);
     gradient.noalias() += jacobian.transpose() * places.gradient[t];

@@ -122,18 +122,11 @@ Problem everything(int64_t frames) {
   for (int64_t t = 0; t < frames; ++t) {
     problem.places.push_back({t, 20, normals(random, 1)[0], Vector3d(5, 0, 7), {}});
     problem.places.push_back({t, 23, normals(random, 1)[0], Vector3d(1, 2, 3), {Loss::Kind::huber, 0.1}});
-    problem.floors.push_back({t, 22, 0.5, 4});
-    problem.surfaces.push_back({t, 11, 0.1, 6});
+    problem.planes.push_back({t, 22, Vector3d(0.6, 0.8, 0), 0.5, 4, false});
+    problem.planes.push_back({t, 19, Vector3d::UnitZ(), -0.1, 6, true});
+    problem.planes.push_back({t, 5, Vector3d::UnitY(), -5, 6, false});  // far on its outer side
     if (t + 1 < frames) problem.holds.push_back({t, 22, Vector3d(8, 3, 8)});
   }
-  problem.distance = [](const Vector3d& p, Vector3d& gradient) {  // a ball
-    const Vector3d from = p - Vector3d(0.3, -0.5, 0.2);
-    gradient = from.normalized();
-    return from.norm() - 0.4;
-  };
-  problem.clearances = {{{Attachment{5, 1, Vector3d(0, -0.2, 0)}}, 0.5}, {{Attachment{19, 1, Vector3d::Zero()}}, 0.9}};
-  problem.clearance_weight = 5;
-  problem.clears = [](int64_t frame, size_t i) { return frame != 1 || i == 0; };
   problem.low.assign(kStandardJoints, Vector3d::Constant(-0.2));
   problem.high.assign(kStandardJoints, Vector3d::Constant(0.3));
   problem.limit_weight = 4;
@@ -267,12 +260,7 @@ TEST(Solve, ThePlaceOutsideAWallIsFound) {
   problem.stay_near.rotations.assign(5 * kStandardJoints, 1.0);
   problem.stay_near.root.assign(5, 1.0);
   const double face = posed(problem, problem.start)[0].positions[0].z() + 0.1;  // the pelvis is 10 cm inside
-  problem.distance = [face](const Vector3d& p, Vector3d& gradient) {
-    gradient = Vector3d::UnitZ();
-    return p.z() - face;
-  };
-  problem.clearances = {{{Attachment{0, 1, Vector3d::Zero()}}, 0.05}};
-  problem.clearance_weight = 1e6;
+  for (int64_t t = 0; t < 5; ++t) problem.planes.push_back({t, 0, Vector3d::UnitZ(), face + 0.05, 1e6, false});
   const std::vector<BonesPose> after = posed(problem, solve(problem).trajectory);
   for (const BonesPose& pose : after) EXPECT_NEAR(pose.positions[0].z(), face + 0.05, 1e-5);
 }
