@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "inhabit/refine/block_band.h"
 
@@ -9,6 +10,8 @@ namespace inhabit::refine {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kSlowest = 0.1;  // m/s: what drifts more slowly than this is nobody's step, but no contact either
 
 double quantile(std::vector<double> values, double part) {
   const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
@@ -67,15 +70,27 @@ std::vector<Contact> detect_contacts(int joint, const Track& track, const std::v
   };
   const auto shortest = static_cast<int64_t>(std::ceil(detection.shortest * rate));
   std::vector<Contact> out;
-  int64_t done = -1;
-  for (int64_t t = 0; t < frames; ++t) {
-    if (!stands(t, detection.slow)) continue;
-    int64_t first = t, last = t;
-    while (first - 1 > done && stands(first - 1, detection.quick)) --first;
-    while (last + 1 < frames && stands(last + 1, detection.quick)) ++last;
-    if (last - first + 1 >= shortest) out.push_back({joint, first, last});
-    t = done = last;
-  }
+  // Frames [begin, end): stretches below `quick` that are somewhere below `slow`; those that drift, by lower speeds.
+  const std::function<void(int64_t, int64_t, double, double)> search = [&](int64_t begin, int64_t end, double slow,
+                                                                           double quick) {
+    for (int64_t t = begin; t < end; ++t) {
+      if (!stands(t, quick)) continue;
+      int64_t last = t;
+      bool still = false;
+      Eigen::AlignedBox2d box;
+      for (; last < end && stands(last, quick); ++last) {
+        still = still || speeds[last] < slow;
+        box.extend(Eigen::Vector2d(track[last].x(), track[last].z()));
+      }
+      const bool drifts = box.diagonal().norm() > detection.drift;
+      if (drifts && quick > kSlowest)
+        search(t, last, std::min(slow, 0.6 * quick), 0.75 * quick);
+      else if (still && !drifts && last - t >= shortest)
+        out.push_back({joint, t, last - 1});
+      t = last;
+    }
+  };
+  search(0, frames, detection.slow, detection.quick);
   return out;
 }
 

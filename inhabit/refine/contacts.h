@@ -15,8 +15,9 @@ struct Contact {
 /// When a foot is in contact. Balls of the feet and ankles (heels) each for themselves, so that feet roll.
 struct ContactDetection {
   double low = 0.07;       ///< metres above where the joint stands: no higher
-  double slow = 0.5;       ///< m/s along the floor: a contact begins to be seen
-  double quick = 0.8;      ///< m/s: it has ended
+  double slow = 0.3;       ///< m/s along the floor: a contact is seen
+  double quick = 0.5;      ///< m/s: it has ended
+  double drift = 0.06;     ///< metres: what goes farther than this steps; its slower parts are contacts
   double shortest = 0.13;  ///< seconds
 };
 

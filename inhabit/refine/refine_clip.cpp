@@ -1,7 +1,9 @@
 #include "inhabit/refine/refine_clip.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <sstream>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
@@ -16,17 +18,19 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-// A motion is believed no more closely than this: what contacts ask for must be possible.
-constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.004;
-constexpr double kRotationAcceleration = 15;  // rad/s^2, standard deviation of a joint that moves
-constexpr double kPlaceAcceleration = 6;      // m/s^2
-constexpr double kChange = 4;                 // m/s^2, of what is changed
-constexpr double kContact = 0.001, kHeelContact = 0.004, kKept = 0.0003;  // metres
-constexpr double kClear = 0.06, kClearWeight = 1e4;  // metres, 1 / m^2: the ball of a foot that goes
-constexpr double kOutside = 0.003;                   // metres
-constexpr double kLimit = 1 * kDegree;
-constexpr double kReach = 0.05;  // metres from the scene within which it is minded
-constexpr int64_t kWindow = 300, kOverlap = 30;
+// What a clean recording's noise is taken for: less is none, and no motion is believed more closely than this, as what
+// contacts ask for must be possible.
+constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
+constexpr double kRotationJerk = 120, kPlaceJerk = 60;    // rad/s^3, m/s^3: of motion without noise
+constexpr double kChange = 4;                             // m/s^2, of what is changed
+constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
+constexpr double kKept = 0.0003;                          // metres
+constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
+constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
+constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
+constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
+constexpr int kRounds = 2;
+constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
 double inverse_square(double x) { return 1 / (x * x); }
@@ -57,6 +61,28 @@ double flat_floor(const Poses& poses) {
   return std::abs(floor) < 0.1 ? 0 : floor;
 }
 
+/// Frames [first, last) of a problem, begun at `from`.
+Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, int64_t last) {
+  Problem out = problem;
+  const auto cut = [&](auto& values, int64_t each) {
+    if (!values.empty()) values = {values.begin() + first * each, values.begin() + last * each};
+  };
+  out.initial = from;
+  cut(out.start, 1);
+  cut(out.initial, 1);
+  cut(out.fixed, 1);
+  cut(out.stay_near.rotations, problem.bones.size());
+  cut(out.stay_near.root, 1);
+  const auto keep = [&](auto& terms, int64_t more) {
+    std::erase_if(terms, [&](const auto& t) { return t.frame < first || t.frame + more >= last; });
+    for (auto& t : terms) t.frame -= first;
+  };
+  keep(out.places, 0);
+  keep(out.holds, 1);
+  keep(out.planes, 0);
+  return out;
+}
+
 class Refinement {
  public:
   Refinement(Clip clip, const Scene& scene, const Options& options)
@@ -72,22 +98,21 @@ class Refinement {
     std::vector<double> sorted = noise_.rotations;
     std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
     out.noise_rotations = sorted[11];
-    Trajectory found = solve_windows({2, 1e-3});
+    Trajectory found = solve_windows({2, 1e-3});  // smooth enough to see contacts in
     if (options_.contacts) {
       find_contacts(posed(problem_.bones, found));
       for (const Foot& foot : feet_) out.contacts += static_cast<int64_t>(foot.contacts.size());
-      add_feet();
+      add_footholds();
     }
-    planes_ = problem_.planes;
-    for (int round = 0; round < 2; ++round) {
+    // Where the scene is near and feet go low is seen along the way.
+    for (int round = 0; round < kRounds; ++round) {
       problem_.initial = found;
-      problem_.planes = planes_;
-      const std::vector<PlaneTerm> scene =
-          surroundings_.planes(balls_, kStandardJoints, posed(problem_.bones, found), kReach, inverse_square(kOutside));
-      problem_.planes.insert(problem_.planes.end(), scene.begin(), scene.end());
-      if (round > 0 && scene.empty()) break;
-      found = solve_windows({6, 1e-3});
+      const Poses poses = posed(problem_.bones, found);
+      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, inverse_square(kOutside));
+      add_clearance(poses);
+      found = solve_windows({5, 1e-3});
     }
+    out.before = clip_;
     out.clip = clip_of(found, clip_);
     out.moved = (out.clip.joints - clip_.joints).norm(2, {2}).mean().item<double>();
     return out;
@@ -114,23 +139,17 @@ class Refinement {
     problem_.stay_near.root.resize(frames);
     for (size_t j = 0; j < kStandardJoints; ++j) {
       const double sigma = std::max(kLeastAngle, noise_.rotations[j]);
-      noisy[j] = squared(std::min(1.0, noise_.rotations[j] / sigma));
+      noisy[j] = 1 - squared(kLeastAngle / sigma);
       for (size_t t = 0; t < frames; ++t)
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * inverse_square(sigma);
     }
     const double root = std::max(kLeastPlace, noise_.root);
     for (double& w : problem_.stay_near.root) w = per_frame * inverse_square(root);
     const double smooth = options_.smooth * per_frame;
-    if (frames > 2) {
-      problem_.smoothness.push_back({2, 0, smooth * inverse_square(kRotationAcceleration), {}, false, noisy});
-      std::vector<double> root_only(kStandardJoints, 0);
-      problem_.smoothness.push_back(
-          {2,
-           smooth * squared(std::min(1.0, noise_.root / root)) * inverse_square(kPlaceAcceleration),
-           0,
-           {},
-           false,
-           {}});
+    if (frames > 3) {
+      const double from_root = smooth * (1 - squared(kLeastPlace / root)) * inverse_square(kPlaceJerk);
+      problem_.smoothness.push_back({3, 0, smooth * inverse_square(kRotationJerk), {}, false, noisy});
+      problem_.smoothness.push_back({3, from_root, 0, {}, false, {}});
       problem_.smoothness.push_back({2, per_frame * inverse_square(kChange), 0, {}, true, {}});
     }
     const torch::Tensor limits = builtin_body().joint_limits;
@@ -161,7 +180,7 @@ class Refinement {
         if (std::isnan(f)) f = flat;
       foot.standing = standing_height(foot.track, foot.floor);
       ContactDetection detection;
-      if (!is_ball(joint)) detection = {0.03, 0.25, 0.4, 0.1};
+      if (!is_ball(joint)) detection = {0.03, 0.2, 0.3, 0.03, 0.1};
       foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detection);
       feet_.push_back(std::move(foot));
     }
@@ -194,45 +213,60 @@ class Refinement {
     return out;
   }
 
-  void add_feet() {
+  void add_footholds() {
     const double per_frame = 30 / clip_.rate;
     for (const Foot& foot : feet_) {
       const double sigma = is_ball(foot.joint) ? kContact : kHeelContact;
-      std::vector<char> stands(foot.track.size(), 0);
       for (const Contact& contact : foot.contacts) {
         const std::vector<Vector3d> places = footholds(contact, foot);
-        for (int64_t t = contact.first; t <= contact.last; ++t) {
-          stands[static_cast<size_t>(t)] = 1;
+        for (int64_t t = contact.first; t <= contact.last; ++t)
           problem_.places.push_back({t,
                                      foot.joint,
                                      places[static_cast<size_t>(t - contact.first)],
                                      Vector3d::Constant(per_frame * inverse_square(sigma)),
                                      {}});
-        }
-      }
-      if (!is_ball(foot.joint)) continue;
-      for (size_t t = 0; t < foot.track.size(); ++t) {
-        if (stands[t]) continue;
-        const auto frame = static_cast<int64_t>(t);
-        // Not under the floor; and a foot that goes does not drag along it.
-        problem_.planes.push_back({frame, foot.joint, Vector3d::UnitY(),
-                                   foot.floor[t] + std::clamp(foot.standing - 0.01, 0.0, 0.02),
-                                   per_frame * inverse_square(kContact), false});
-        const size_t before = t == 0 ? t : t - 1, after = std::min(t + 1, foot.track.size() - 1);
-        Vector3d step = foot.track[after] - foot.track[before];
-        step.y() = 0;
-        const double speed = step.norm() * clip_.rate / static_cast<double>(std::max<size_t>(1, after - before));
-        const double going = smooth_between(speed, 0.5, 0.8);
-        if (going > 0 && foot.track[t].y() - foot.floor[t] < kClear)
-          problem_.planes.push_back(
-              {frame, foot.joint, Vector3d::UnitY(), foot.floor[t] + kClear, per_frame * going * kClearWeight, false});
       }
     }
   }
 
-  /// Long motions in windows that overlap; the frames of an overlap are those of the window before, which the next one
-  /// goes on from.
-  Trajectory solve_windows(const SolveOptions& options) { return solve(problem_, options).trajectory; }
+  /// Balls of the feet not under the floor, and above it while they go: a foot does not drag.
+  void add_clearance(const Poses& poses) {
+    const double per_frame = 30 / clip_.rate;
+    for (const Foot& foot : feet_) {
+      if (!is_ball(foot.joint)) continue;
+      std::vector<char> stands(poses.size(), 0);
+      for (const Contact& contact : foot.contacts)
+        std::fill(stands.begin() + contact.first, stands.begin() + contact.last + 1, 1);
+      const Track track = track_of(poses, foot.joint);
+      for (size_t t = 0; t < track.size(); ++t) {
+        if (stands[t]) continue;
+        const auto speed = [&](size_t from) {
+          return from + 1 < track.size() ? (track[from + 1] - track[from]).norm() * clip_.rate : 0;
+        };
+        const double going = smooth_between(std::max(speed(t), t > 0 ? speed(t - 1) : 0), kResting, kGoing);
+        const double standing = foot.floor[t] + std::clamp(foot.standing - 0.01, 0.0, 0.02);
+        const double height = standing + going * (std::max(standing, foot.floor[t] + kClear) - standing);
+        if (track[t].y() < height + kReach)
+          problem_.planes.push_back({static_cast<int64_t>(t), foot.joint, Vector3d::UnitY(), height,
+                                     per_frame * inverse_square(kClearPlace), false});
+      }
+    }
+  }
+
+  /// Long motions in windows that overlap. The first half of an overlap stays as the window before left it, and the
+  /// next one goes on from there.
+  Trajectory solve_windows(const SolveOptions& options) const {
+    const int64_t frames = problem_.frames();
+    Trajectory found = problem_.initial.empty() ? problem_.start : problem_.initial;
+    for (int64_t first = 0;; first += kWindow - kOverlap) {
+      const int64_t last = frames - first <= kWindow + kOverlap ? frames : first + kWindow;
+      Problem window = part_of(problem_, found, first, last);
+      if (first > 0) std::fill(window.fixed.begin(), window.fixed.begin() + kOverlap / 2, 1);
+      const Trajectory solved = solve(window, options).trajectory;
+      std::copy(solved.begin(), solved.end(), found.begin() + first);
+      if (last == frames) return found;
+    }
+  }
 
   Clip clip_;
   const Options& options_;
@@ -241,10 +275,34 @@ class Refinement {
   Problem problem_;
   NoiseLevel noise_;
   std::vector<Foot> feet_;
-  std::vector<PlaneTerm> planes_;
 };
 
 }  // namespace
+
+void add_kept(const std::string& what, int64_t frames, Options& options) {
+  std::stringstream parts(what);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const auto& names = standard_joint_names();
+    const auto name = std::find(names.begin(), names.end(), part);
+    const bool every = part.rfind("every:", 0) == 0;
+    const std::string digits = every ? part.substr(6) : part;
+    if (name != names.end()) {
+      options.keep_joints.push_back(static_cast<int>(name - names.begin()));
+      continue;
+    }
+    if (digits.empty() || digits.size() > 9 ||
+        !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }))
+      throw Error("keep", "'" + part + "' is no frame, no every:N and no joint of the standard skeleton");
+    const int64_t number = std::stoll(digits);
+    if (!every) {
+      options.keep_frames.push_back(number);
+      continue;
+    }
+    if (number < 1) throw Error("keep", "every:N wants 1 or more");
+    for (int64_t t = 0; t < frames; t += number) options.keep_frames.push_back(t);
+    if (frames > 0) options.keep_frames.push_back(frames - 1);
+  }
+}
 
 Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject) {
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");

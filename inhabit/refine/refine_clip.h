@@ -16,8 +16,13 @@ struct Options {
   double smooth = 1;  ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
 };
 
+/// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints of the standard skeleton
+/// by name ("left_wrist"), mixed as one likes, between commas. Throws Error naming the part that is none of these.
+void add_kept(const std::string& what, int64_t frames, Options& options);
+
 /// What was found and done.
 struct Result {
+  Clip before;                 ///< the motion as it was, on the standard skeleton
   Clip clip;                   ///< on the standard skeleton, at the motion's own rate
   double noise_rotations = 0;  ///< radians, median over the joints: white noise found in the motion
   double noise_root = 0;       ///< metres
