@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   add_forecast(app);
   add_inbetween(app);
   add_anticipate(app);
+  add_refine(app);
   add_train(app);
   add_eval(app);
   add_convert(app);

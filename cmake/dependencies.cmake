@@ -9,6 +9,7 @@ find_package(ZLIB REQUIRED)
 find_package(libzip REQUIRED)
 find_package(Threads REQUIRED)
 find_package(OpenMP REQUIRED)
+find_package(BLAS REQUIRED)
 
 # c10d over gloo, for training in several processes; its header needs gloo's own (Debian: libgloo-dev).
 find_path(INHABIT_GLOO_INCLUDE gloo/algorithm.h)
@@ -18,5 +19,5 @@ if(NOT TARGET inhabit_dependencies)
   add_library(inhabit_dependencies INTERFACE)
   target_include_directories(inhabit_dependencies SYSTEM INTERFACE ${TORCH_INCLUDE_DIRS})
   target_link_libraries(inhabit_dependencies INTERFACE ${TORCH_LIBRARIES} Eigen3::Eigen
-    nlohmann_json::nlohmann_json spdlog::spdlog embree ZLIB::ZLIB libzip::zip Threads::Threads OpenMP::OpenMP_CXX)
+    nlohmann_json::nlohmann_json spdlog::spdlog embree ZLIB::ZLIB libzip::zip Threads::Threads OpenMP::OpenMP_CXX BLAS::BLAS)
 endif()

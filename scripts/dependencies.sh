@@ -4,7 +4,7 @@
 set -euo pipefail
 packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libgloo-dev libopenblas-dev libembree-dev libnanoflann-dev libeigen3-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libbenchmark-dev)
-[ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev chromium clang-format clang-tidy git)
+[ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium clang-format clang-tidy git)
 [ "${1:-}" = coverage ] && packages+=(lcov)
 # A Node.js from elsewhere brings its own npm; Debian's comes as two packages.
 command -v node >/dev/null && packages=("${packages[@]/nodejs/}")

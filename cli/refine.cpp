@@ -1,0 +1,83 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "inhabit/io/extension.h"
+#include "inhabit/io/files.h"
+#include "inhabit/refine/refine_clip.h"
+#include "inhabit/view/page.h"
+#include "inputs.h"
+#include "outputs.h"
+#include "verbs.h"
+
+namespace {
+
+struct RefineArguments {
+  std::string motion, keep;
+  bool contacts = true;
+  double smooth = 1;
+  inhabit::ClipReadOptions reading;
+  SceneInput scene;
+  std::vector<std::string> outputs;
+};
+
+inhabit::Page refined_page(const inhabit::Clip& before, const inhabit::Clip& after, const inhabit::Scene& scene,
+                           const std::string& title) {
+  using Role = inhabit::PagePerson::Role;
+  inhabit::Page page;
+  page.title = title;
+  page.note = "Grey: the motion as it was. Blue: as it was refined.";
+  page.scene = &scene;
+  page.people.push_back({before, "before", Role::past, 0, nullptr});
+  page.people.push_back({after, "refined", Role::prediction, 0, nullptr});
+  return page;
+}
+
+}  // namespace
+
+void add_refine(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand(
+      "refine", "Clean a motion: smooth as far as it is noisy, feet in place, nobody inside the scene");
+  auto o = std::make_shared<RefineArguments>();
+  verb->add_option("motion", o->motion, "Motion file: a recording or what a network made")->required();
+  add_reading(*verb, o->reading);
+  add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
+  verb->add_option("--contacts", o->contacts,
+                   "auto: feet stay where they are found to stand; none: they are left alone")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"auto", true}, {"none", false}}))
+      ->option_text("auto|none [auto]");
+  verb->add_option("--keep", o->keep,
+                   "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names");
+  verb->add_option("--smooth", o->smooth, "Factor on the smoothing; 0: none")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  verb->add_option(
+      "-o,--out", o->outputs,
+      "Output files: .npz .bvh .glb .json hold the motion, .html is a page with both (default: refined.html)");
+  verb->callback([o] {
+    using namespace inhabit;
+    require_motion_outputs(o->outputs, "refined.html", "a refined motion");
+    Notes notes;
+    const Clip clip = read_motion(o->motion, o->reading, notes);
+    Scene scene;
+    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    refine::Options options;
+    options.contacts = o->contacts;
+    options.smooth = o->smooth;
+    refine::add_kept(o->keep, clip.frames(), options);
+    const refine::Result result = refine::refine(clip, scene, options, o->motion);
+    const Clip& refined = result.clip;  // on the standard skeleton, frame by frame that of the file
+    say(notes);
+    std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",
+                57.29578 * result.noise_rotations, 1e3 * result.noise_root, static_cast<long long>(result.contacts),
+                1e3 * result.moved);
+    for (const std::string& out : o->outputs) {
+      if (extension_of(out) == "html")
+        write_page(out, refined_page(result.before, refined, scene,
+                                     "Refined: " + std::filesystem::path(o->motion).filename().string()));
+      else
+        write_clip(out, refined, &scene);
+      std::printf("%s\n", out.c_str());
+    }
+  });
+}

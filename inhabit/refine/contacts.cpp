@@ -1,0 +1,107 @@
+#include "inhabit/refine/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "inhabit/refine/block_band.h"
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kSlowest = 0.1;  // m/s: what drifts more slowly than this is nobody's step, but no contact either
+
+double quantile(std::vector<double> values, double part) {
+  const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
+}
+
+/// Speed along the floor in each frame, m/s, by central differences.
+std::vector<double> level_speeds(const Track& track, double rate) {
+  const auto frames = static_cast<int64_t>(track.size());
+  std::vector<double> out(track.size(), 0);
+  for (int64_t t = 0; t < frames && frames > 1; ++t) {
+    const int64_t before = std::max<int64_t>(0, t - 1), after = std::min(frames - 1, t + 1);
+    Vector3d moved = track[after] - track[before];
+    moved.y() = 0;
+    out[t] = moved.norm() * rate / static_cast<double>(after - before);
+  }
+  return out;
+}
+
+}  // namespace
+
+Track smoothed(const Track& track, double rate, double seconds) {
+  const auto frames = static_cast<int64_t>(track.size());
+  if (frames < 3) return track;
+  BlockBand matrix(frames, 1, 2);
+  const double strength = std::pow(seconds * rate / (2 * M_PI), 4);
+  for (int64_t t = 0; t < frames; ++t) matrix.at(t, 0)(0, 0) += 1;
+  constexpr std::array<double, 3> kSecond = {1, -2, 1};
+  for (int64_t t = 0; t + 2 < frames; ++t)
+    for (int n = 0; n < 3; ++n)
+      for (int m = 0; m <= n; ++m) matrix.at(t + m, n - m)(0, 0) += strength * kSecond[n] * kSecond[m];
+  matrix.factor();
+  Track out = track;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::VectorXd x(frames);
+    for (int64_t t = 0; t < frames; ++t) x[t] = track[t][i];
+    matrix.solve(x);
+    for (int64_t t = 0; t < frames; ++t) out[t][i] = x[t];
+  }
+  return out;
+}
+
+double standing_height(const Track& track, const std::vector<double>& floor) {
+  std::vector<double> heights;
+  for (size_t t = 0; t < track.size(); ++t) heights.push_back(track[t].y() - floor[t]);
+  return quantile(heights, 0.05);
+}
+
+std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
+                                     double rate, const ContactDetection& detection) {
+  const auto frames = static_cast<int64_t>(track.size());
+  const std::vector<double> speeds = level_speeds(track, rate);
+  const auto stands = [&](int64_t t, double speed) {
+    return track[t].y() - floor[t] < standing + detection.low && speeds[t] < speed;
+  };
+  const auto shortest = static_cast<int64_t>(std::ceil(detection.shortest * rate));
+  std::vector<Contact> out;
+  // Frames [begin, end): stretches below `quick` that are somewhere below `slow`; those that drift, by lower speeds.
+  const std::function<void(int64_t, int64_t, double, double)> search = [&](int64_t begin, int64_t end, double slow,
+                                                                           double quick) {
+    for (int64_t t = begin; t < end; ++t) {
+      if (!stands(t, quick)) continue;
+      int64_t last = t;
+      bool still = false;
+      Eigen::AlignedBox2d box;
+      for (; last < end && stands(last, quick); ++last) {
+        still = still || speeds[last] < slow;
+        box.extend(Eigen::Vector2d(track[last].x(), track[last].z()));
+      }
+      const bool drifts = box.diagonal().norm() > detection.drift;
+      if (drifts && quick > kSlowest)
+        search(t, last, std::min(slow, 0.6 * quick), 0.75 * quick);
+      else if (still && !drifts && last - t >= shortest)
+        out.push_back({joint, t, last - 1});
+      t = last;
+    }
+  };
+  search(0, frames, detection.slow, detection.quick);
+  return out;
+}
+
+Vector3d contact_place(const Contact& contact, const Track& track) {
+  Vector3d place;
+  for (int i = 0; i < 3; ++i) {
+    std::vector<double> values;
+    for (int64_t t = contact.first; t <= contact.last; ++t) values.push_back(track[static_cast<size_t>(t)][i]);
+    place[i] = quantile(values, 0.5);
+  }
+  return place;
+}
+
+}  // namespace inhabit::refine

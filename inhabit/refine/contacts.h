@@ -1,0 +1,39 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "inhabit/refine/trajectory.h"
+
+namespace inhabit::refine {
+
+/// A point that stays at one place in frames [first, last].
+struct Contact {
+  int joint = 0;
+  int64_t first = 0, last = 0;
+};
+
+/// When a foot is in contact. Balls of the feet and ankles (heels) each for themselves, so that feet roll.
+struct ContactDetection {
+  double low = 0.07;       ///< metres above where the joint stands: no higher
+  double slow = 0.3;       ///< m/s along the floor: a contact is seen
+  double quick = 0.5;      ///< m/s: it has ended
+  double drift = 0.06;     ///< metres: what goes farther than this steps; its slower parts are contacts
+  double shortest = 0.13;  ///< seconds
+};
+
+/// The track that is nearest to `track` and smooth: least sum of |x - track|^2 + (seconds rate / 2 pi)^4 |second
+/// difference|^2, which keeps what lasts longer than `seconds` and takes away what is quicker.
+Track smoothed(const Track& track, double rate, double seconds);
+
+/// Height that the joint has while it stands: the 5th percentile of its heights above the floor, metres.
+double standing_height(const Track& track, const std::vector<double>& floor);
+
+/// Contacts of one joint. @param track smooth; @param floor (frames) height of the floor under it, metres.
+/// @param standing see standing_height
+std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
+                                     double rate, const ContactDetection& detection = {});
+
+/// Where a contact is: the median of each coordinate over its frames.
+Eigen::Vector3d contact_place(const Contact& contact, const Track& track);
+
+}  // namespace inhabit::refine

@@ -1,0 +1,318 @@
+#include "inhabit/refine/refine_clip.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <sstream>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/error.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/refine/contacts.h"
+#include "inhabit/refine/scene_terms.h"
+#include "inhabit/refine/solve.h"
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+// What a clean recording's noise is taken for: less is none, and no motion is believed more closely than this, as what
+// contacts ask for must be possible.
+constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
+constexpr double kRotationJerk = 120, kPlaceJerk = 60;    // rad/s^3, m/s^3: of motion without noise
+constexpr double kChange = 4;                             // m/s^2, of what is changed
+constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
+constexpr double kKept = 0.0003;                          // metres
+constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
+constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
+constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
+constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
+constexpr int kRounds = 2;
+constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
+constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
+
+double inverse_square(double x) { return 1 / (x * x); }
+double squared(double x) { return x * x; }
+
+bool is_ball(int joint) { return joint >= 10; }
+
+struct Foot {
+  int joint;
+  Track track;
+  std::vector<double> floor;
+  double standing;
+  std::vector<Contact> contacts;
+};
+
+double smooth_between(double x, double low, double high) {
+  const double u = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return u * u * (3 - 2 * u);
+}
+
+/// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near.
+double flat_floor(const Poses& poses) {
+  std::vector<double> heights;
+  for (const BonesPose& pose : poses) heights.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));
+  const auto at = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
+  std::nth_element(heights.begin(), at, heights.end());
+  const double floor = *at - 0.02;
+  return std::abs(floor) < 0.1 ? 0 : floor;
+}
+
+/// Frames [first, last) of a problem, begun at `from`.
+Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, int64_t last) {
+  Problem out = problem;
+  const auto cut = [&](auto& values, int64_t each) {
+    if (!values.empty()) values = {values.begin() + first * each, values.begin() + last * each};
+  };
+  out.initial = from;
+  cut(out.start, 1);
+  cut(out.initial, 1);
+  cut(out.fixed, 1);
+  cut(out.stay_near.rotations, problem.bones.size());
+  cut(out.stay_near.root, 1);
+  const auto keep = [&](auto& terms, int64_t more) {
+    std::erase_if(terms, [&](const auto& t) { return t.frame < first || t.frame + more >= last; });
+    for (auto& t : terms) t.frame -= first;
+  };
+  keep(out.places, 0);
+  keep(out.holds, 1);
+  keep(out.planes, 0);
+  return out;
+}
+
+class Refinement {
+ public:
+  Refinement(Clip clip, const Scene& scene, const Options& options)
+      : clip_(std::move(clip)),
+        options_(options),
+        surroundings_(scene),
+        balls_(body_balls(builtin_body(), clip_.betas)) {}
+
+  Result run() {
+    base();
+    Result out;
+    out.noise_root = noise_.root;
+    std::vector<double> sorted = noise_.rotations;
+    std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
+    out.noise_rotations = sorted[11];
+    Trajectory found = solve_windows({2, 1e-3});  // smooth enough to see contacts in
+    if (options_.contacts) {
+      find_contacts(posed(problem_.bones, found));
+      for (const Foot& foot : feet_) out.contacts += static_cast<int64_t>(foot.contacts.size());
+      add_footholds();
+    }
+    // Where the scene is near and feet go low is seen along the way.
+    for (int round = 0; round < kRounds; ++round) {
+      problem_.initial = found;
+      const Poses poses = posed(problem_.bones, found);
+      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, inverse_square(kOutside));
+      add_clearance(poses);
+      found = solve_windows({5, 1e-3});
+    }
+    out.before = clip_;
+    out.clip = clip_of(found, clip_);
+    out.moved = (out.clip.joints - clip_.joints).norm(2, {2}).mean().item<double>();
+    return out;
+  }
+
+ private:
+  bool kept(int64_t frame) const { return problem_.fixed[static_cast<size_t>(frame)] != 0; }
+
+  /// Nearness, smoothness, limits and what is kept.
+  void base() {
+    problem_.bones = bones_of(clip_.skeleton);
+    problem_.rate = clip_.rate;
+    problem_.start = trajectory_of(clip_);
+    problem_.points = joint_points(kStandardJoints);
+    for (const BodyBall& ball : balls_) problem_.points.push_back(ball.point);
+    noise_ = noise_of(problem_.start);
+    const auto frames = static_cast<size_t>(clip_.frames());
+    problem_.fixed.assign(frames, 0);
+    for (const int64_t frame : options_.keep_frames) problem_.fixed[static_cast<size_t>(frame)] = 1;
+    const double per_frame = 30 / clip_.rate;  // sums over frames stand for integrals over time
+    // Smoothing counts as much as there is noise to be taken away.
+    std::vector<double> noisy(kStandardJoints);
+    problem_.stay_near.rotations.resize(frames * kStandardJoints);
+    problem_.stay_near.root.resize(frames);
+    for (size_t j = 0; j < kStandardJoints; ++j) {
+      const double sigma = std::max(kLeastAngle, noise_.rotations[j]);
+      noisy[j] = 1 - squared(kLeastAngle / sigma);
+      for (size_t t = 0; t < frames; ++t)
+        problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * inverse_square(sigma);
+    }
+    const double root = std::max(kLeastPlace, noise_.root);
+    for (double& w : problem_.stay_near.root) w = per_frame * inverse_square(root);
+    const double smooth = options_.smooth * per_frame;
+    if (frames > 3) {
+      const double from_root = smooth * (1 - squared(kLeastPlace / root)) * inverse_square(kPlaceJerk);
+      problem_.smoothness.push_back({3, 0, smooth * inverse_square(kRotationJerk), {}, false, noisy});
+      problem_.smoothness.push_back({3, from_root, 0, {}, false, {}});
+      problem_.smoothness.push_back({2, per_frame * inverse_square(kChange), 0, {}, true, {}});
+    }
+    const torch::Tensor limits = builtin_body().joint_limits;
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      const auto side = [&](int64_t i) -> Vector3d {
+        return {limits[j][0][i].item<double>(), limits[j][1][i].item<double>(), limits[j][2][i].item<double>()};
+      };
+      problem_.low.push_back(side(0));
+      problem_.high.push_back(side(1));
+    }
+    problem_.limit_weight = per_frame * inverse_square(kLimit);
+    const Poses poses = posed(problem_.bones, problem_.start);
+    for (const int joint : options_.keep_joints)
+      for (size_t t = 0; t < frames; ++t)
+        problem_.places.push_back({static_cast<int64_t>(t),
+                                   joint,
+                                   poses[t].positions[static_cast<size_t>(joint)],
+                                   Vector3d::Constant(inverse_square(kKept)),
+                                   {}});
+  }
+
+  void find_contacts(const Poses& poses) {
+    const double flat = flat_floor(poses);
+    for (const int joint : kFootJoints) {
+      Foot foot{joint, track_of(poses, joint), {}, 0, {}};
+      foot.floor = surroundings_.floor_under(foot.track);
+      for (double& f : foot.floor)
+        if (std::isnan(f)) f = flat;
+      foot.standing = standing_height(foot.track, foot.floor);
+      ContactDetection detection;
+      if (!is_ball(joint)) detection = {0.03, 0.2, 0.3, 0.03, 0.1};
+      foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detection);
+      feet_.push_back(std::move(foot));
+    }
+  }
+
+  /// Where a contact holds its joint in each of its frames: at one place, that of a kept frame if it has one, or from
+  /// each kept frame's place to the next one's.
+  std::vector<Vector3d> footholds(const Contact& contact, const Foot& foot) const {
+    const Poses start = posed(
+        problem_.bones, Trajectory(problem_.start.begin() + contact.first, problem_.start.begin() + contact.last + 1));
+    std::vector<int64_t> known;
+    for (int64_t t = contact.first; t <= contact.last; ++t)
+      if (kept(t)) known.push_back(t);
+    const auto at = [&](int64_t t) { return start[static_cast<size_t>(t - contact.first)].positions[foot.joint]; };
+    const Vector3d middle = contact_place(contact, foot.track);
+    std::vector<Vector3d> out;
+    for (int64_t t = contact.first; t <= contact.last; ++t) {
+      const auto next = std::lower_bound(known.begin(), known.end(), t);
+      if (known.empty()) {
+        out.push_back(middle);
+      } else if (next == known.begin()) {
+        out.push_back(at(known.front()));
+      } else if (next == known.end()) {
+        out.push_back(at(known.back()));
+      } else {
+        const double part = static_cast<double>(t - *(next - 1)) / static_cast<double>(*next - *(next - 1));
+        out.push_back((1 - part) * at(*(next - 1)) + part * at(*next));
+      }
+    }
+    return out;
+  }
+
+  void add_footholds() {
+    const double per_frame = 30 / clip_.rate;
+    for (const Foot& foot : feet_) {
+      const double sigma = is_ball(foot.joint) ? kContact : kHeelContact;
+      for (const Contact& contact : foot.contacts) {
+        const std::vector<Vector3d> places = footholds(contact, foot);
+        for (int64_t t = contact.first; t <= contact.last; ++t)
+          problem_.places.push_back({t,
+                                     foot.joint,
+                                     places[static_cast<size_t>(t - contact.first)],
+                                     Vector3d::Constant(per_frame * inverse_square(sigma)),
+                                     {}});
+      }
+    }
+  }
+
+  /// Balls of the feet not under the floor, and above it while they go: a foot does not drag.
+  void add_clearance(const Poses& poses) {
+    const double per_frame = 30 / clip_.rate;
+    for (const Foot& foot : feet_) {
+      if (!is_ball(foot.joint)) continue;
+      std::vector<char> stands(poses.size(), 0);
+      for (const Contact& contact : foot.contacts)
+        std::fill(stands.begin() + contact.first, stands.begin() + contact.last + 1, 1);
+      const Track track = track_of(poses, foot.joint);
+      for (size_t t = 0; t < track.size(); ++t) {
+        if (stands[t]) continue;
+        const auto speed = [&](size_t from) {
+          return from + 1 < track.size() ? (track[from + 1] - track[from]).norm() * clip_.rate : 0;
+        };
+        const double going = smooth_between(std::max(speed(t), t > 0 ? speed(t - 1) : 0), kResting, kGoing);
+        const double standing = foot.floor[t] + std::clamp(foot.standing - 0.01, 0.0, 0.02);
+        const double height = standing + going * (std::max(standing, foot.floor[t] + kClear) - standing);
+        if (track[t].y() < height + kReach)
+          problem_.planes.push_back({static_cast<int64_t>(t), foot.joint, Vector3d::UnitY(), height,
+                                     per_frame * inverse_square(kClearPlace), false});
+      }
+    }
+  }
+
+  /// Long motions in windows that overlap. The first half of an overlap stays as the window before left it, and the
+  /// next one goes on from there.
+  Trajectory solve_windows(const SolveOptions& options) const {
+    const int64_t frames = problem_.frames();
+    Trajectory found = problem_.initial.empty() ? problem_.start : problem_.initial;
+    for (int64_t first = 0;; first += kWindow - kOverlap) {
+      const int64_t last = frames - first <= kWindow + kOverlap ? frames : first + kWindow;
+      Problem window = part_of(problem_, found, first, last);
+      if (first > 0) std::fill(window.fixed.begin(), window.fixed.begin() + kOverlap / 2, 1);
+      const Trajectory solved = solve(window, options).trajectory;
+      std::copy(solved.begin(), solved.end(), found.begin() + first);
+      if (last == frames) return found;
+    }
+  }
+
+  Clip clip_;
+  const Options& options_;
+  Surroundings surroundings_;
+  std::vector<BodyBall> balls_;
+  Problem problem_;
+  NoiseLevel noise_;
+  std::vector<Foot> feet_;
+};
+
+}  // namespace
+
+void add_kept(const std::string& what, int64_t frames, Options& options) {
+  std::stringstream parts(what);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const auto& names = standard_joint_names();
+    const auto name = std::find(names.begin(), names.end(), part);
+    const bool every = part.rfind("every:", 0) == 0;
+    const std::string digits = every ? part.substr(6) : part;
+    if (name != names.end()) {
+      options.keep_joints.push_back(static_cast<int>(name - names.begin()));
+      continue;
+    }
+    if (digits.empty() || digits.size() > 9 ||
+        !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }))
+      throw Error("keep", "'" + part + "' is no frame, no every:N and no joint of the standard skeleton");
+    const int64_t number = std::stoll(digits);
+    if (!every) {
+      options.keep_frames.push_back(number);
+      continue;
+    }
+    if (number < 1) throw Error("keep", "every:N wants 1 or more");
+    for (int64_t t = 0; t < frames; t += number) options.keep_frames.push_back(t);
+    if (frames > 0) options.keep_frames.push_back(frames - 1);
+  }
+}
+
+Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject) {
+  if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
+  for (const int64_t frame : options.keep_frames)
+    if (frame < 0 || frame >= clip.frames())
+      throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + subject + ", which has " +
+                              std::to_string(clip.frames()));
+  for (const int joint : options.keep_joints)
+    if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
+  return Refinement(retarget(clip, subject), scene, options).run();
+}
+
+}  // namespace inhabit::refine

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit::refine {
+
+struct Options {
+  bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
+  std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
+  std::vector<int>
+      keep_joints;    ///< joints of the standard skeleton whose places stay as they are (within a millimetre)
+  double smooth = 1;  ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
+};
+
+/// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints of the standard skeleton
+/// by name ("left_wrist"), mixed as one likes, between commas. Throws Error naming the part that is none of these.
+void add_kept(const std::string& what, int64_t frames, Options& options);
+
+/// What was found and done.
+struct Result {
+  Clip before;                 ///< the motion as it was, on the standard skeleton
+  Clip clip;                   ///< on the standard skeleton, at the motion's own rate
+  double noise_rotations = 0;  ///< radians, median over the joints: white noise found in the motion
+  double noise_root = 0;       ///< metres
+  int64_t contacts = 0;        ///< of balls of the feet and heels
+  double moved = 0;            ///< metres, mean distance of the joints from where they were
+};
+
+/// A clean motion from a noisy or sliding one: smooth as far as it is noisy, feet that stand where they are in contact,
+/// no joint beyond its limits, nobody inside the scene.
+/// @param clip on any skeleton that maps to the standard one (retarget), at any rate.
+/// @param scene may be empty: then a flat floor is assumed under the feet. @param subject names the clip in errors
+/// Throws Error for what cannot be retargeted and options that name no frame or joint.
+Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject);
+
+}  // namespace inhabit::refine

@@ -1,0 +1,43 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/refine/trajectory.h"
+#include "inhabit/scene/query.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit::refine {
+
+/// A ball of the body's volume: a place on the axis of one of its capsules.
+struct BodyBall {
+  Point point;
+  double radius = 0;  ///< metres
+  double give = 0;    ///< metres that it may be inside: skin that is sat, leaned or rested on
+};
+
+/// Balls every 6 cm or closer along the capsules of a body with shape `betas`.
+std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
+
+/// What a body is kept out of, and what it stands on.
+class Surroundings {
+ public:
+  /// Floors and rugs (meshes called so) are stood on only; all else is kept out of too. Point clouds count for neither.
+  explicit Surroundings(const Scene& scene);
+  ~Surroundings();
+
+  /// Heights of the highest surface that is not above `places` by more than 0.3 m nor under them by more than 1 m; NaN
+  /// where there is none.
+  std::vector<double> floor_under(const Track& places) const;
+
+  /// One term a ball that is inside the scene or nearer to it than its radius and `reach`: to stay on the outer side
+  /// of the plane at the nearest place of the surface. @param first_ball number of the first ball among the problem's
+  /// points
+  std::vector<PlaneTerm> planes(const std::vector<BodyBall>& balls, int first_ball, const Poses& poses, double reach,
+                                double weight) const;
+
+ private:
+  std::unique_ptr<SceneQuery> ground_, solid_;
+};
+
+}  // namespace inhabit::refine

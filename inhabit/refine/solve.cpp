@@ -1,0 +1,120 @@
+#include "inhabit/refine/solve.h"
+
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/refine/terms.h"
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+void require(bool good, const char* what) {
+  if (!good) throw Error("refine", what);
+}
+
+void check(const Problem& problem) {
+  const size_t joints = problem.bones.parents.size(), frames = problem.start.size();
+  require(frames > 0 && joints > 0, "no frames or no joints");
+  require(problem.fixed.empty() || problem.fixed.size() == frames, "fixed frames: not one number a frame");
+  require(problem.rotates.empty() || problem.rotates.size() == joints, "unknown rotations: not one number a joint");
+  require(problem.points.size() >= joints, "the first points are not the joints");
+  const StayNear& near = problem.stay_near;
+  require(near.rotations.empty() || near.rotations.size() == frames * joints, "weights: not one a frame and joint");
+  require(near.root.empty() || near.root.size() == frames, "weights of the root: not one a frame");
+  require(problem.low.size() == problem.high.size() && (problem.low.empty() || problem.low.size() == joints),
+          "limits: not one a joint");
+  require(problem.initial.empty() || problem.initial.size() == frames, "the beginning has other frames");
+  for (const Trajectory* trajectory : {&problem.start, &problem.initial})
+    for (const FramePose& pose : *trajectory) {
+      require(pose.local.size() == joints, "rotations: not one a joint");
+      require(pose.trans.allFinite(), "a translation is not finite");
+      for (const Eigen::Quaterniond& q : pose.local) require(q.coeffs().allFinite(), "a rotation is not finite");
+    }
+  for (const Smoothness& s : problem.smoothness) {
+    require(s.order >= 1 && s.order <= 3, "smoothness is of order 1, 2 or 3");
+    require(s.joints.empty() || s.joints.size() == joints, "smoothness: not one factor a joint");
+  }
+  const auto points = static_cast<int>(problem.points.size());
+  const auto in_frames = [&](int64_t frame, int64_t more) {
+    return frame >= 0 && frame + more < static_cast<int64_t>(frames);
+  };
+  const auto known = [&](const auto& terms, int64_t more) {
+    for (const auto& t : terms)
+      require(in_frames(t.frame, more) && t.point >= 0 && t.point < points, "a term is of no frame or point");
+  };
+  known(problem.places, 0);
+  known(problem.holds, 1);
+  known(problem.planes, 0);
+  for (const PlaceTerm& p : problem.places)
+    require(p.target.allFinite() && p.weight.allFinite(), "a target is not finite");
+}
+
+Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Trajectory& from,
+                 const std::array<VectorXd, 2>& step) {
+  Trajectory out = from;
+  for (size_t t = 0; t < out.size(); ++t) {
+    if (!problem.fixed.empty() && problem.fixed[t] != 0) continue;
+    const auto at = [&](int system, int column) -> Vector3d {
+      return step[system].segment<3>(static_cast<Eigen::Index>(t) * unknowns.columns[system] + column);
+    };
+    for (size_t j = 0; j < out[t].local.size(); ++j) {
+      const auto [system, column] = unknowns.rotations[j];
+      if (system < 0) continue;
+      Eigen::Quaterniond& q = out[t].local[j];
+      q = (q * quaternion_of(at(system, column))).normalized();
+    }
+    if (unknowns.root >= 0) out[t].trans += at(0, unknowns.root);
+  }
+  return out;
+}
+
+}  // namespace
+
+Solution solve(const Problem& problem, const SolveOptions& options) {
+  check(problem);
+  const Unknowns unknowns = unknowns_of(problem);
+  NormalEquations equations = make_equations(problem, unknowns);
+  Solution out{problem.initial.empty() ? problem.start : problem.initial, 0, 0, 0};
+  double damping = 1e-6;
+  for (int round = 0; round < options.iterations && damping < 1e6; ++round) {
+    out.cost = linearise(problem, unknowns, out.trajectory, equations);
+    require(std::isfinite(out.cost), "the cost is not finite");
+    if (round == 0) out.start_cost = out.cost;
+    std::array<VectorXd, 2> step;
+    bool solved = true;
+    for (size_t i = 0; i < 2 && solved; ++i) {
+      step[i] = -equations.gradients[i];
+      if (step[i].size() == 0) continue;
+      BlockBand& matrix = equations.matrices[i];
+      for (int64_t t = 0; t < matrix.frames(); ++t) {
+        BlockBand::Block block = matrix.at(t, 0);
+        block.diagonal().array() += damping * block.diagonal().array() + 1e-9;
+      }
+      solved = matrix.factor();
+      if (solved) matrix.solve(step[i]);
+    }
+    Trajectory trial;
+    double next = out.cost;
+    if (solved) {
+      trial = moved(problem, unknowns, out.trajectory, step);
+      next = cost_of(problem, trial);
+    }
+    if (!(next < out.cost)) {
+      damping *= 30;
+      continue;
+    }
+    const bool small = out.cost - next < options.tolerance * out.cost;
+    damping = std::max(1e-9, damping * 0.1);
+    out.trajectory = std::move(trial);
+    out.cost = next;
+    ++out.iterations;
+    if (small) break;
+  }
+  return out;
+}
+
+}  // namespace inhabit::refine

@@ -1,0 +1,42 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "inhabit/refine/block_band.h"
+#include "inhabit/refine/problem.h"
+
+namespace inhabit::refine {
+
+/// Frames that the terms of a problem tie together: how far apart at most, 0 to 3.
+int coupling(const Problem& problem);
+
+/// The unknowns of a frame. Rotations are updated on the right: R exp(delta). Joints that move no point of any term
+/// (head, wrists, feet where nothing hangs on them) meet the others nowhere: they are solved beside them, in a system
+/// of their own.
+struct Unknowns {
+  enum { kMain = 0, kBeside = 1 };
+  int root = -1;  ///< column of the root's translation in the main system, or -1
+  std::vector<std::array<int, 2>>
+      rotations;                     ///< (joints) system and column of its rotation; {-1, -1} where it is known
+  std::array<int, 2> columns{0, 0};  ///< of a frame, in each system
+};
+Unknowns unknowns_of(const Problem& problem);
+
+/// The normal equations of both systems at a trajectory: matrix and gradient of the cost.
+struct NormalEquations {
+  std::array<BlockBand, 2> matrices;
+  std::array<Eigen::VectorXd, 2> gradients;
+};
+
+/// The cost of a trajectory, the sum of all terms.
+double cost_of(const Problem& problem, const Trajectory& trajectory);
+
+/// The same, and its Gauss-Newton equations. Residuals and losses are linearised at the trajectory; rows and columns of
+/// fixed frames are those of the identity.
+double linearise(const Problem& problem, const Unknowns& unknowns, const Trajectory& trajectory, NormalEquations& out);
+
+/// Gradient of the cost by every unknown, (frames x columns) of each system.
+NormalEquations make_equations(const Problem& problem, const Unknowns& unknowns);
+
+}  // namespace inhabit::refine

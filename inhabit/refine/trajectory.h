@@ -1,0 +1,27 @@
+#pragma once
+#include "inhabit/motion/clip.h"
+#include "inhabit/refine/problem.h"
+
+namespace inhabit::refine {
+
+/// The poses of a clip with rotations.
+Trajectory trajectory_of(const Clip& clip);
+
+/// `like` with the poses of `trajectory` and its joints by forward kinematics. Frames whose poses are those of `like`
+/// keep the bits, and the joints, that it has.
+Clip clip_of(const Trajectory& trajectory, const Clip& like);
+
+using Poses = std::vector<BonesPose>;        ///< a frame each
+using Track = std::vector<Eigen::Vector3d>;  ///< places of one point, a frame each, metres
+Poses posed(const Bones& bones, const Trajectory& trajectory);
+Track track_of(const Poses& poses, int joint);
+
+/// White noise of a motion, standard deviation of each component, from its third differences, which motion itself
+/// hardly has: radians of every joint's rotation, metres of the root.
+struct NoiseLevel {
+  std::vector<double> rotations;
+  double root = 0;
+};
+NoiseLevel noise_of(const Trajectory& trajectory);
+
+}  // namespace inhabit::refine

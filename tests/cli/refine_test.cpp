@@ -1,0 +1,43 @@
+// Protects `inhabit refine`: a recording in, a motion in every format out, and one clear line with nothing written for
+// what cannot be.
+#include <gtest/gtest.h>
+
+#include "cli/examples.h"
+#include "cli/refusal.h"
+#include "inhabit/io/files.h"
+
+namespace inhabit {
+namespace {
+
+TEST(RefineVerb, WritesEveryFormatAndSaysWhatItFound) {
+  const TempFolder folder;
+  std::string line = "refine " + kWalk + " --scene " + kRoom + " --keep 0,every:45";
+  for (const char* name : {"r.npz", "r.bvh", "r.glb", "r.html", "r.json"}) line += " -o " + folder / name;
+  const CommandResult r = run_command(line);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_NE(r.out.find("contacts"), std::string::npos) << r.out;
+  const Clip before = read_clip(kWalk), after = read_clip(folder / "r.npz");
+  ASSERT_EQ(after.frames(), before.frames());
+  EXPECT_TRUE(torch::equal(after.rotations[45], before.rotations[45]));
+  EXPECT_FALSE(torch::equal(after.rotations[20], before.rotations[20]));
+  EXPECT_EQ(read_clip(folder / "r.bvh").frames(), before.frames());
+}
+
+TEST(RefineVerb, NothingToDoChangesNothing) {
+  const TempFolder folder;
+  const CommandResult r = run_command("refine " + kWalk + " --keep every:1 -o " + folder / "same.npz");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_TRUE(torch::equal(read_clip(folder / "same.npz").rotations, read_clip(kWalk).rotations));
+}
+
+TEST(RefineVerb, RefusesWhatIsNotThere) {
+  const TempFolder folder;
+  const std::string out = " -o " + folder / "r.npz";
+  expect_refused("refine " + kWalk + " --keep 90" + out, {"frame 90"}, folder.path());
+  expect_refused("refine " + kWalk + " --keep shin" + out, {"shin"}, folder.path());
+  expect_refused("refine " + kWalk + " --contacts some" + out, {"contacts"}, folder.path());
+  expect_refused("refine nothing.bvh" + out, {"nothing.bvh"}, folder.path());
+}
+
+}  // namespace
+}  // namespace inhabit

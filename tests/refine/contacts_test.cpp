@@ -1,0 +1,91 @@
+// Protects the detection of contacts: a foot that stands is found from touch-down to lift-off, one that glides or is
+// in the air is not, slow steps come out as two contacts, and noise of a centimetre changes little once smoothed.
+#include "inhabit/refine/contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRate = 30;
+
+/// Stands for `stand` frames, swings a stride of `stride` metres in `swing` frames, and so on.
+Track steps(int64_t frames, int64_t stand, int64_t swing, double stride) {
+  Track out;
+  Vector3d at(0, 0.02, 0);
+  for (int64_t t = 0; t < frames; ++t) {
+    const int64_t phase = t % (stand + swing);
+    const double part = phase < stand ? 0 : static_cast<double>(phase - stand + 1) / static_cast<double>(swing);
+    const double along = part * part * (3 - 2 * part);
+    out.push_back(at + Vector3d(stride * along, 0.1 * std::sin(M_PI * part), 0));
+    if (phase == stand + swing - 1) at.x() += stride;
+  }
+  return out;
+}
+
+std::vector<Contact> found(const Track& track) {
+  const std::vector<double> floor(track.size(), 0);
+  return detect_contacts(10, track, floor, standing_height(track, floor), kRate);
+}
+
+TEST(Contacts, StandsAreFound) {
+  const std::vector<Contact> contacts = found(steps(100, 18, 12, 1.2));
+  ASSERT_EQ(contacts.size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(static_cast<double>(contacts[i].first), 30.0 * i, i == 0 ? 0 : 2);
+    EXPECT_NEAR(static_cast<double>(contacts[i].last), i < 3 ? 30.0 * i + 17 : 99, 2);
+  }
+}
+
+TEST(Contacts, WhatGlidesOrIsInTheAirIsNone) {
+  Track glides, floats;
+  for (int t = 0; t < 60; ++t) {
+    glides.emplace_back(0.02 * t, 0.02, 0);
+    floats.emplace_back(0, t < 5 ? 0.02 : 0.3, 0);
+  }
+  EXPECT_TRUE(found(glides).empty());
+  const std::vector<Contact> contacts = found(floats);
+  ASSERT_EQ(contacts.size(), 1U);
+  EXPECT_LT(contacts[0].last, 5);
+}
+
+TEST(Contacts, ASlowStepParts) {
+  const std::vector<Contact> contacts = found(steps(50, 20, 12, 0.12));  // never above half a metre a second
+  ASSERT_EQ(contacts.size(), 2U);
+  EXPECT_LT(contacts[0].last, contacts[1].first - 3);
+}
+
+TEST(Contacts, NoiseIsSmoothedAway) {
+  const Track clean = steps(120, 18, 12, 1.2);
+  Track noisy = clean;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 0.01);
+  for (Vector3d& p : noisy)
+    for (double& x : p) x += normal(random);
+  const std::vector<Contact> expected = found(clean), contacts = found(smoothed(noisy, kRate, 0.35));
+  ASSERT_EQ(contacts.size(), expected.size());
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    EXPECT_NEAR(static_cast<double>(contacts[i].first), static_cast<double>(expected[i].first), 3);
+    EXPECT_LT((contact_place(contacts[i], noisy) - contact_place(expected[i], clean)).norm(), 0.012);
+  }
+}
+
+TEST(Contacts, SmoothingKeepsStraightLinesAndTakesNoise) {
+  Track line, jitter;
+  for (int t = 0; t < 40; ++t) {
+    line.emplace_back(0.1 * t, 1 - 0.05 * t, 2);
+    jitter.emplace_back(t % 2 == 0 ? 0.01 : -0.01, 0, 0);
+  }
+  const Track kept = smoothed(line, kRate, 0.5), gone = smoothed(jitter, kRate, 0.5);
+  for (size_t t = 0; t < 40; ++t) {
+    EXPECT_LT((kept[t] - line[t]).norm(), 1e-9);
+    EXPECT_LT(gone[t].norm(), 2e-3);
+  }
+}
+
+}  // namespace
+}  // namespace inhabit::refine

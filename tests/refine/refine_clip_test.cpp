@@ -1,0 +1,179 @@
+// Protects refinement as a whole: noise goes and the recording comes back, feet stop sliding, what is kept is kept to
+// the bit, long motions are as good as short ones, and the settings of the chair paper's Eq. 7 and 8 are this solver's.
+#include "inhabit/refine/refine_clip.h"
+
+#include <gtest/gtest.h>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/metrics/foot_skating.h"
+#include "inhabit/refine/solve.h"
+#include "inhabit/refine/terms.h"
+#include "inhabit/refine/trajectory.h"
+#include "largest.h"
+#include "refusal_of.h"
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+using torch::Tensor;
+
+Clip walk() {
+  Clip clip = read_clip(std::string(INHABIT_SOURCE_DIR) + "/examples/data/walk.npz");
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+/// A degree on every component of the rotations, a centimetre on the root.
+Clip noisy(const Clip& clip, double level) {
+  torch::manual_seed(4);
+  Clip out = clip;
+  out.rotations = clip.rotations + torch::randn_like(clip.rotations) * (level * M_PI / 180);
+  out.trans = clip.trans + torch::randn_like(clip.trans) * (0.01 * level);
+  out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
+  return out;
+}
+
+double distance(const Clip& a, const Clip& b) { return (a.joints - b.joints).norm(2, {2}).mean().item<double>(); }
+double jerk(const Clip& clip) { return clip.joints.diff(3, 0).norm(2, {2}).mean().item<double>(); }
+
+TEST(Refine, NoiseGoesAndFeetStand) {
+  const Clip truth = walk(), input = noisy(truth, 1);
+  const Result result = refine(input, {}, {}, "walk");
+  EXPECT_NEAR(result.noise_rotations, M_PI / 180, 0.2 * M_PI / 180);
+  EXPECT_NEAR(result.noise_root, 0.01, 0.003);
+  EXPECT_LT(distance(result.clip, truth), 0.015);
+  EXPECT_LT(distance(result.clip, truth), 0.7 * distance(input, truth));
+  EXPECT_LT(foot_skating(result.clip).share(), 0.035);
+  EXPECT_GT(foot_skating(input).share(), 0.4);
+  EXPECT_LT(jerk(result.clip), 1.3 * jerk(truth));
+  EXPECT_LT(largest(joint_positions(truth.skeleton, result.clip.rotations, result.clip.trans) - result.clip.joints),
+            1e-4)
+      << "bones keep their lengths";
+}
+
+TEST(Refine, ACleanRecordingStaysNearlyAsItIs) {
+  const Clip truth = walk();
+  const Result result = refine(truth, {}, {}, "walk");
+  EXPECT_LT(result.moved, 0.008);
+  EXPECT_GT(result.contacts, 4);
+}
+
+TEST(Refine, SlidingFeetStand) {
+  Clip input = walk();
+  Tensor slide = torch::arange(input.frames()) * 0.003;  // the whole body drifts by 9 cm/s
+  input.trans.select(1, 0).add_(slide);
+  input.joints = joint_positions(input.skeleton, input.rotations, input.trans);
+  const Result result = refine(input, {}, {}, "walk");
+  // In the middle of a stance of the left foot.
+  const auto moved = [](const Clip& clip) { return (clip.joints[16][10] - clip.joints[10][10]).norm().item<double>(); };
+  EXPECT_GT(moved(input), 0.015);
+  EXPECT_LT(moved(result.clip), 0.003);
+}
+
+TEST(Refine, WhatIsKeptIsKept) {
+  const Clip input = noisy(walk(), 1);
+  Options options;
+  add_kept("0,40,left_wrist", input.frames(), options);
+  const Clip out = refine(input, {}, options, "walk").clip;
+  for (const int64_t t : {0, 40}) {
+    EXPECT_TRUE(torch::equal(out.rotations[t], input.rotations[t])) << t;
+    EXPECT_TRUE(torch::equal(out.trans[t], input.trans[t])) << t;
+    EXPECT_TRUE(torch::equal(out.joints[t], input.joints[t])) << t;
+  }
+  EXPECT_LT((out.joints.select(1, 20) - input.joints.select(1, 20)).norm(2, {1}).max().item<double>(), 1.5e-3);
+  EXPECT_GT(distance(out, input), 0.005);
+}
+
+TEST(Refine, WhatToKeepIsReadOrRefused) {
+  Options options;
+  add_kept("every:30,head,5", 100, options);
+  EXPECT_EQ(options.keep_frames, (std::vector<int64_t>{0, 30, 60, 90, 99, 5}));
+  EXPECT_EQ(options.keep_joints, (std::vector<int>{15}));
+  EXPECT_THROW(add_kept("elbow", 100, options), Error);
+  EXPECT_THROW(add_kept("every:0", 100, options), Error);
+  EXPECT_THROW(add_kept("-3", 100, options), Error);
+  Options beyond;
+  beyond.keep_frames = {90};
+  EXPECT_THROW(refine(walk(), {}, beyond, "walk"), Error);
+}
+
+TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
+  const Clip once = walk();
+  std::vector<int64_t> back_and_forth;
+  for (int64_t t = 0; t < 700; ++t) back_and_forth.push_back(std::min(t % 178, 178 - t % 178));
+  Clip truth = frames_at(once, back_and_forth);
+  const Result result = refine(noisy(truth, 1), {}, {}, "walk");
+  const Tensor error = (result.clip.joints - truth.joints).norm(2, {2}).mean(1),
+               jerks = result.clip.joints.diff(3, 0).norm(2, {2}).mean(1);
+  EXPECT_LT(error.mean().item<double>(), 0.016);
+  for (const int64_t seam : {270, 285, 300, 540, 555, 570})
+    EXPECT_LT(jerks.slice(0, seam - 4, seam + 4).max().item<double>(), 1.5 * jerks.max().item<double>());
+  EXPECT_LT(jerks.max().item<double>(), 0.05);
+}
+
+TEST(Refine, ShortMotionsAreNoSpecialCase) {
+  for (const int64_t frames : {1, 2, 3, 5}) {
+    const Clip input = slice(noisy(walk(), 1), 0, frames);
+    EXPECT_TRUE(refine(input, {}, {}, "walk").clip.joints.isfinite().all().item<bool>()) << frames;
+  }
+}
+
+TEST(Refine, NobodyIsInsideAnything) {
+  const std::string data = std::string(INHABIT_SOURCE_DIR) + "/examples/data/";
+  const Clip truth = slice(read_clip(data + "sit.npz"), 0, 150), input = noisy(truth, 1);
+  const Scene scene = read_scene_file(data + "sit_room.glb", {}).scene;
+  const CollisionMeter meter(builtin_body(), scene);
+  const Clip out = refine(input, scene, {}, "sit").clip;
+  EXPECT_LT(meter.measure(out).penetration(), 0.01);
+}
+
+/// Eq. 7 and 8 by themselves, on joint rotations and positions, rounding of the norm left out.
+double chair_objective(const Trajectory& motion, const Bones& bones, const std::vector<Contact>&, double rate,
+                       const std::vector<PlaceTerm>& targets) {
+  const Poses poses = posed(bones, motion);
+  double sum = 0;
+  for (size_t t = 0; t + 1 < motion.size(); ++t)
+    for (size_t j = 0; j < motion[t].local.size(); ++j)
+      sum += axis_angle_of(motion[t].local[j].conjugate() * motion[t + 1].local[j]).squaredNorm();
+  for (size_t t = 1; t + 1 < motion.size(); ++t)
+    for (size_t j = 0; j < motion[t].local.size(); ++j)
+      sum += rate * rate * (poses[t + 1].positions[j] - 2 * poses[t].positions[j] + poses[t - 1].positions[j]).norm();
+  for (const PlaceTerm& p : targets)
+    sum += (poses[static_cast<size_t>(p.frame)].positions[static_cast<size_t>(p.point)] - p.target).squaredNorm();
+  return sum;
+}
+
+TEST(Refine, TheChairPapersObjectiveIsASetting) {
+  const Clip input = slice(noisy(walk(), 0.5), 0, 40);
+  Problem problem;
+  problem.bones = bones_of(input.skeleton);
+  problem.points = joint_points(kStandardJoints);
+  problem.start = trajectory_of(input);
+  problem.rate = input.rate;
+  // Eq. 7: squared differences of rotations, unsquared norms of accelerations; Eq. 8: means over the contacts.
+  problem.smoothness.push_back({1, 0, 2 / (input.rate * input.rate), {}, false, {}});
+  problem.smoothness.push_back({2, 1, 0, {Loss::Kind::norm, 1e-6}, false, {}});
+  const Poses before = posed(problem.bones, problem.start);
+  for (const int joint : {7, 10}) {
+    Vector3d mean = Vector3d::Zero();
+    for (size_t t = 8; t < 18; ++t) mean += before[t].positions[static_cast<size_t>(joint)] / 10;
+    for (int64_t t = 8; t < 18; ++t) problem.places.push_back({t, joint, mean, Vector3d::Constant(2), {}});
+  }
+  const auto objective = [&](const Trajectory& t) {
+    return chair_objective(t, problem.bones, {}, problem.rate, problem.places);
+  };
+  EXPECT_NEAR(cost_of(problem, problem.start), objective(problem.start), 1e-2);
+  const Solution solution = solve(problem, {30, 1e-6});
+  EXPECT_NEAR(solution.cost, objective(solution.trajectory), 1e-2);
+  EXPECT_LT(objective(solution.trajectory), 0.3 * objective(problem.start));
+}
+
+}  // namespace
+}  // namespace inhabit::refine
