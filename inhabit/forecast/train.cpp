@@ -285,7 +285,7 @@ bool train_forecast(const ForecastTraining& options) {
     loop.steps = stage.steps;
     loop.batch = stage.batch;
     loop.learning_rate = stage.rate;
-    loop.validate_every = std::max<int64_t>(1, stage.steps / 12);
+    loop.validate_every = std::clamp<int64_t>(stage.steps / 12, 1, 500);
     loop.seed = options.seed;
     if (train(task, loop).interrupted) return false;
   }
