@@ -145,7 +145,13 @@ Tensor ContactNetworkImpl::forward(const Tensor& scene, const Tensor& contact_dc
   Tensor& coarsest = levels.back().features;
   coarsest = torch::cat({coarsest, code.unsqueeze(2).expand({batch, code.size(1), coarsest.size(2)})}, 1);
   const Tensor features = pointnet_fp->forward(levels);
-  return out_mlp->forward(features.transpose(1, 2)).transpose(1, 2) + contact_dct;
+  // The MLP of every point with channels before points, as they lie: large maps are never transposed.
+  const auto linear = [batch](const tn::LinearImpl& layer, const Tensor& x, const Tensor& base) {
+    const Tensor weight = layer.weight.unsqueeze(0).expand({batch, layer.weight.size(0), layer.weight.size(1)});
+    return torch::baddbmm(base + layer.bias.unsqueeze(1), weight, x);
+  };
+  const Tensor hidden = torch::tanh(linear(out_mlp->at<tn::LinearImpl>(0), features, torch::zeros({})));
+  return linear(out_mlp->at<tn::LinearImpl>(2), hidden, contact_dct);
 }
 
 MotionNetworkImpl::MotionNetworkImpl(const Config& given, bool contact) : config(given), with_contact(contact) {

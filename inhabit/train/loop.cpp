@@ -17,6 +17,7 @@
 #include "inhabit/math/random.h"
 #include "inhabit/train/average.h"
 #include "inhabit/train/checkpoint.h"
+#include "inhabit/train/memory.h"
 
 namespace inhabit {
 namespace {
@@ -106,6 +107,7 @@ std::string clock_text(double seconds) {
 
 TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
+  keep_freed_memory();
   const auto groups = rate_groups(task);
   std::vector<torch::optim::OptimizerParamGroup> optimised;
   optimised.reserve(groups.size());
