@@ -12,6 +12,7 @@
 #include "inhabit/anticipate/fast_futures.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/diversity.h"
+#include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
 
@@ -80,9 +81,7 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
   const Tensor scores = future_scores(past, futures, database, c.kappa).mean(0);  // (T)
   const Tensor poses = feature_poses(futures);
   const int64_t known = std::min(truth.size(0), futures.size(1));
-  const Tensor error =
-      (poses.slice(1, 0, known) - feature_poses(truth.slice(0, 0, known))).slice(2, 1).norm(2, {3}).mean(2);
-  const Tensor best = error[error.mean(1).argmin()];
+  const auto [error, best] = futures_error(poses.slice(1, 0, known), feature_poses(truth.slice(0, 0, known)));
   const Tensor apd =
       futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
   const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on

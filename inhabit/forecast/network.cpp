@@ -57,12 +57,6 @@ Tensor local_pose(const Tensor& joints, int root) {
   return torch::cat({relative.slice(-2, 0, root), path, relative.slice(-2, root + 1)}, -2);
 }
 
-Tensor world_pose(const Tensor& local, int root) {
-  const Tensor path = local.slice(-2, root, root + 1);
-  const Tensor world = local + path;
-  return torch::cat({world.slice(-2, 0, root), path, world.slice(-2, root + 1)}, -2);
-}
-
 PointEncoderImpl::PointEncoderImpl(const Config& config) {
   tn::ModuleList sa_layers;
   int64_t channels = 3 + features_per_point(config);

@@ -6,8 +6,8 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
-#include "inhabit/math/rotation.h"
-#include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/placed_body.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit {
 namespace {
@@ -55,10 +55,8 @@ CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body
   Scene counts;
   counts.name = scene.name;
   counts.points = scene.points;
-  for (const Mesh& mesh : scene.meshes) {
-    const std::string name = object_of_mesh(mesh.name);
-    if (name != "floor" && name != "rug" && mesh.faces.size(0) > 0) counts.meshes.push_back(mesh);
-  }
+  for (const Mesh& mesh : scene.meshes)
+    if (!is_floor(mesh.name) && mesh.faces.size(0) > 0) counts.meshes.push_back(mesh);
   if (counts.meshes.empty() && (!counts.points.defined() || counts.points.size(0) == 0)) return;
   query_.emplace(counts);
   const Solid& solid = query_->solid();
@@ -98,7 +96,7 @@ std::optional<DistanceField> CollisionMeter::field_around(const Clip& clip, doub
 
 CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, const DistanceField& field,
                                                       float margin) const {
-  const Tensor skin_points = skin(*body_, clip.betas, axis_angle_to_matrix(clip.rotations), placed(clip)).contiguous();
+  const Tensor skin_points = inhabit::skin_points(clip, *body_).contiguous();
   const int64_t T = skin_points.size(0), V = skin_points.size(1);
   std::vector<Eigen::AlignedBox3f> grown = boxes_;
   for (Eigen::AlignedBox3f& box : grown) {

@@ -6,9 +6,6 @@
 
 namespace inhabit {
 
-/// Height of the floor under a person's poses, metres: the lowest ball of a foot stands some 2 cm above it.
-double floor_under(const Clip& poses);
-
 /// Footskate cleanup. While the ball of a foot (10, 11) is low and slow it stands: there it is put to one
 /// place, the frames before and after lead to it, and the leg follows by two-bone inverse kinematics. Feet that
 /// glide as one make steps in turn. A foot that goes is lifted where it would drag along the floor, unless the other

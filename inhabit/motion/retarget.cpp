@@ -474,10 +474,4 @@ Clip retarget(const Clip& source, const std::string& subject) {
   return out;
 }
 
-FitError fit_error(const Clip& clip) {
-  const torch::Tensor posed = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const torch::Tensor error = (posed - clip.joints).norm(2, -1);
-  return {error.mean().item<double>(), error.max().item<double>()};
-}
-
 }  // namespace inhabit

@@ -21,10 +21,4 @@ namespace inhabit {
 /// Throws Error(subject, ...) for skeletons that cannot be mapped, or bones without length.
 Clip retarget(const Clip& source, const std::string& subject);
 
-/// How far the posed skeleton is from `joints`: metres over all frames and joints.
-struct FitError {
-  double mean = 0, max = 0;
-};
-FitError fit_error(const Clip& clip);
-
 }  // namespace inhabit

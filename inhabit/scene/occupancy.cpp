@@ -154,7 +154,7 @@ void mark_inside(const std::vector<SolidFace>& faces, const Region& region, cons
   for (c.x() = 0; c.x() < size.x(); ++c.x()) {
     for (c.y() = 0; c.y() < size.y(); ++c.y()) {
       for (c.z() = 0; c.z() < size.z(); ++c.z()) {
-        if (2 * windings[index(c)] > 6) grid.at(c + region.low) = 1;
+        if (Solid::holds(windings[index(c)], 6)) grid.at(c + region.low) = 1;
       }
     }
   }

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "inhabit/error.h"
+#include "inhabit/io/file_lock.h"
 #include "inhabit/math/random.h"
 #include "inhabit/train/average.h"
 #include "inhabit/train/checkpoint.h"
@@ -147,7 +148,9 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
 
   StopOnSignal stop;
   std::ofstream log;
+  std::optional<FileLock> lock;  // of the log: the files of weights are replaced by others at each writing
   if (rank == 0 && !options.log.empty()) {
+    lock.emplace(options.log, "another training");
     log.open(options.log, options.append_log ? std::ios::app : std::ios::trunc);
     if (!log) throw Error(options.log, "cannot be written");
   }

@@ -190,11 +190,9 @@ TEST(RowGru, EqualsTheModule) {
   torch::nn::Linear encode(4, 5);
   torch::NoGradGuard no_gradients;
   const Tensor x = torch::randn({11, 4});
-  const auto p = gru->named_parameters();
   std::vector<float> state(6);
-  nn::last_gru_state(nn::row_layer(encode->weight, encode->bias),
-                     nn::row_gru(p["weight_ih_l0"], p["weight_hh_l0"], p["bias_ih_l0"], p["bias_hh_l0"]),
-                     x.data_ptr<float>(), 11, state.data());
+  nn::last_gru_state(nn::row_layer(encode->weight, encode->bias), nn::row_gru(*gru), x.data_ptr<float>(), 11,
+                     state.data());
   const Tensor expected = std::get<1>(gru->forward(encode(x).unsqueeze(1))).flatten();
   EXPECT_LT(largest_difference(torch::from_blob(state.data(), {6}), expected), 1e-6);
 }
