@@ -10,6 +10,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/view/futures_page.h"
 #include "inputs.h"
 #include "models.h"
@@ -25,6 +26,7 @@ struct AnticipateArguments {
   inhabit::ClipReadOptions reading;
   std::vector<std::string> outputs;
   inhabit::AnticipateOptions anticipate;
+  bool standard = false;
 };
 
 /// out.bvh, or out_003.bvh where there are several futures.
@@ -34,10 +36,12 @@ std::string numbered(const std::string& path, size_t number, size_t count) {
   return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
 }
 
-void write(const std::string& path, const inhabit::Anticipation& a, const std::string& title) {
+/// @param futures a.futures, or these on the skeleton of the file; @param all_labels of their frames.
+void write(const std::string& path, const inhabit::Anticipation& a, const std::vector<inhabit::Clip>& futures,
+           const torch::Tensor& all_labels, const std::string& title) {
   const std::string extension = inhabit::extension_of(path);
   if (extension == "npz") {
-    inhabit::write_clips_npz(path, a.futures, {{"intention", a.labels}});
+    inhabit::write_clips_npz(path, futures, {{"intention", all_labels}});
   } else if (extension == "html") {
     std::vector<torch::Tensor> labels;
     for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
@@ -45,8 +49,7 @@ void write(const std::string& path, const inhabit::Anticipation& a, const std::s
     page.title = title;
     inhabit::write_page(path, page);
   } else {
-    for (size_t i = 0; i < a.futures.size(); ++i)
-      inhabit::write_clip(numbered(path, i, a.futures.size()), a.futures[i]);
+    for (size_t i = 0; i < futures.size(); ++i) inhabit::write_clip(numbered(path, i, futures.size()), futures[i]);
   }
 }
 
@@ -71,6 +74,8 @@ void add_anticipate(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->check(whole_number)->capture_default_str();
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb->add_flag("--standard", o->standard,
+                 "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
                    "(default: futures.html)");
@@ -82,9 +87,16 @@ void add_anticipate(CLI::App& app) {
     const auto anticipator =
         IntentionAnticipator::load(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
     const Anticipation a = anticipator.anticipate(clip, o->anticipate, o->motion);
+    std::vector<Clip> futures = a.futures;
+    torch::Tensor labels = a.labels;
+    if (!o->standard) {
+      const int64_t start = o->anticipate.start < 0 ? clip.frames() : o->anticipate.start;
+      for (Clip& future : futures) future = going_on(clip, start, a.last, future);
+      if (labels.defined()) labels = labels_going_on(labels, a.past.rate, clip.rate);
+    }
     say(notes);
     for (const std::string& out : o->outputs) {
-      write(out, a, "Futures of " + fs::path(o->motion).filename().string());
+      write(out, a, futures, labels, "Futures of " + fs::path(o->motion).filename().string());
       std::printf("%s\n", out.c_str());
     }
   });

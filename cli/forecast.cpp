@@ -7,6 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
 #include "models.h"
@@ -21,6 +22,7 @@ struct ForecastArguments {
   SceneInput scene;
   std::vector<std::string> outputs;
   inhabit::ForecastClipOptions forecast;
+  bool standard = false;
 };
 
 inhabit::Page forecast_page(const inhabit::ForecastClips& clips, const inhabit::Scene& scene,
@@ -56,6 +58,7 @@ void add_forecast(CLI::App& app) {
       ->check(CLI::Range(16, 60000));
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
   verb->add_flag("!--loose-feet", o->forecast.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag("--standard", o->standard, "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
@@ -75,13 +78,15 @@ void add_forecast(CLI::App& app) {
     if (forecaster.config().joints != kStandardJoints)
       throw Error(model, "observes " + std::to_string(forecaster.config().joints) + " joints, not the standard 22");
     const ForecastClips clips = forecast_clip(forecaster, clip, scene, o->forecast, o->motion);
+    const int64_t start = o->forecast.start < 0 ? clip.frames() : o->forecast.start;
+    const Clip written = o->standard ? clips.prediction : going_on(clip, start, clips.last, clips.prediction);
     say(notes);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html")
         write_page(out,
                    forecast_page(clips, scene, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
       else
-        write_clip(out, clips.prediction, &scene);
+        write_clip(out, written, &scene);
       std::printf("%s\n", out.c_str());
     }
   });

@@ -13,6 +13,7 @@
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
 #include "models.h"
@@ -31,7 +32,7 @@ struct InbetweenArguments {
   std::string model, keys, joints;
   ClipReadOptions reading;
   SceneInput scene;
-  bool noisy = false;
+  bool noisy = false, standard = false;
   InbetweenRequest request;
 };
 
@@ -48,40 +49,41 @@ Clip clip_of_keys(const Clip& poses, const std::vector<int64_t>& keys, double ra
 }
 
 /// One-pose files (of longer ones the first pose counts) at the times given.
-Clip poses_at_times(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, Notes& notes) {
+Clip poses_at_times(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, SourcePoses& source,
+                    Notes& notes) {
   if (o.times.size() != o.motions.size())
     throw Error("--times", "names " + std::to_string(o.times.size()) + " times for " +
                                std::to_string(o.motions.size()) + " files");
-  std::vector<torch::Tensor> joints, rotations, trans;
-  Clip out;
+  std::vector<Clip> sources, poses;
   for (size_t i = 0; i < o.motions.size(); ++i) {
     const int64_t key = std::llround((o.times[i] - o.times[0]) * rate);
     if (i > 0 && key <= keys.back()) throw Error("--times", "are not in order, a frame or more apart");
     if (key > 100'000) throw Error("--times", "are more than 55 minutes apart");
-    const Clip pose = slice(retarget(read_motion(o.motions[i], o.reading, notes), o.motions[i]), 0, 1);
-    if (i == 0)
-      out = pose;
-    else if ((pose.skeleton.offsets - out.skeleton.offsets).slice(0, 1).abs().max().item<double>() > 0.02)
+    const Clip motion = read_motion(o.motions[i], o.reading, notes);
+    sources.push_back(slice(motion, 0, 1));
+    poses.push_back(slice(retarget(motion, o.motions[i]), 0, 1));
+    const auto bones = [&](size_t k) { return poses[k].skeleton.offsets.slice(0, 1); };
+    if ((bones(i) - bones(0)).abs().max().item<double>() > 0.02)
       throw Error(o.motions[i], "has other bones than " + o.motions[0]);
-    joints.push_back(pose.joints);
-    rotations.push_back(pose.rotations);
-    trans.push_back(pose.trans);
     keys.push_back(key);
+    source.at.push_back(static_cast<double>(key));
+    source.frames.push_back(std::llround((o.times[i] - o.times[0]) * sources[0].rate));
   }
-  out.joints = torch::cat(joints);
-  out.rotations = torch::cat(rotations);
-  out.trans = torch::cat(trans);
-  return out;
+  source.source = joined_poses(sources);
+  source.standard = joined_poses(poses);
+  return source.standard;
 }
 
 /// The poses in the frames of a file that --keyframes names, and at which frames they stand at `rate`: the nearest in
 /// time; of several in one the first, but the file's last frame stands.
-Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, Notes& notes) {
+Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t>& keys, SourcePoses& poses,
+                   Notes& notes) {
   const std::string& motion = o.motions[0];
-  const Clip source = retarget(read_motion(motion, o.reading, notes), motion);
-  std::vector<int64_t> frames;
+  const Clip read = read_motion(motion, o.reading, notes), source = retarget(read, motion);
+  std::vector<int64_t> frames, asked;
   try {
-    for (const int64_t frame : key_frames(o.keys, source.frames(), o.request.seed)) {
+    asked = key_frames(o.keys, source.frames(), o.request.seed);
+    for (const int64_t frame : asked) {
       const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
       if (!keys.empty() && key == keys.back()) {
         if (frame + 1 < source.frames() || keys.size() == 1) continue;
@@ -96,6 +98,7 @@ Clip poses_in_file(const InbetweenArguments& o, double rate, std::vector<int64_t
   }
   if (keys.size() < 2)
     throw Error(motion, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
+  poses = poses_of(read, source, asked, frames, keys);
   return frames_at(source, frames);
 }
 
@@ -151,6 +154,7 @@ void add_inbetween(CLI::App& app) {
       ->check(whole_number)
       ->capture_default_str();
   verb->add_flag("!--loose-feet", o->request.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag("--standard", o->standard, "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {
@@ -163,13 +167,14 @@ void add_inbetween(CLI::App& app) {
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
     Clip clip;
+    SourcePoses source;
     if (o->motions.size() > 1) {
       if (!o->keys.empty()) throw Error("--keyframes", "is for one file; several stand at --times");
-      clip = clip_of_keys(poses_at_times(*o, rate, o->request.keys, notes), o->request.keys, rate);
+      clip = clip_of_keys(poses_at_times(*o, rate, o->request.keys, source, notes), o->request.keys, rate);
     } else {
       if (!o->times.empty()) throw Error("--times", "is for several files; one has --keyframes");
       if (o->keys.empty()) o->keys = "ends";
-      clip = clip_of_keys(poses_in_file(*o, rate, o->request.keys, notes), o->request.keys, rate);
+      clip = clip_of_keys(poses_in_file(*o, rate, o->request.keys, source, notes), o->request.keys, rate);
     }
     if (!o->joints.empty()) o->request.given = given_groups(o->joints);
     const Clip poses = frames_at(clip, o->request.keys);
@@ -186,6 +191,14 @@ void add_inbetween(CLI::App& app) {
       notes.push_back(o->scene.file + ": is a point cloud: where a body is inside it cannot be told");
     o->request.progress = progress_lines("steps of the denoiser");
     const Clip filled = inbetweener.fill(clip, scene, o->request);
+    if (source.source.frames() == 0)
+      notes.emplace_back("the files hold no rotations on one skeleton: written on the standard one");
+    // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
+    source.exact.assign(source.frames.size(), inbetweener.config().t_star == 0 && !o->request.given.defined());
+    source.exact.front() = source.exact.back() = true;
+    const Clip written = o->standard || source.source.frames() == 0
+                             ? filled
+                             : on_source_skeleton(filled, source, source.frames.back() + 1);
     say(notes);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html") {
@@ -203,7 +216,7 @@ void add_inbetween(CLI::App& app) {
         page.people.push_back(person);
         write_page(out, page);
       } else {
-        write_clip(out, filled, &scene);
+        write_clip(out, written, &scene);
       }
       std::printf("%s\n", out.c_str());
     }

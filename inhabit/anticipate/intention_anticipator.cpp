@@ -57,10 +57,10 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   if (options.start > clip.frames())
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
-  const Clip motion = resample(retarget(clip, subject), c.rate, subject);
   const int64_t asked = options.start < 0 ? clip.frames() : options.start;
-  const int64_t start =
-      std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * c.rate / clip.rate));
+  int64_t at = -1;  // the frame before the start is observed as it is
+  const Clip motion = asked > 0 ? resample_through(retarget(clip, subject), c.rate, asked - 1, at, subject) : Clip();
+  const int64_t start = at + 1;
   if (start < c.kappa)
     throw Error(subject, "has " + std::to_string(start) + " frames at " + std::to_string(static_cast<int>(c.rate)) +
                              " a second before the start; at least " + std::to_string(c.kappa) + " are needed");
@@ -76,17 +76,21 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   const Tensor last = seen[seen.size(0) - 1];
   const Tensor joints =
       feature_joints(futures.features, last[0].expand({options.samples, 3}), headings(last).expand({options.samples}));
+  const auto posed = [&](const Tensor& places) {
+    const BodyFit fit = fit_body(impl_->body, places);
+    Clip clip_on_body;
+    clip_on_body.rate = c.rate;
+    clip_on_body.skeleton = impl_->body.skeleton;
+    clip_on_body.joints = places;
+    clip_on_body.rotations = fit.rotations;
+    clip_on_body.trans = fit.trans;
+    return on_skeleton(clip_on_body, out.past.skeleton);
+  };
+  out.last = posed(last.unsqueeze(0));
   out.futures.resize(static_cast<size_t>(options.samples));
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;
-    const BodyFit fit = fit_body(impl_->body, joints[s]);
-    Clip future;
-    future.rate = c.rate;
-    future.skeleton = impl_->body.skeleton;
-    future.joints = joints[s];
-    future.rotations = fit.rotations;
-    future.trans = fit.trans;
-    out.futures[static_cast<size_t>(s)] = on_skeleton(future, out.past.skeleton);
+    out.futures[static_cast<size_t>(s)] = posed(joints[s]);
   });
   return out;
 }

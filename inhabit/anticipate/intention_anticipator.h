@@ -19,7 +19,8 @@ struct AnticipateOptions {
 struct Anticipation {
   Clip past;                  ///< what was observed, on the person's own bones
   std::vector<Clip> futures;  ///< (S) of T frames each, joint rotations on the same bones
-  torch::Tensor labels;       ///< (S, T) int64 intentions; undefined for a model without them
+  Clip last;             ///< the last observed frame, its rotations found as those of the futures (motion/transfer.h)
+  torch::Tensor labels;  ///< (S, T) int64 intentions; undefined for a model without them
 };
 
 /// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU.

@@ -36,9 +36,10 @@ ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& cli
     throw Error(subject, "frame " + std::to_string(options.start) + " is beyond the end (" +
                              std::to_string(clip.frames()) + " frames)");
   const int64_t asked = options.start < 0 ? clip.frames() : options.start;
-  const Clip motion = resample(retarget(clip, subject), config.rate, subject);
-  const int64_t start =
-      std::min<int64_t>(motion.frames(), std::llround(static_cast<double>(asked) * config.rate / clip.rate));
+  int64_t last = -1;  // the frame before the start is observed as it is
+  const Clip motion =
+      asked > 0 ? resample_through(retarget(clip, subject), config.rate, asked - 1, last, subject) : Clip();
+  const int64_t start = last + 1;
   if (start < config.past)
     throw Error(subject, "has " + std::to_string(start) + " frames at " +
                              std::to_string(static_cast<int>(config.rate)) + " a second before the start; " +
@@ -62,6 +63,11 @@ ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& cli
   out.prediction.rotations = body.rotations;
   out.prediction.trans = body.trans;
   out.prediction.betas = body.betas;
+  const BodyFit observed = fit_body(builtin_body(), out.past.joints.slice(0, config.past - 1), fit);
+  out.last = person_of(out.prediction);
+  out.last.joints = out.past.joints.slice(0, config.past - 1);
+  out.last.rotations = observed.rotations;
+  out.last.trans = observed.trans;
   if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction);
   return out;
 }

@@ -11,9 +11,10 @@ namespace inhabit {
 
 /// A forecast as motion: what was observed, what is predicted, what really happened where the clip goes on.
 struct ForecastClips {
-  Clip past;                  ///< P frames
-  Clip prediction;            ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
-                              ///< betas of the body fitted to them
+  Clip past;        ///< P frames
+  Clip prediction;  ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
+                    ///< betas of the body fitted to them
+  Clip last;        ///< the last observed frame, its rotations found as those of `prediction` (motion/transfer.h)
   std::optional<Clip> truth;  ///< as many of the T frames as the clip has
   Forecast forecast;
 };
