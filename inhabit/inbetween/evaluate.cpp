@@ -177,6 +177,7 @@ Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const 
             Options own = options;
             own.keys = task.keys;
             own.seed = seed;
+            own.standard = true;
             return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
           },
           /*random=*/true};

@@ -22,7 +22,7 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
 
 /// Key poses that stand at times, as a clip with nothing but them: frames between repeat the pose before.
 struct PosesInTime {
-  Clip clip;                  ///< on the standard skeleton
+  Clip clip;                  ///< on the poses' skeleton, or the standard one where they have several or no rotations
   std::vector<int64_t> keys;  ///< its frames that are poses
 };
 

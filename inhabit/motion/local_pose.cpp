@@ -51,6 +51,7 @@ Clip on_skeleton(const Clip& clip, const Skeleton& skeleton) {
   };
   Clip out = clip;
   out.skeleton = skeleton;
+  out.translations = torch::Tensor();
   const Tensor rest = clip.skeleton.offsets[0], new_rest = skeleton.offsets[0];
   out.trans = (clip.trans + rest) * (leg(skeleton) / leg(clip.skeleton)) - new_rest;
   out.joints = joint_positions(skeleton, clip.rotations, out.trans);

@@ -29,6 +29,8 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/io/upright.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/train/checkpoint.h"
@@ -112,7 +114,12 @@ bool fuzz_clip_json(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_clip_json(bytes, "fuzz"); });
 }
 bool fuzz_bvh(const uint8_t* data, size_t size) {
-  return survive(data, size, [](std::string_view bytes) { parse_bvh(bytes, "fuzz"); });
+  return survive(data, size, [](std::string_view bytes) {
+    Clip clip = parse_bvh(bytes, "fuzz").clip;
+    if (is_z_up(clip, UpAxis::automatic, "fuzz", nullptr)) turn_upright(clip);
+    carry_by_root(clip);
+    restore_trajectory(clip);
+  });
 }
 bool fuzz_asf_amc(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
