@@ -87,8 +87,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
     out.futures[i] = posed(joints[s]);
     if (!options.standard) out.on_source[i] = going_on(clip, first, left_from, out.futures[i]);
   });
-  if (!options.standard && out.labels.defined())
-    out.labels_on_source = labels_going_on(out.labels, c.rate, clip.rate);
+  if (!options.standard && out.labels.defined()) out.labels_on_source = labels_going_on(out.labels, c.rate, clip.rate);
   return out;
 }
 

@@ -23,7 +23,8 @@ struct Result {
   Clip past;                  ///< what was observed, on the person's own bones
   std::vector<Clip> futures;  ///< (S) of T frames each, joint rotations on the same bones
   torch::Tensor labels;       ///< (S, T) int64 intentions; undefined for a model without them
-  /// Futures and labels on the clip's own skeleton, at its rate (motion/transfer.h); empty where Options::standard is set.
+  /// Futures and labels on the clip's own skeleton, at its rate (motion/transfer.h); empty where Options::standard is
+  /// set.
   std::vector<Clip> on_source;
   torch::Tensor labels_on_source;
 };

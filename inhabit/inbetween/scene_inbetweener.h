@@ -25,9 +25,9 @@ struct Options {
 };
 
 struct Result {
-  Clip motion;                ///< on the standard skeleton at the model's rate, from the first key frame to the last
-  Clip on_source;             ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h);
-                              ///< empty where Options::standard is set or the clip has no rotations
+  Clip motion;     ///< on the standard skeleton at the model's rate, from the first key frame to the last
+  Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h);
+                   ///< empty where Options::standard is set or the clip has no rotations
   std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
   Clip key_poses;             ///< (K frames) what was given there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor

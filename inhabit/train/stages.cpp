@@ -10,7 +10,8 @@
 namespace inhabit {
 namespace {
 
-constexpr int64_t kValidateEvery = 500;  // steps at most, so that long trainings have something to show for each sitting
+constexpr int64_t kValidateEvery =
+    500;  // steps at most, so that long trainings have something to show for each sitting
 
 std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
 
