@@ -21,6 +21,7 @@ struct Options {
   bool clean_feet = true;                                   ///< feet stand, step and are lifted (motion/feet.h)
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
+  bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
   std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
 };
 
