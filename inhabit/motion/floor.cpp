@@ -6,7 +6,7 @@ namespace inhabit {
 namespace {
 
 constexpr double kBallHeight = 0.02;  // metres of the joint above the sole
-constexpr double kSlow = 0.25;        // metres a second
+constexpr double kSlowFoot = 0.25;        // metres a second
 
 }  // namespace
 
@@ -19,7 +19,7 @@ double floor_under(const Clip& poses) {
   const torch::Tensor moves = torch::diff(balls, 1, 0).norm(2, 2) * poses.rate;
   const torch::Tensor speed = torch::cat({moves, moves.slice(0, -1)}).reshape({-1});
   // Slow is relative where somebody never stands still.
-  const double slow = std::max(kSlow, torch::quantile(speed, 0.15).item<double>());
+  const double slow = std::max(kSlowFoot, torch::quantile(speed, 0.15).item<double>());
   return torch::quantile(y.index({speed <= slow}), 0.1).item<double>() - kBallHeight;
 }
 
