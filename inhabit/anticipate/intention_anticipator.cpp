@@ -79,7 +79,7 @@ Anticipation IntentionAnticipator::anticipate(const Clip& clip, const Anticipate
   out.futures.resize(static_cast<size_t>(options.samples));
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;
-    const BodyFit fit = fit_body(impl_->body, joints[s]);
+    const BodyFit fit = options.solve ? fit_body(impl_->body, joints[s]) : fit_rotations(impl_->body, joints[s]);
     Clip future;
     future.rate = c.rate;
     future.skeleton = impl_->body.skeleton;

@@ -13,6 +13,7 @@ struct AnticipateOptions {
   int64_t samples = 10;  ///< futures
   double seconds = 4;    ///< how far
   uint64_t seed = 1;     ///< a future depends on it and its own number alone
+  bool solve = false;    ///< rotations by fit_body(), a second each, instead of fit_rotations()
 };
 
 /// Futures of one observation, in its world, at the model's rate.

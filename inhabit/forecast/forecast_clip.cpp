@@ -55,9 +55,8 @@ ForecastClips forecast_clip(const ContactForecaster& forecaster, const Clip& cli
 
   out.prediction.rate = config.rate;
   out.prediction.joints = out.forecast.joints;
-  FitOptions fit;
-  fit.betas = fit_shape(builtin_body(), out.past.joints);
-  const BodyFit body = fit_body(builtin_body(), out.prediction.joints, fit);
+  const BodyFit body =
+      fit_rotations(builtin_body(), out.prediction.joints, fit_shape(builtin_body(), out.past.joints));
   out.prediction.skeleton = shaped_skeleton(builtin_body(), body.betas);
   out.prediction.rotations = body.rotations;
   out.prediction.trans = body.trans;
