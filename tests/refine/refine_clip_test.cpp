@@ -160,7 +160,7 @@ TEST(Refine, RecordingsWithNoise) {
     error += distance(result.clip, truth) / static_cast<double>(actions.size());
   }
   std::printf("mean: error %.1f mm, skating %.1f %%\n", 1e3 * error, 100 * skating);
-  EXPECT_LT(skating, 0.03);
+  EXPECT_LT(skating, 0.02);
   EXPECT_LT(error, 0.02);
 }
 
