@@ -44,11 +44,12 @@ Input recorded(const std::string& path) {
 
 /// The joints of four futures of the shipped model one after the other, as its network gives them.
 Input anticipated() {
-  const AnticipateNetworks networks = load_anticipate_networks(INHABIT_SOURCE_DIR "/models/anticipate-cmu.safetensors");
+  using namespace inhabit::anticipate;
+  const Networks networks = load_networks(INHABIT_SOURCE_DIR "/models/anticipate-cmu.safetensors");
   const Clip past = on_skeleton(recording(INHABIT_SOURCE_DIR "/examples/data/walk.npz"), networks.skeleton);
   constexpr int64_t kSamples = 4, kFrames = 750;
   const Tensor seen = past.joints,
-               features = observation(anticipate_features(seen), seen.size(0), networks.config.observed).unsqueeze(0);
+               features = observation(joint_features(seen), seen.size(0), networks.config.observed).unsqueeze(0);
   const Futures futures =
       FastFutures(networks).forward(features, draw_noise(networks.config, kSamples, kFrames, 1), kFrames);
   const Tensor last = seen[seen.size(0) - 1];

@@ -24,7 +24,7 @@ constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
 constexpr double kRotationJerk = 120, kPlaceJerk = 60;    // rad/s^3, m/s^3: of motion without noise
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
-constexpr double kKept = 0.0003;                          // metres
+constexpr double kKept = 0.0001;                          // metres
 constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
 constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
 constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
@@ -149,7 +149,9 @@ class Refinement {
     if (frames > 3) {
       const double from_root = smooth * (1 - squared(kLeastPlace / root)) * inverse_square(kPlaceJerk);
       problem_.smoothness.push_back({3, 0, smooth * inverse_square(kRotationJerk), {}, false, noisy});
-      problem_.smoothness.push_back({3, from_root, 0, {}, false, {}});
+      std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
+      for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
+      problem_.smoothness.push_back({3, from_root, 0, {}, false, free});
       problem_.smoothness.push_back({2, per_frame * inverse_square(kChange), 0, {}, true, {}});
     }
     const torch::Tensor limits = builtin_body().joint_limits;

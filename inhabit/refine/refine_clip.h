@@ -11,8 +11,8 @@ namespace inhabit::refine {
 struct Options {
   bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
-  std::vector<int>
-      keep_joints;    ///< joints of the standard skeleton whose places stay as they are (within a millimetre)
+  /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.
+  std::vector<int> keep_joints;
   double smooth = 1;  ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
 };
 

@@ -12,11 +12,13 @@
 #include "inhabit/math/quaternion.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/foot_skating.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/terms.h"
 #include "inhabit/refine/trajectory.h"
 #include "largest.h"
-#include "refusal_of.h"
+#include "shared.h"
 
 namespace inhabit::refine {
 namespace {
@@ -87,7 +89,7 @@ TEST(Refine, WhatIsKeptIsKept) {
     EXPECT_TRUE(torch::equal(out.trans[t], input.trans[t])) << t;
     EXPECT_TRUE(torch::equal(out.joints[t], input.joints[t])) << t;
   }
-  EXPECT_LT((out.joints.select(1, 20) - input.joints.select(1, 20)).norm(2, {1}).max().item<double>(), 1.5e-3);
+  EXPECT_LT((out.joints.select(1, 20) - input.joints.select(1, 20)).norm(2, {1}).max().item<double>(), 6e-3);
   EXPECT_GT(distance(out, input), 0.005);
 }
 
@@ -134,8 +136,36 @@ TEST(Refine, NobodyIsInsideAnything) {
   EXPECT_LT(meter.measure(out).penetration(), 0.01);
 }
 
+// The table of docs/refinement.md.
+TEST(Refine, RecordingsWithNoise) {
+  if (shared_folder().empty()) GTEST_SKIP() << "needs the recordings of shared/data";
+  double skating = 0, error = 0;
+  const std::vector<std::string> actions = {"walking", "running", "basketball", "soccer", "washwindow", "jumping"};
+  std::printf(
+      "recording     frames  noise (mm)  error (mm)  moved (mm)  skating (%%): true, noisy, refined  jerk / true\n");
+  for (const std::string& action : actions) {
+    const std::string path = shared_folder() + "/data/cmu/test/" + action + "/" + action + "_1.txt";
+    Clip truth = resample(retarget(read_clip(path), path), 30);
+    // Skating is told from heights over y = 0: the recording is put there.
+    const double lowest = truth.joints.slice(1, 10, 12).select(2, 1).min().item<double>();
+    truth.trans.select(1, 1).sub_(lowest - 0.02);
+    truth.joints = joint_positions(truth.skeleton, truth.rotations, truth.trans);
+    const Clip input = noisy(truth, 1);
+    const Result result = refine(input, {}, {}, path);
+    std::printf("%-12s %7ld %11.1f %11.1f %11.1f %14.1f %6.1f %7.1f %16.2f\n", action.c_str(), long{truth.frames()},
+                1e3 * distance(input, truth), 1e3 * distance(result.clip, truth), 1e3 * result.moved,
+                100 * foot_skating(truth).share(), 100 * foot_skating(input).share(),
+                100 * foot_skating(result.clip).share(), jerk(result.clip) / jerk(truth));
+    skating += foot_skating(result.clip).share() / static_cast<double>(actions.size());
+    error += distance(result.clip, truth) / static_cast<double>(actions.size());
+  }
+  std::printf("mean: error %.1f mm, skating %.1f %%\n", 1e3 * error, 100 * skating);
+  EXPECT_LT(skating, 0.02);
+  EXPECT_LT(error, 0.02);
+}
+
 /// Eq. 7 and 8 by themselves, on joint rotations and positions, rounding of the norm left out.
-double chair_objective(const Trajectory& motion, const Bones& bones, const std::vector<Contact>&, double rate,
+double chair_objective(const Trajectory& motion, const Bones& bones, double rate,
                        const std::vector<PlaceTerm>& targets) {
   const Poses poses = posed(bones, motion);
   double sum = 0;
@@ -167,7 +197,7 @@ TEST(Refine, TheChairPapersObjectiveIsASetting) {
     for (int64_t t = 8; t < 18; ++t) problem.places.push_back({t, joint, mean, Vector3d::Constant(2), {}});
   }
   const auto objective = [&](const Trajectory& t) {
-    return chair_objective(t, problem.bones, {}, problem.rate, problem.places);
+    return chair_objective(t, problem.bones, problem.rate, problem.places);
   };
   EXPECT_NEAR(cost_of(problem, problem.start), objective(problem.start), 1e-2);
   const Solution solution = solve(problem, {30, 1e-6});
