@@ -223,7 +223,7 @@ void whole(benchmark::State& state) {
   const torch::NoGradGuard no_gradients;
   const Clip clip = noisy_walk(30 * state.range(0));
   builtin_body();
-  for (auto _ : state) benchmark::DoNotOptimize(refine::refine(clip, {}, {}, "walk"));
+  for (auto _ : state) benchmark::DoNotOptimize(refine::refine(clip, {}));
 }
 
 BENCHMARK(with_ceres)->Name("refine/ceres")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();

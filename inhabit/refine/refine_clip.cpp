@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/refine/contacts.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
@@ -306,15 +308,24 @@ void add_kept(const std::string& what, int64_t frames, Options& options) {
   }
 }
 
-Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject) {
+Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
   for (const int64_t frame : options.keep_frames)
     if (frame < 0 || frame >= clip.frames())
-      throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + subject + ", which has " +
+      throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + options.name + ", which has " +
                               std::to_string(clip.frames()));
   for (const int joint : options.keep_joints)
     if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
-  return Refinement(retarget(clip, subject), scene, options).run();
+  Result out = Refinement(retarget(clip, options.name), scene, options).run();
+  if (!options.standard) {
+    std::vector<int64_t> all(static_cast<size_t>(clip.frames()));
+    std::iota(all.begin(), all.end(), 0);
+    SourcePoses poses = poses_of(clip, out.before, all, all, all);
+    poses.exact.assign(all.size(), false);
+    for (const int64_t frame : options.keep_frames) poses.exact[static_cast<size_t>(frame)] = true;
+    out.on_source = on_source_skeleton(out.clip, poses, clip.frames());
+  }
+  return out;
 }
 
 }  // namespace inhabit::refine

@@ -47,7 +47,7 @@ double jerk(const Clip& clip) { return clip.joints.diff(3, 0).norm(2, {2}).mean(
 
 TEST(Refine, NoiseGoesAndFeetStand) {
   const Clip truth = walk(), input = noisy(truth, 1);
-  const Result result = refine(input, {}, {}, "walk");
+  const Result result = refine(input, {});
   EXPECT_NEAR(result.noise_rotations, M_PI / 180, 0.2 * M_PI / 180);
   EXPECT_NEAR(result.noise_root, 0.01, 0.003);
   EXPECT_LT(distance(result.clip, truth), 0.015);
@@ -62,7 +62,7 @@ TEST(Refine, NoiseGoesAndFeetStand) {
 
 TEST(Refine, ACleanRecordingStaysNearlyAsItIs) {
   const Clip truth = walk();
-  const Result result = refine(truth, {}, {}, "walk");
+  const Result result = refine(truth, {});
   EXPECT_LT(result.moved, 0.008);
   EXPECT_GT(result.contacts, 4);
 }
@@ -72,7 +72,7 @@ TEST(Refine, SlidingFeetStand) {
   Tensor slide = torch::arange(input.frames()) * 0.003;  // the whole body drifts by 9 cm/s
   input.trans.select(1, 0).add_(slide);
   input.joints = joint_positions(input.skeleton, input.rotations, input.trans);
-  const Result result = refine(input, {}, {}, "walk");
+  const Result result = refine(input, {});
   // In the middle of a stance of the left foot.
   const auto moved = [](const Clip& clip) { return (clip.joints[16][10] - clip.joints[10][10]).norm().item<double>(); };
   EXPECT_GT(moved(input), 0.015);
@@ -83,7 +83,7 @@ TEST(Refine, WhatIsKeptIsKept) {
   const Clip input = noisy(walk(), 1);
   Options options;
   add_kept("0,40,left_wrist", input.frames(), options);
-  const Clip out = refine(input, {}, options, "walk").clip;
+  const Clip out = refine(input, {}, options).clip;
   for (const int64_t t : {0, 40}) {
     EXPECT_TRUE(torch::equal(out.rotations[t], input.rotations[t])) << t;
     EXPECT_TRUE(torch::equal(out.trans[t], input.trans[t])) << t;
@@ -103,7 +103,7 @@ TEST(Refine, WhatToKeepIsReadOrRefused) {
   EXPECT_THROW(add_kept("-3", 100, options), Error);
   Options beyond;
   beyond.keep_frames = {90};
-  EXPECT_THROW(refine(walk(), {}, beyond, "walk"), Error);
+  EXPECT_THROW(refine(walk(), {}, beyond), Error);
 }
 
 TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
@@ -111,7 +111,7 @@ TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
   std::vector<int64_t> back_and_forth;
   for (int64_t t = 0; t < 700; ++t) back_and_forth.push_back(std::min(t % 178, 178 - t % 178));
   Clip truth = frames_at(once, back_and_forth);
-  const Result result = refine(noisy(truth, 1), {}, {}, "walk");
+  const Result result = refine(noisy(truth, 1), {});
   const Tensor error = (result.clip.joints - truth.joints).norm(2, {2}).mean(1),
                jerks = result.clip.joints.diff(3, 0).norm(2, {2}).mean(1);
   EXPECT_LT(error.mean().item<double>(), 0.016);
@@ -123,7 +123,7 @@ TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
 TEST(Refine, ShortMotionsAreNoSpecialCase) {
   for (const int64_t frames : {1, 2, 3, 5}) {
     const Clip input = slice(noisy(walk(), 1), 0, frames);
-    EXPECT_TRUE(refine(input, {}, {}, "walk").clip.joints.isfinite().all().item<bool>()) << frames;
+    EXPECT_TRUE(refine(input, {}).clip.joints.isfinite().all().item<bool>()) << frames;
   }
 }
 
@@ -132,7 +132,7 @@ TEST(Refine, NobodyIsInsideAnything) {
   const Clip truth = slice(read_clip(data + "sit.npz"), 0, 150), input = noisy(truth, 1);
   const Scene scene = read_scene_file(data + "sit_room.glb", {}).scene;
   const CollisionMeter meter(builtin_body(), scene);
-  const Clip out = refine(input, scene, {}, "sit").clip;
+  const Clip out = refine(input, scene).clip;
   EXPECT_LT(meter.measure(out).penetration(), 0.01);
 }
 
@@ -151,7 +151,7 @@ TEST(Refine, RecordingsWithNoise) {
     truth.trans.select(1, 1).sub_(lowest - 0.02);
     truth.joints = joint_positions(truth.skeleton, truth.rotations, truth.trans);
     const Clip input = noisy(truth, 1);
-    const Result result = refine(input, {}, {}, path);
+    const Result result = refine(input, {});
     std::printf("%-12s %7ld %11.1f %11.1f %11.1f %14.1f %6.1f %7.1f %16.2f\n", action.c_str(), long{truth.frames()},
                 1e3 * distance(input, truth), 1e3 * distance(result.clip, truth), 1e3 * result.moved,
                 100 * foot_skating(truth).share(), 100 * foot_skating(input).share(),
