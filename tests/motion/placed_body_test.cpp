@@ -50,7 +50,7 @@ TEST(PlacedBody, CapsulePointsLieOnTheAxesThatTurnWithTheirJoints) {
 
 TEST(PlacedBody, NeedsRotations) {
   Clip clip = bending();
-  clip.rotations = {};
+  clip.rotations = torch::Tensor();
   EXPECT_NE(refusal_of([&] { skin_points(clip, builtin_body()); }), "");
   EXPECT_NE(refusal_of([&] { capsule_points(clip, builtin_body(), 0.1); }), "");
 }

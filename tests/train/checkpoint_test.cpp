@@ -13,12 +13,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-struct Run {
+struct SmallRun {
   torch::nn::Linear layer;
   torch::optim::AdamW optimizer;
   std::map<std::string, torch::Tensor> average;
 
-  explicit Run(int64_t in = 4, int64_t seed = 1)
+  explicit SmallRun(int64_t in = 4, int64_t seed = 1)
       : layer((torch::manual_seed(seed), torch::nn::Linear(in, 3))),
         optimizer(layer->parameters(), torch::optim::AdamWOptions(0.1)) {
     average["weight"] = torch::zeros({3, in});
@@ -32,11 +32,11 @@ struct Run {
 
 TEST(Checkpoint, GoesOnAsTheRunThatWroteIt) {
   const TempFolder folder;
-  Run run;
+  SmallRun run;
   for (int i = 0; i < 3; ++i) run.step();
   run.average["weight"].fill_(0.25);
   save_checkpoint(folder / "c", *run.layer, run.optimizer, run.average, {{"run", "toy"}, {"step", "3"}});
-  Run other(4, 2);
+  SmallRun other(4, 2);
   const auto state = load_checkpoint(folder / "c", *other.layer, other.optimizer, other.average);
   EXPECT_EQ(state.at("run"), "toy");
   EXPECT_EQ(checkpoint_number(state, "step", "c"), 3);
@@ -48,29 +48,29 @@ TEST(Checkpoint, GoesOnAsTheRunThatWroteIt) {
 
 TEST(Checkpoint, RefusesWhatIsNotOneOfThisModule) {
   const TempFolder folder;
-  Run run;
+  SmallRun run;
   run.step();
   const std::string path = folder / "c";
   save_checkpoint(path, *run.layer, run.optimizer, run.average, {{"run", "toy"}});
-  const auto refused = [&](Run& into) {
+  const auto refused = [&](SmallRun& into) {
     return refusal_of([&] { load_checkpoint(path, *into.layer, into.optimizer, into.average); });
   };
-  Run wide(5);
+  SmallRun wide(5);
   EXPECT_THAT(refused(wide), HasSubstr("is not a checkpoint of this network (module.weight"));
-  Run averaged;
+  SmallRun averaged;
   averaged.average["bias"] = torch::zeros({3});
   EXPECT_THAT(refused(averaged), HasSubstr("average.bias"));
 
   const std::string whole = read_whole_file(path);
   for (const size_t length : {size_t{0}, size_t{7}, whole.size() / 2, whole.size() - 1}) {
     write_atomically(path, whole.substr(0, length));
-    Run again;
+    SmallRun again;
     EXPECT_THAT(refused(again), HasSubstr(path)) << length << " of " << whole.size() << " bytes";
   }
   SafeTensors lacking = (write_atomically(path, whole), read_safetensors(path));
   lacking.tensors.erase("adam.variance.weight");
   write_safetensors(path, lacking);
-  Run last;
+  SmallRun last;
   EXPECT_THAT(refused(last), HasSubstr("adam.variance.weight"));
 }
 
