@@ -40,8 +40,8 @@ struct Evaluation {
 };
 
 /// The paper's protocol (4, 4.2, 5): futures of every test window scored against the motion words of the test
-/// recordings of the same action, for ours and those it is compared with. Poses are local; the root's way is scored
-/// by itself.
+/// recordings of the same action, for ours and those it is compared with. Poses are local; root motion is
+/// scored by itself.
 Table evaluate(const Networks& networks, const std::vector<Sequence>& test, const Evaluation& options);
 
 std::string table_text(const Table& table);

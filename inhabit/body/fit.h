@@ -21,11 +21,11 @@ struct BodyFit {
 };
 
 /// Inverse kinematics of a whole clip: the rotations that bring a body's first 22 joints nearest to `joints`
-/// (T, 22 or more, 3) metres, whose bone lengths need not be the body's nor stay the same. Each frame starts from
-/// closed forms (pelvis and chest by Kabsch, limbs by their bending plane, the rest by the shortest turn); then
-/// Levenberg-Marquardt over all frames together lessens joint error plus turning between frames, turns beyond the
-/// model's joint limits, and turns that positions cannot tell (twist), which go to the smallest. Joints at the ends
-/// (head, wrists, feet) keep their parents' orientation. Throws Error on wrong shapes or numbers that are not finite.
+/// (T, 22 or more, 3) metres, whose bone lengths may differ from the body's and from frame to frame. Each frame starts
+/// from closed forms (pelvis and chest by Kabsch, limbs by their bending plane, the rest by the smallest rotation).
+/// Levenberg-Marquardt over all frames together then minimises joint error, rotation between frames, rotation beyond
+/// the model's joint limits, and twist, which positions do not determine. End joints (head, wrists, feet) keep their
+/// parents' orientation. Throws Error on wrong shapes or numbers that are not finite.
 BodyFit fit_body(const BodyModel& model, const torch::Tensor& joints, const FitOptions& options = {});
 
 /// Shape parameters (B) whose bone lengths come nearest to those of `joints` (T, 22 or more, 3): medians over the clip,

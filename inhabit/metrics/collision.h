@@ -25,10 +25,10 @@ torch::Tensor supporting_skin(const BodyModel& body);
 /// Frames of a motion against the scene.
 struct Collision {
   torch::Tensor depth;     ///< (T) metres that the deepest vertex that collides is inside; 0 where none does
-  torch::Tensor vertices;  ///< (T) share of all vertices that collide
+  torch::Tensor vertices;  ///< (T) fraction of all vertices that collide
 
   /// Over the frames in `mask` (T) bool, over all where it is undefined; 0 where it has none.
-  double frame_ratio(const torch::Tensor& mask = {}) const;   ///< share of frames with a vertex that collides
+  double frame_ratio(const torch::Tensor& mask = {}) const;   ///< fraction of frames with a vertex that collides
   double vertex_ratio(const torch::Tensor& mask = {}) const;  ///< mean of `vertices`
   double penetration(const torch::Tensor& mask = {}) const;   ///< metres, the largest of `depth`
 };

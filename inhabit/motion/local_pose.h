@@ -5,7 +5,7 @@
 
 namespace inhabit {
 
-// A motion as poses that know neither place nor heading, and the way of the root that carries them. Joints are the
+// A motion as poses without place and heading, and the root motion that carries them. Joints are the
 // standard 22, +Y up; any leading dimensions; the heading is that of the lines between hips and between shoulders.
 
 /// Heading (..., T) radians of joints (..., T, 22, 3): 0 is +Z, pi/2 is +X.
@@ -15,7 +15,7 @@ torch::Tensor headings(const torch::Tensor& joints);
 /// pose anticipation look at.
 torch::Tensor local_poses(const torch::Tensor& joints);
 
-/// The root's way (..., T, 4): step to this frame along x and z as seen from the heading of the frame before (metres),
+/// The root motion (..., T, 4): step to this frame along x and z as seen from the heading of the frame before (metres),
 /// turn since then (radians), and height (metres). The first frame has no step and no turn.
 torch::Tensor root_motion(const torch::Tensor& joints);
 
@@ -24,7 +24,7 @@ torch::Tensor root_motion(const torch::Tensor& joints);
 torch::Tensor placed_poses(const torch::Tensor& poses, const torch::Tensor& motion, const torch::Tensor& root,
                            const torch::Tensor& heading);
 
-/// The clip's poses on another person's bones: its rotations on `skeleton`, the root's way scaled with the length of
+/// The clip's poses on another person's bones: its rotations on `skeleton`, the root motion scaled with the length of
 /// the legs. Needs rotations on the standard joints.
 Clip on_skeleton(const Clip& clip, const Skeleton& skeleton);
 

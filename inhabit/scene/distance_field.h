@@ -22,7 +22,7 @@ class DistanceField {
   /// box is empty or not finite, the cell is no length, or there are more than 2^27 corners.
   DistanceField(const SceneQuery& query, const Eigen::AlignedBox3d& box, double cell = 0.05);
 
-  /// Trilinear distance. Beyond the grid: that at the grid's nearest place and the way from there.
+  /// Trilinear distance. Beyond the grid: the value at the nearest point of the grid plus the distance from there.
   /// Throws Error when the point is not finite.
   /// @param gradient where not null, that of what is returned (metres a metre; it jumps from cell to cell).
   double distance(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;

@@ -17,7 +17,7 @@ double heading_of(const Eigen::Vector2d& direction);
 /// The same angle in (-pi, pi].
 double wrapped(double angle);
 
-/// A smooth way over the floor, points 2 cm apart.
+/// A smooth path over the floor, points 2 cm apart.
 struct WalkPath {
   std::vector<Eigen::Vector2d> points;
   std::vector<double> length;  ///< metres from the start to each point
@@ -27,7 +27,7 @@ struct WalkPath {
   double heading(double s) const;
 };
 
-/// A way from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m and then drawn
+/// A path from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m and then drawn
 /// smooth; at its ends it may come nearer. Nothing when there is none.
 std::optional<WalkPath> find_way(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                  double margin);
