@@ -11,12 +11,12 @@ namespace inhabit {
 /// Heading (..., T) radians of joints (..., T, 22, 3): 0 is +Z, pi/2 is +X.
 torch::Tensor headings(const torch::Tensor& joints);
 
-/// Joints (..., T, 22, 3) with the root at the origin, facing +Z in every frame: what the literature's protocols for
-/// pose anticipation look at.
+/// Joints (..., T, 22, 3) with the root at the origin, facing +Z in every frame: what the protocols of pose
+/// anticipation score.
 torch::Tensor local_poses(const torch::Tensor& joints);
 
 /// The root motion (..., T, 4): step to this frame along x and z as seen from the heading of the frame before (metres),
-/// turn since then (radians), and height (metres). The first frame has no step and no turn.
+/// rotation about the vertical since then (radians), and height (metres). Step and rotation of the first frame are 0.
 torch::Tensor root_motion(const torch::Tensor& joints);
 
 /// Joints in the world from local poses (..., T, 22, 3) and what root_motion gives (..., T, 4). Frame 0 takes its step

@@ -27,8 +27,8 @@ struct WalkPath {
   double heading(double s) const;
 };
 
-/// A path from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m and then drawn
-/// smooth; at its ends it may come nearer. Nothing when there is none.
+/// A path from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m, then
+/// smoothed; at its ends it may come nearer. Nothing when there is none.
 std::optional<WalkPath> find_way(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                  double margin);
 
