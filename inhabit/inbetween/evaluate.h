@@ -14,7 +14,7 @@
 
 namespace inhabit::inbetween {
 
-/// A method of in-betweening. `fill` may read the frames `keys` of window.given and at the scene.
+/// A method of in-betweening. `fill` may read the frames `keys` of window.given and the scene.
 struct Method {
   std::string name;
   std::function<Clip(const Window& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;

@@ -15,8 +15,9 @@ struct GivenFeatures {
   int64_t t_star = 0;         ///< T*: values are imputed at diffusion steps t >= T* only (0: at all steps)
   torch::Tensor always = {};  ///< (B, F, T), 1 where a value is imputed at every step whatever T* is; undefined: in the
                               ///< clip's first and last frame
-  int64_t lead = 1;  ///< blend radius in frames: a correction at a constraint fades to zero over so many frames. 1: the
-                     ///< constrained frames alone are corrected; 0: not even they, so that the residual can be measured
+  /// Blend radius, frames: a correction at a constraint fades to zero over so many. 1: the constrained frames alone are
+  /// corrected; 0: not even they, so that the residual can be measured.
+  int64_t lead = 1;
 };
 
 /// Mask of the constraints that are imputed at every step (B, F, T).
