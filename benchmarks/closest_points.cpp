@@ -2,7 +2,6 @@
 // Run: closest_points_benchmark
 #include <benchmark/benchmark.h>
 
-#include "inhabit/scene/contact_map.h"
 #include "inhabit/scene/occupancy.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/scene/sampling.h"
@@ -92,32 +91,6 @@ void sample_5000_near(benchmark::State& state) {
   }
 }
 BENCHMARK(sample_5000_near)->Arg(71)->Arg(707)->Unit(benchmark::kMillisecond)->UseRealTime();
-
-torch::Tensor walking_joints(int64_t frames) {
-  torch::manual_seed(2);
-  return torch::rand({frames, 22, 3}) * torch::tensor({0.8F, 1.7F, 0.8F}) - torch::tensor({0.4F, 0.F, 0.4F});
-}
-
-torch::Tensor scene_points() {
-  std::mt19937_64 random(1);
-  return sample_points_near(ground(71), torch::tensor({0.F, 0.9F, 0.F}), 2.5, 5000, random);
-}
-
-void contact_map_plain(benchmark::State& state) {
-  torch::NoGradGuard no_gradient;
-  const torch::Tensor joints = walking_joints(state.range(0)), points = scene_points();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(torch::exp(distance_map(joints, points).square() * (-0.5 / 0.04)).data_ptr<float>());
-  }
-}
-BENCHMARK(contact_map_plain)->Arg(30)->Arg(90)->Unit(benchmark::kMillisecond)->UseRealTime();
-
-void contact_map_near(benchmark::State& state) {
-  torch::NoGradGuard no_gradient;
-  const torch::Tensor joints = walking_joints(state.range(0)), points = scene_points();
-  for (auto _ : state) benchmark::DoNotOptimize(contact_map(joints, points).data_ptr<float>());
-}
-BENCHMARK(contact_map_near)->Arg(30)->Arg(90)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 

@@ -110,13 +110,13 @@ void clip(benchmark::State& state) {
     const Tensor local = in.local(), around = in.network->embed_scene(in.occupancy),
                  shape = in.network->embed_shape(in.shape);
     benchmark::DoNotOptimize(sample(
-        schedule, inbetween::Sampler::dpm_solver, inbetween::kDefaultSteps,
+        schedule, inbetween::Sampler::dpm_solver, inbetween::Config::Inference().steps,
         [&](const Tensor& x, int64_t t) {
           return denoiser.guided(x, in.mask, local, t, around, shape, config.inference.guidance);
         },
         given, inbetween::seeded_noise(1, inbetween::kFeatureCount, config.frames, 1)));
   }
-  state.counters["steps"] = static_cast<double>(inbetween::kDefaultSteps);
+  state.counters["steps"] = static_cast<double>(inbetween::Config::Inference().steps);
 }
 
 void sizes(benchmark::internal::Benchmark* b) {

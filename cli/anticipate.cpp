@@ -34,10 +34,11 @@ std::string numbered(const std::string& path, size_t number, size_t count) {
   return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
 }
 
-void write(const std::string& path, const inhabit::anticipate::Result& a, const std::string& title) {
+void write(const std::string& path, const inhabit::anticipate::Result& a, bool standard, const std::string& title) {
   const std::string extension = inhabit::extension_of(path);
+  const std::vector<inhabit::Clip>& futures = standard ? a.futures : a.on_source;
   if (extension == "npz") {
-    inhabit::write_clips_npz(path, a.futures, {{"intention", a.labels}});
+    inhabit::write_clips_npz(path, futures, {{"intention", standard ? a.labels : a.labels_on_source}});
   } else if (extension == "html") {
     std::vector<torch::Tensor> labels;
     for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
@@ -45,8 +46,7 @@ void write(const std::string& path, const inhabit::anticipate::Result& a, const 
     page.title = title;
     inhabit::write_page(path, page);
   } else {
-    for (size_t i = 0; i < a.futures.size(); ++i)
-      inhabit::write_clip(numbered(path, i, a.futures.size()), a.futures[i]);
+    for (size_t i = 0; i < futures.size(); ++i) inhabit::write_clip(numbered(path, i, futures.size()), futures[i]);
   }
 }
 
@@ -71,6 +71,8 @@ void add_anticipate(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->check(whole_number)->capture_default_str();
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb->add_flag("--standard", o->anticipate.standard,
+                 "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
                    "(default: futures.html)");
@@ -85,7 +87,7 @@ void add_anticipate(CLI::App& app) {
     const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
     for (const std::string& out : o->outputs) {
-      write(out, a, "Futures of " + fs::path(o->motion).filename().string());
+      write(out, a, o->anticipate.standard, "Futures of " + fs::path(o->motion).filename().string());
       std::printf("%s\n", out.c_str());
     }
   });

@@ -15,6 +15,7 @@ namespace {
 
 struct Convert {
   std::string in, out, scene, body;
+  inhabit::UpAxis out_up = inhabit::UpAxis::y;
   inhabit::ClipReadOptions reading;
   double rate = 0;
   bool retarget = false;
@@ -30,7 +31,19 @@ void convert_motion(const Convert& given) {
   }
   Notes notes;
   Clip clip = read_clip(given.in, options, &notes);
-  if (given.retarget) clip = retarget(clip, given.in);
+  clip.file = {};
+  if (given.out_up == UpAxis::z) {
+    clip.file.format = extension_of(given.out);
+    if (clip.file.format != "bvh" && clip.file.format != "npz")
+      throw Error(given.out, "is +Y up by its format; --out-up z is for .bvh and .npz");
+    clip.file.metres_per_unit = 0.01;
+    clip.file.z_up = true;
+  }
+  if (given.retarget) {
+    const FileConventions file = clip.file;
+    clip = retarget(clip, given.in);
+    clip.file = file;
+  }
   if (given.rate > 0) clip = resample(clip, given.rate, given.in);
   SceneFile scene;
   if (!given.scene.empty()) {
@@ -49,8 +62,8 @@ void convert_scene(const Convert& given) {
   options.up = given.reading.up;
   if (given.reading.scale > 0) options.scale = given.reading.scale;
   if (given.rate > 0 || given.reading.rate > 0 || !given.reading.asf.empty() || given.retarget ||
-      !given.scene.empty() || !given.body.empty())
-    throw Error(given.in, "is a scene: frame rates, --asf, --retarget, --scene and --body go with motions");
+      !given.scene.empty() || !given.body.empty() || given.out_up == UpAxis::z)
+    throw Error(given.in, "is a scene: frame rates, --asf, --retarget, --scene, --out-up and --body go with motions");
   const SceneFile file = read_scene_file(given.in, options);
   write_scene(given.out, file.scene);
   std::printf("%s: %s\n", given.out.c_str(), describe(file.report).c_str());
@@ -69,6 +82,9 @@ void add_convert(CLI::App& app) {
   verb->add_option("--rate", given->rate, "Frames a second of the output")->check(frame_rate);
   verb->add_flag("--retarget", given->retarget, "Onto the standard 22 joints");
   add_reading(*verb, given->reading, "the input");
+  verb->add_option("--out-up", given->out_up, "Up axis of the output, y (default) or z (.bvh, .npz)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}));
   verb->add_option("--scene", given->scene, "Scene to put into a .glb beside the motion");
   verb->add_option("--body", given->body, "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
   verb->callback([given] {

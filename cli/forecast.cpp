@@ -55,6 +55,8 @@ void add_forecast(CLI::App& app) {
       ->check(CLI::Range(16, 60000));
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
   verb->add_flag("!--loose-feet", o->forecast.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag("--standard", o->forecast.standard,
+                 "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
@@ -74,7 +76,7 @@ void add_forecast(CLI::App& app) {
       if (extension_of(out) == "html")
         write_page(out, forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
       else
-        write_clip(out, r.prediction, &r.scene);
+        write_clip(out, o->forecast.standard ? r.prediction : r.on_source, &r.scene);
       std::printf("%s\n", out.c_str());
     }
   });

@@ -108,6 +108,8 @@ void add_inbetween(CLI::App& app) {
       ->check(whole_number)
       ->capture_default_str();
   verb->add_flag("!--loose-feet", o->options.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag("--standard", o->options.standard,
+                 "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {
@@ -131,13 +133,15 @@ void add_inbetween(CLI::App& app) {
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     else if (scene.meshes.empty())
       notes.push_back(o->scene.file + ": is a point cloud: where a body is inside it cannot be told");
+    if (!o->options.standard && r.on_source.frames() == 0)
+      notes.emplace_back("the files hold no rotations on one skeleton: written on the standard one");
     warn_of_collisions(r);
     say(notes);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html")
         write_page(out, inbetween_page(r, *o));
       else
-        write_clip(out, r.motion, &r.scene);
+        write_clip(out, o->options.standard || r.on_source.frames() == 0 ? r.motion : r.on_source, &r.scene);
       std::printf("%s\n", out.c_str());
     }
   });

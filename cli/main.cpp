@@ -2,6 +2,7 @@
 #include <string>
 
 #include "inhabit/error.h"
+#include "inhabit/math/simd.h"
 #include "verbs.h"
 
 namespace {
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   add_score(app);
   add_average(app);
   try {
+    inhabit::simd_level();  // a wrong INHABIT_SIMD is said at once
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {
     return app.exit(e);

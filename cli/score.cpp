@@ -8,8 +8,10 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/diversity.h"
+#include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
+#include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "outputs.h"
@@ -22,7 +24,7 @@ using torch::Tensor;
 
 struct Score {
   std::vector<std::string> motion, reference, truth;
-  std::string json;
+  std::string json, words = "local";
   int64_t observed = 0, kappa = 8;
   double rate = 25;
 };
@@ -45,10 +47,16 @@ void report(const Score& given, nlohmann::ordered_json facts) {
     if (!value.is_array()) std::printf("%s: %s\n", key.c_str(), value.dump().c_str());
 }
 
+/// The words that NDMS compares: of poses that know neither place nor heading, as `eval anticipate` has them, or of the
+/// motion as it is, where each word is moved by its first frame.
+Tensor words_of(const Tensor& joints, const Score& given) {
+  return pose_words(given.words == "world" ? joints : local_poses(joints), given.kappa);
+}
+
 void score_ndms(const Score& given) {
   std::vector<Tensor> known;
   for (const Motion& motion : standard_motions(given.reference, given.rate))
-    known.push_back(pose_words(motion.joints, given.kappa));
+    known.push_back(words_of(motion.joints, given));
   const Tensor reference = torch::cat(known);
   if (reference.size(0) == 0)
     throw Error(given.reference.front(), "holds no motion word of " + std::to_string(given.kappa) + " frames");
@@ -59,7 +67,7 @@ void score_ndms(const Score& given) {
   for (const auto& [path, joints] : standard_motions(given.motion, given.rate)) {
     // The first word that holds a forecast frame begins kappa-1 frames before it.
     const int64_t first = std::max<int64_t>(0, given.observed - given.kappa + 1);
-    const Tensor words = pose_words(joints, given.kappa).slice(0, first);
+    const Tensor words = words_of(joints, given).slice(0, first);
     if (joints.size(0) <= given.observed || words.size(0) == 0)
       throw Error(path, "has " + std::to_string(joints.size(0)) + " frames at " +
                             std::to_string(static_cast<int>(given.rate)) + " a second: no motion word of " +
@@ -80,11 +88,11 @@ void score_ndms(const Score& given) {
                  {"files", by_file}});
 }
 
-/// Futures (S, T, 22, 3) with the root at the origin in every frame, as long as the shortest.
+/// Futures (S, T, 22, 3) as poses that know neither place nor heading, as long as the shortest.
 Tensor local_futures(const std::vector<std::string>& paths, double rate, int64_t frames = -1) {
   std::vector<Tensor> all;
   for (const auto& [path, joints] : standard_motions(paths, rate)) {
-    all.push_back(joints - joints.narrow(1, 0, 1));
+    all.push_back(local_poses(joints));
     if (frames < 0 || joints.size(0) < frames) frames = joints.size(0);
   }
   for (Tensor& each : all) each = each.slice(0, 0, frames);
@@ -132,8 +140,7 @@ void score_error(const Score& given) {
   if (truth.size(0) != 1)
     throw Error(given.truth.front(), "holds " + std::to_string(truth.size(0)) + " motions where one is wanted");
   const Tensor futures = local_futures(given.motion, given.rate, truth.size(1));
-  const Tensor error = (futures - truth.slice(1, 0, futures.size(1))).norm(2, {3}).mean(2);  // (S, T)
-  const Tensor best = error[error.mean(1).argmin()];
+  const auto [error, best] = futures_error(futures, truth[0].slice(0, 0, futures.size(1)));
   report(given, {{"pose_error_mm", error.mean().item<double>() * 1000},
                  {"best_of_n_mm", best.mean().item<double>() * 1000},
                  {"futures", futures.size(0)},
@@ -165,6 +172,11 @@ void add_score(CLI::App& app) {
       ->check(CLI::Range(0, 1000000));
   ndms->add_option("--kappa", given->kappa, "Frames of a motion word")
       ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  ndms->add_option(
+          "--words", given->words,
+          "Poses that know neither place nor heading (local), or the motion, each word moved by its first frame")
+      ->check(CLI::IsMember({"local", "world"}))
       ->capture_default_str();
   add("npss", "Normalised power spectrum similarity with what came true", score_npss)
       ->add_option("--truth", given->truth, "What came true, a file for each motion")

@@ -45,7 +45,7 @@ void add_fit(CLI::App& synth) {
   struct Given {
     std::string out;
     std::vector<std::string> mocap;
-    inhabit::FitOptions options;
+    inhabit::FittingOptions options;
   };
   auto given = std::make_shared<Given>();
   CLI::App* verb = synth.add_subcommand("fit", "Furnish rooms around recorded motion");

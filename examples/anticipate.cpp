@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
 
   for (size_t i = 0; i < result.futures.size(); ++i) {
     const torch::Tensor path = result.futures[i].root_path();
-    std::printf("future %zu: the root ends %.1f m from where it began\n", i, (path[-1] - path[0]).norm().item<double>());
+    std::printf("future %zu: the root ends %.1f m from where it began\n", i,
+                (path[-1] - path[0]).norm().item<double>());
   }
 }

@@ -14,6 +14,6 @@ int main(int argc, char** argv) {
   inhabit::write_clip(argv[2], standard);
 
   for (const std::string& note : notes) std::printf("%s\n", note.c_str());
-  std::printf("%lld joints at %g Hz became %lld at %g Hz\n", static_cast<long long>(source.skeleton.size()), source.rate,
-              static_cast<long long>(standard.skeleton.size()), standard.rate);
+  std::printf("%lld joints at %g Hz became %lld at %g Hz\n", static_cast<long long>(source.skeleton.size()),
+              source.rate, static_cast<long long>(standard.skeleton.size()), standard.rate);
 }

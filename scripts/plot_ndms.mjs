@@ -9,9 +9,8 @@ const width = 560, height = 320, left = 48, right = 170, top = 36, bottom = 40;
 const colours = ["#2563eb", "#dc2626", "#059669", "#7c3aed", "#d97706"];
 const curves = tables.map((file) => {
   const table = JSON.parse(readFileSync(file, "utf8"));
-  const mean = table.actions.find((a) => a.action === "mean");
-  const ours = mean.rows.find((r) => r.method === "ours");
-  return { name: basename(file, ".json"), points: table.horizons_seconds.map((t, i) => [t, ours.ndms[i]]) };
+  const ours = table.rows.find((r) => r.action === "mean" && r.method === "ours");
+  return { name: basename(file, ".json"), points: table.horizons_seconds.map((t) => [t, ours.ndms[`${t.toFixed(1)}s`]]) };
 });
 const longest = Math.max(...curves.flatMap((c) => c.points.map(([t]) => t)));
 const highest = Math.ceil(10 * Math.max(...curves.flatMap((c) => c.points.map(([, v]) => v)))) / 10;

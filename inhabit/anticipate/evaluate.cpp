@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,6 +12,7 @@
 #include "inhabit/anticipate/fast_futures.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/diversity.h"
+#include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
 
@@ -79,9 +81,7 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
   const Tensor scores = future_scores(past, futures, database, c.kappa).mean(0);  // (T)
   const Tensor poses = feature_poses(futures);
   const int64_t known = std::min(truth.size(0), futures.size(1));
-  const Tensor error =
-      (poses.slice(1, 0, known) - feature_poses(truth.slice(0, 0, known))).slice(2, 1).norm(2, {3}).mean(2);
-  const Tensor best = error[error.mean(1).argmin()];
+  const auto [error, best] = futures_error(poses.slice(1, 0, known), feature_poses(truth.slice(0, 0, known)));
   const Tensor apd =
       futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
   const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
@@ -206,55 +206,72 @@ Table evaluate(const Networks& networks, const std::vector<Sequence>& test, cons
   return table;
 }
 
-std::string table_text(const Table& table) {
-  std::string text =
-      fmt::format("NDMS, {} futures of each observation\n{:<18}{:<16}", table.samples, "action", "method");
-  for (const double h : table.horizons) text += fmt::format("{:>7.1f}s", h);
-  text += "   NPSS  speed\n";
-  const auto number = [](double value, const char* format) {
-    return std::isnan(value) ? fmt::format("{:>7}", "-") : fmt::format(fmt::runtime(format), value);
-  };
-  for (const auto& action : table.actions)
-    for (const Scores& row : action.rows) {
-      text += fmt::format("{:<18}{:<16}", action.name, row.method);
-      for (const double value : row.ndms) text += fmt::format("{:>8.3f}", value);
-      text += number(row.npss, "{:>7.3f}") + number(row.speed_ratio, "{:>7.2f}") + "\n";
+namespace {
+
+/// Curves of the table, as they are called.
+struct Curve {
+  const char *title, *key;
+  std::vector<double> Scores::*values;
+  int decimals;
+};
+constexpr std::array<Curve, 5> kCurves = {{{"NDMS", "ndms", &Scores::ndms, 3},
+                                           {"joint error (mm)", "error_mm", &Scores::error, 0},
+                                           {"joint error, best of N (mm)", "best_error_mm", &Scores::best_error, 0},
+                                           {"root error (mm)", "root_error_mm", &Scores::root_error, 0},
+                                           {"APD (m)", "apd_m", &Scores::apd, 2}}};
+
+/// Rows of `actions` over the columns of `curves`, and what has one value a row where `single` is set.
+ScoreTable score_table(const Table& table, const std::vector<const Table::Action*>& actions,
+                       const std::vector<Curve>& curves, bool single) {
+  ScoreTable out;
+  out.labels = {"action", "method"};
+  for (const Curve& curve : curves)
+    for (const double h : table.horizons) {
+      const std::string name = fmt::format("{:.1f}s", h);
+      out.columns.push_back({curve.title, name, std::string(curve.key) + "/" + name, curve.decimals});
     }
-  const auto& mean = table.actions.back();
-  for (const auto& [title, curve] : {std::pair("joint error (mm)", &Scores::error),
-                                     {"joint error, best of N (mm)", &Scores::best_error},
-                                     {"root error (mm)", &Scores::root_error},
-                                     {"APD (m)", &Scores::apd}}) {
-    text += fmt::format("{}, mean over actions\n", title);
-    for (const Scores& row : mean.rows) {
-      text += fmt::format("{:<18}{:<16}", "", row.method);
-      for (const double value : row.*curve)
-        text += std::isnan(value) ? fmt::format("{:>8}", "-")
-                                  : fmt::format(fmt::runtime(curve == &Scores::apd ? "{:>8.2f}" : "{:>8.0f}"), value);
-      text += "\n";
-    }
+  if (single) {
+    out.columns.push_back({"", "NPSS", "npss", 3});
+    out.columns.push_back({"", "speed", "speed_ratio", 2});
   }
+  for (const Table::Action* action : actions)
+    for (const Scores& row : action->rows) {
+      out.rows.push_back({{action->name, row.method}, {}});
+      auto& cells = out.rows.back().cells;
+      for (const Curve& curve : curves)
+        for (const double value : row.*curve.values) cells.push_back({value, 0});
+      if (single) {
+        cells.push_back({row.npss, 0});
+        cells.push_back({row.speed_ratio, 0});
+      }
+    }
+  return out;
+}
+
+std::vector<const Table::Action*> all_of(const Table& table) {
+  std::vector<const Table::Action*> out;
+  for (const Table::Action& action : table.actions) out.push_back(&action);
+  return out;
+}
+
+}  // namespace
+
+std::string table_text(const Table& table) {
+  if (table.actions.empty()) return "";
+  std::string text = fmt::format("{} futures of each observation\n", table.samples);
+  text += text_of(score_table(table, all_of(table), {kCurves[0]}, true));
+  for (size_t c = 1; c < kCurves.size(); ++c)
+    text += text_of(score_table(table, {&table.actions.back()}, {kCurves[c]}, false));
   for (const std::string& action : table.left_out) text += action + ": no recording long enough\n";
   return text;
 }
 
 nlohmann::ordered_json table_json(const Table& table) {
   nlohmann::ordered_json out = {{"horizons_seconds", table.horizons}, {"samples", table.samples}};
-  const auto number = [](double v) { return std::isnan(v) ? nlohmann::ordered_json() : nlohmann::ordered_json(v); };
-  for (const auto& action : table.actions) {
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const Scores& row : action.rows) {
-      nlohmann::ordered_json r = {{"method", row.method}};
-      visit_curves(row, [&](const char* name, const std::vector<double>& values) {
-        for (const double value : values) r[name].push_back(number(value));
-      });
-      r["npss"] = number(row.npss);
-      r["speed_ratio"] = number(row.speed_ratio);
-      rows.push_back(r);
-    }
-    out["actions"].push_back(
-        {{"action", action.name}, {"windows", action.windows}, {"words", action.words}, {"rows", rows}});
-  }
+  out["actions"] = nlohmann::ordered_json::array();
+  for (const Table::Action& action : table.actions)
+    out["actions"].push_back({{"action", action.name}, {"windows", action.windows}, {"words", action.words}});
+  out["rows"] = rows_json(score_table(table, all_of(table), {kCurves.begin(), kCurves.end()}, true));
   out["left_out"] = table.left_out;
   return out;
 }

@@ -5,6 +5,7 @@
 
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/metrics/score_table.h"
 
 namespace inhabit::anticipate {
 

@@ -15,20 +15,10 @@ namespace {
 
 constexpr int64_t kFeatures = kFeatureCount;
 
-nn::RowGru gru_of(const torch::nn::Module& module, const std::string& suffix) {
-  const auto p = module.named_parameters();
-  return nn::row_gru(p["weight_ih" + suffix], p["weight_hh" + suffix], p["bias_ih" + suffix], p["bias_hh" + suffix]);
-}
-
 /// Last state of a GRU over rows (t, F), from zero.
 std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t frames) {
-  std::vector<float> state(static_cast<size_t>(gru.hidden)), input(static_cast<size_t>(gru.from_input.stride())),
-      recurrent(static_cast<size_t>(gru.from_state.stride()));
-  for (int64_t t = 0; t < frames; ++t) {
-    gru.input_gates(rows + t * kFeatures, input.data());
-    gru.state_gates(state.data(), recurrent.data());
-    nn::gru_update(gru.hidden, input.data(), recurrent.data(), state.data(), state.data());
-  }
+  std::vector<float> state(static_cast<size_t>(gru.hidden));
+  nn::last_gru_state(gru, rows, frames, state.data());
   return state;
 }
 
@@ -36,16 +26,16 @@ std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t fra
 
 FastFutures::FastFutures(const Networks& networks) : config_(networks.config), scale_(networks.scale) {
   if (config_.intention) {
-    intention_encoder_ = gru_of(*networks.intention->encoder, "_l0");
-    intention_decoder_ = gru_of(*networks.intention->decoder, "");
+    intention_encoder_ = nn::row_gru(*networks.intention->encoder);
+    intention_decoder_ = nn::row_gru(*networks.intention->decoder);
     intention_out_ = nn::row_layer(networks.intention->out->weight, networks.intention->out->bias);
     const Tensor w = networks.pose->look_ahead->weight.detach().permute({2, 1, 0}).contiguous();
     const Tensor b = networks.pose->look_ahead->bias.detach().contiguous();
     look_ahead_.assign(w.data_ptr<float>(), w.data_ptr<float>() + w.numel());
     look_ahead_bias_.assign(b.data_ptr<float>(), b.data_ptr<float>() + b.numel());
   }
-  pose_encoder_ = gru_of(*networks.pose->encoder, "_l0");
-  for (size_t i = 0; i < 3; ++i) layers_[i] = gru_of(*networks.pose->layers[i], "");
+  pose_encoder_ = nn::row_gru(*networks.pose->encoder);
+  for (size_t i = 0; i < 3; ++i) layers_[i] = nn::row_gru(*networks.pose->layers[i]);
   pose_out_ = nn::row_layer(networks.pose->out->weight, networks.pose->out->bias);
   const Tensor share = networks.pose->pull.detach().sigmoid().contiguous();
   pull_.assign(share.data_ptr<float>(), share.data_ptr<float>() + share.numel());

@@ -7,6 +7,7 @@
 #include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/nn/parallel_chunks.h"
 
 namespace inhabit::anticipate {
@@ -66,18 +67,27 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   const Tensor last = seen[seen.size(0) - 1];
   const Tensor joints =
       feature_joints(futures.features, last[0].expand({options.samples, 3}), headings(last).expand({options.samples}));
+  const auto posed = [&](const Tensor& places) {
+    const BodyFit fit = fit_body(impl_->body, places);
+    Clip on_body;
+    on_body.rate = c.rate;
+    on_body.skeleton = impl_->body.skeleton;
+    on_body.joints = places;
+    on_body.rotations = fit.rotations;
+    on_body.trans = fit.trans;
+    return on_skeleton(on_body, out.past.skeleton);
+  };
   out.futures.resize(static_cast<size_t>(options.samples));
+  if (!options.standard) out.on_source.resize(out.futures.size());
+  const Clip left_from = posed(last.unsqueeze(0));
+  const int64_t first = options.start < 0 ? clip.frames() : options.start;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;
-    const BodyFit fit = fit_body(impl_->body, joints[s]);
-    Clip future;
-    future.rate = c.rate;
-    future.skeleton = impl_->body.skeleton;
-    future.joints = joints[s];
-    future.rotations = fit.rotations;
-    future.trans = fit.trans;
-    out.futures[static_cast<size_t>(s)] = on_skeleton(future, out.past.skeleton);
+    const auto i = static_cast<size_t>(s);
+    out.futures[i] = posed(joints[s]);
+    if (!options.standard) out.on_source[i] = going_on(clip, first, left_from, out.futures[i]);
   });
+  if (!options.standard && out.labels.defined()) out.labels_on_source = labels_going_on(out.labels, c.rate, clip.rate);
   return out;
 }
 

@@ -15,6 +15,7 @@ struct Options {
   double seconds = 4;           ///< how far
   uint64_t seed = 1;            ///< a future depends on it and its own number alone
   std::string name = "motion";  ///< what errors call the clip
+  bool standard = false;        ///< futures are wanted on the standard skeleton alone
 };
 
 /// Futures of one observation, in its world, at the model's rate.
@@ -22,6 +23,10 @@ struct Result {
   Clip past;                  ///< what was observed, on the person's own bones
   std::vector<Clip> futures;  ///< (S) of T frames each, joint rotations on the same bones
   torch::Tensor labels;       ///< (S, T) int64 intentions; undefined for a model without them
+  /// Futures and labels on the clip's own skeleton, at its rate (motion/transfer.h); empty where Options::standard is
+  /// set.
+  std::vector<Clip> on_source;
+  torch::Tensor labels_on_source;
 };
 
 /// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU. Safe to use

@@ -6,8 +6,6 @@
 namespace inhabit {
 namespace {
 
-using Eigen::Vector3d;
-
 /// Mean distance of each joint's own skin from the joint, (J); 0 where a joint has no skin of its own.
 torch::Tensor flesh_sizes(const BodyModel& model, const torch::Tensor& vertices, const torch::Tensor& joints) {
   const torch::Tensor own = (model.skin_weights > 0.5).to(torch::kFloat);
@@ -36,37 +34,6 @@ std::vector<Capsule> shaped_capsules(const BodyModel& model, const torch::Tensor
     c.radius *= scale;
   }
   return capsules;
-}
-
-void place_capsules(const std::vector<Capsule>& capsules, const BonesPose& pose, std::vector<WorldCapsule>& out) {
-  out.resize(capsules.size());
-  for (size_t i = 0; i < capsules.size(); ++i) {
-    const Capsule& c = capsules[i];
-    const Eigen::Quaterniond& turn = pose.rotations[c.joint];
-    const Vector3d& place = pose.positions[c.joint];
-    out[i] = {c.joint, place + turn * Vector3d(c.a[0], c.a[1], c.a[2]), place + turn * Vector3d(c.b[0], c.b[1], c.b[2]),
-              c.radius};
-  }
-}
-
-double capsule_distance(const WorldCapsule& first, const WorldCapsule& second) {
-  // Closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
-  const Vector3d d1 = first.b - first.a, d2 = second.b - second.a, r = first.a - second.a;
-  const double a = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r), b = d1.dot(d2);
-  double s = 0, t = 0;
-  if (a > 1e-12) {
-    const double denominator = a * e - b * b;
-    s = denominator > 1e-12 ? std::clamp((b * f - c * e) / denominator, 0.0, 1.0) : 0.0;
-    if (e <= 1e-12) s = std::clamp(-c / a, 0.0, 1.0);
-  }
-  if (e > 1e-12) {
-    t = (b * s + f) / e;
-    if (t < 0 || t > 1) {
-      t = std::clamp(t, 0.0, 1.0);
-      if (a > 1e-12) s = std::clamp((b * t - c) / a, 0.0, 1.0);
-    }
-  }
-  return (first.a + s * d1 - second.a - t * d2).norm() - first.radius - second.radius;
 }
 
 }  // namespace inhabit

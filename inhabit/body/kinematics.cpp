@@ -113,9 +113,10 @@ Pose forward_kinematics(const std::vector<int>& parents, const Tensor& offsets, 
           torch::cat(level_rotations, -3).index_select(-3, back_index)};
 }
 
-Tensor joint_positions(const Skeleton& skeleton, const Tensor& rotations, const Tensor& trans) {
-  return forward_kinematics(skeleton.parents, skeleton.offsets.to(rotations.options()), axis_angle_to_matrix(rotations),
-                            trans)
+Tensor joint_positions(const Skeleton& skeleton, const Tensor& rotations, const Tensor& trans,
+                       const Tensor& translations) {
+  const Tensor& offsets = translations.defined() ? translations : skeleton.offsets;
+  return forward_kinematics(skeleton.parents, offsets.to(rotations.options()), axis_angle_to_matrix(rotations), trans)
       .positions;
 }
 

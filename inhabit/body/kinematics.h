@@ -20,7 +20,10 @@ Pose forward_kinematics(const std::vector<int>& parents, const torch::Tensor& of
                         const torch::Tensor& trans);
 
 /// Joint positions (T, J, 3) of axis-angle rotations (T, J, 3) and trans (T, 3) on a skeleton.
-torch::Tensor joint_positions(const Skeleton& skeleton, const torch::Tensor& rotations, const torch::Tensor& trans);
+/// @param translations (T, J, 3) in place of the skeleton's offsets where joints translate (Clip::translations), or
+/// undefined.
+torch::Tensor joint_positions(const Skeleton& skeleton, const torch::Tensor& rotations, const torch::Tensor& trans,
+                              const torch::Tensor& translations = {});
 
 /// Skin vertices (..., V, 3) of a posed body (linear blend skinning, with shape and, where the model has them, pose
 /// blend shapes). Differentiable in every argument.

@@ -171,6 +171,7 @@ Dataset create_dataset(const std::string& folder, const std::vector<std::string>
     if (failed) throw Error(folder + sub, "cannot be made: " + failed.message());
   }
   Dataset out;
+  out.lock = std::make_shared<FileLock>(folder, "another run");
   out.folder = folder;
   out.joint_names = standard_joint_names();
   out.parents = standard_parents();

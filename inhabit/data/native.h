@@ -1,8 +1,10 @@
 #pragma once
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "inhabit/io/file_lock.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
@@ -28,6 +30,7 @@ struct Dataset {
   std::vector<std::string> actions;                      ///< what Clip::action counts
   nlohmann::json provenance = nlohmann::json::object();  ///< how it was made: command, seed, sources, licence
   std::vector<DatasetClip> clips;
+  std::shared_ptr<const FileLock> lock;  ///< of the folder, while the data set is being made
 
   /// The clips of one split, in order; "all" gives every clip.
   std::vector<DatasetClip> split(const std::string& name) const;
@@ -52,7 +55,7 @@ Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Np
 Scene load_scene(const Dataset& dataset, const std::string& name);
 
 /// An empty data set of the standard skeleton in `folder`, whose folders are made. Throws Error where they cannot be,
-/// or where a data set is there already.
+/// or where a data set is there already or being made.
 Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions);
 
 /// Writes a scene into the folder as glTF, or a clip whose `entry` says where it goes (frames are filled in). Both may

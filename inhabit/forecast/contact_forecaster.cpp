@@ -10,6 +10,7 @@
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/motion/feet.h"
 #include "inhabit/motion/observe.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/query.h"
@@ -111,6 +112,10 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   out.forecast = predict(out.past.joints, points);
   out.prediction = embodied(out.past, out.forecast.joints);
   if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction, SceneQuery(out.scene));
+  if (!options.standard) {
+    const Clip last = embodied(out.past, out.past.joints.slice(0, c.past - 1));
+    out.on_source = going_on(clip, options.start < 0 ? clip.frames() : options.start, last, out.prediction);
+  }
   return out;
 }
 

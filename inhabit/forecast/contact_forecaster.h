@@ -26,12 +26,15 @@ struct Options {
   uint64_t seed = 1;            ///< draws the points
   bool clean_feet = true;       ///< feet stand and are lifted (motion/feet.h); `forecast` stays as the network says
   std::string name = "motion";  ///< what errors call the clip
+  bool standard = false;        ///< the prediction is wanted on the standard skeleton alone
 };
 
 struct Result {
-  Clip past;                  ///< P frames
-  Clip prediction;            ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
-                              ///< betas of the body fitted to them
+  Clip past;        ///< P frames
+  Clip prediction;  ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
+                    ///< betas of the body fitted to them
+  Clip on_source;   ///< the prediction on the clip's own skeleton, at its rate (motion/transfer.h); empty where
+                    ///< Options::standard is set
   std::optional<Clip> truth;  ///< as many of the T frames as the clip has
   Forecast forecast;
   Scene scene;  ///< what was looked at: the one given or, where that is empty, an assumed flat floor

@@ -2,20 +2,71 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <optional>
+#include <memory>
 
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/metrics/forecast_error.h"
+#include "inhabit/metrics/method.h"
 
 namespace inhabit::forecast {
 namespace {
 
 constexpr int64_t kBatch = 8;
 
+/// Windows that are forecast together.
+struct Windows {
+  torch::Tensor past;    // (B, P, J, 3)
+  torch::Tensor truth;   // (B, T, J, 3)
+  torch::Tensor points;  // (B, N, 3)
+};
+using ForecastMethod = Method<Windows, torch::Tensor>;  // joints (B, T, J, 3)
+
+torch::Tensor last_pose(const Windows& w) {
+  return w.past.slice(1, w.past.size(1) - 1).expand({-1, w.truth.size(1), -1, -1});
+}
+
+torch::Tensor constant_velocity(const Windows& w, int64_t root) {
+  const int64_t past = w.past.size(1), future = w.truth.size(1);
+  const torch::Tensor velocity =
+      (w.past.slice(1, past - 1) - w.past.slice(1, past - 2, past - 1)).select(2, root).unsqueeze(2);
+  return last_pose(w) + velocity * torch::arange(1, future + 1).view({1, future, 1, 1});
+}
+
+/// Baselines, then what the model's networks give.
+std::vector<ForecastMethod> methods_of(const Networks& model) {
+  const Config& config = model.config;
+  std::vector<ForecastMethod> out = {
+      {"last pose held", [](const Windows& w, uint64_t) { return last_pose(w); }},
+      {"constant velocity", [root = config.root](const Windows& w, uint64_t) { return constant_velocity(w, root); }}};
+  if (!model.ltd.is_empty())
+    out.push_back({"LTD", [ltd = model.ltd](const Windows& w, uint64_t) mutable {
+                     return ltd->forward(w.past.flatten(2)).view_as(w.truth);
+                   }});
+  const auto motion_method = [&](const MotionNetwork& network, const auto& contacts) {
+    return [fast = std::make_shared<FastMotionNetwork>(network), contacts, root = config.root](
+               const Windows& w, uint64_t) { return forecast_joints(fast->forward(w.past, contacts(w)), root); };
+  };
+  if (!model.no_contact.is_empty())
+    out.push_back({"w/o contact", motion_method(model.no_contact, [](const Windows&) { return torch::Tensor(); })});
+  if (!model.contact.is_empty() && !model.motion.is_empty())
+    out.push_back(
+        {"predicted contact", motion_method(model.motion, [config, fast = std::make_shared<FastContactNetwork>(
+                                                                       model.contact)](const Windows& w) {
+           const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
+           return contact_points(w.points, dct, config);
+         })});
+  if (!model.motion.is_empty())
+    out.push_back({"w/ true contact", motion_method(model.motion, [config](const Windows& w) {
+                     return true_contact_points(w.points, w.truth, config);
+                   })});
+  return out;
+}
+
+/// Errors summed over windows (T), metres.
 struct Sums {
-  torch::Tensor path, pose;  // (T) summed over windows, metres
+  torch::Tensor path, pose;
   void add(const torch::Tensor& predicted, const torch::Tensor& truth, int64_t root) {
     const torch::Tensor a = path_error(predicted, truth, root).sum(0), b = pose_error(predicted, truth, root).sum(0);
     path = path.defined() ? path + a : a;
@@ -29,18 +80,8 @@ Table evaluate(const Networks& model, const Data& data) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
-  std::vector<std::pair<std::string, Sums>> methods = {{"last pose held", {}}, {"constant velocity", {}}};
-  if (!model.ltd.is_empty()) methods.push_back({"LTD", {}});
-  if (!model.no_contact.is_empty()) methods.push_back({"w/o contact", {}});
-  if (!model.contact.is_empty() && !model.motion.is_empty()) methods.push_back({"predicted contact", {}});
-  if (!model.motion.is_empty()) methods.push_back({"w/ true contact", {}});
-
-  std::optional<FastContactNetwork> contact;
-  std::optional<FastMotionNetwork> motion, no_contact;
-  if (!model.contact.is_empty()) contact.emplace(model.contact);
-  if (!model.motion.is_empty()) motion.emplace(model.motion);
-  if (!model.no_contact.is_empty()) no_contact.emplace(model.no_contact);
-
+  const std::vector<ForecastMethod> methods = methods_of(model);
+  std::vector<Sums> sums(methods.size());
   for (int64_t first = 0; first < data.size(); first += kBatch) {
     std::vector<torch::Tensor> joints, points;
     for (int64_t i = first; i < std::min(data.size(), first + kBatch); ++i) {
@@ -48,84 +89,55 @@ Table evaluate(const Networks& model, const Data& data) {
       joints.push_back(s.joints);
       points.push_back(s.points);
     }
-    const torch::Tensor all = torch::stack(joints), scene = torch::stack(points);
-    const torch::Tensor past = all.slice(1, 0, P), truth = all.slice(1, P);
-    const torch::Tensor last = past.slice(1, P - 1).expand({-1, T, -1, -1});
-    const torch::Tensor velocity =
-        (past.slice(1, P - 1) - past.slice(1, P - 2, P - 1)).select(2, config.root).unsqueeze(2);
-    const torch::Tensor moved = last + velocity * torch::arange(1, T + 1).view({1, T, 1, 1});
-    auto run = [&](const FastMotionNetwork& network, const torch::Tensor& contacts) {
-      return forecast_joints(network.forward(past, contacts), config.root);
-    };
-    for (auto& [name, sums] : methods) {
-      if (name == "last pose held") sums.add(last, truth, config.root);
-      if (name == "constant velocity") sums.add(moved, truth, config.root);
-      if (name == "LTD") {
-        nn::TrajectoryGraph trajectory = model.ltd;
-        sums.add(trajectory->forward(past.flatten(2)).view_as(truth), truth, config.root);
-      }
-      if (name == "w/o contact") sums.add(run(*no_contact, {}), truth, config.root);
-      if (name == "predicted contact") {
-        const torch::Tensor dct = contact->forward(scene, contact_features(scene, past, config), past);
-        sums.add(run(*motion, contact_points(scene, dct, config)), truth, config.root);
-      }
-      if (name == "w/ true contact")
-        sums.add(run(*motion, true_contact_points(scene, truth, config)), truth, config.root);
-    }
+    const torch::Tensor all = torch::stack(joints);
+    const Windows windows{all.slice(1, 0, P), all.slice(1, P), torch::stack(points)};
+    for (size_t m = 0; m < methods.size(); ++m) sums[m].add(methods[m].run(windows, 0), windows.truth, config.root);
   }
 
   Table table;
   table.windows = data.size();
-  for (int64_t quarter = 1; quarter <= 4; ++quarter) {
-    const int64_t frame = T * quarter / 4;
-    table.horizons.push_back(static_cast<double>(frame) / config.rate);
-  }
-  for (const auto& [name, sums] : methods) {
-    if (!sums.path.defined()) continue;
-    Scores row{name, {}, {}};
-    auto fill = [&](const torch::Tensor& sum, std::vector<double>& out) {
+  if (data.size() == 0) return table;
+  for (int64_t quarter = 1; quarter <= 4; ++quarter)
+    table.horizons.push_back(static_cast<double>(T * quarter / 4) / config.rate);
+  for (size_t m = 0; m < methods.size(); ++m) {
+    Scores row{methods[m].name, {}, {}};
+    const auto fill = [&](const torch::Tensor& sum, std::vector<double>& out) {
       const torch::Tensor mm = sum * (1000.0 / static_cast<double>(data.size()));
       for (int64_t quarter = 1; quarter <= 4; ++quarter) out.push_back(mm[T * quarter / 4 - 1].item<double>());
       out.push_back(mm.mean().item<double>());
     };
-    fill(sums.path, row.path);
-    fill(sums.pose, row.pose);
+    fill(sums[m].path, row.path);
+    fill(sums[m].pose, row.pose);
     table.rows.push_back(row);
   }
   return table;
 }
 
-std::string table_text(const Table& table) {
-  std::string text = fmt::format("{:<20}|{:^45}|{:^45}\n{:<20}|", "", "Path Error (mm)", "Pose Error (mm)", "method");
-  for (int block = 0; block < 2; ++block) {
-    for (const double h : table.horizons) text += fmt::format("{:>8.1f}s", h);
-    text += fmt::format("{:>9}{}", "mean", block == 0 ? "|" : "\n");
+ScoreTable score_table(const Table& table) {
+  ScoreTable out;
+  out.labels = {"method"};
+  for (const auto& [group, key] : {std::pair("Path Error (mm)", "path_error/"), {"Pose Error (mm)", "pose_error/"}}) {
+    for (const double h : table.horizons)
+      out.columns.push_back({group, fmt::format("{:.1f}s", h), key + fmt::format("{:.1f}s", h), 1});
+    out.columns.push_back({group, "mean", key + std::string("mean"), 1});
   }
   for (const Scores& row : table.rows) {
-    text += fmt::format("{:<20}|", row.method);
-    for (const double v : row.path) text += fmt::format("{:>9.1f}", v);
-    text += "|";
-    for (const double v : row.pose) text += fmt::format("{:>9.1f}", v);
-    text += "\n";
+    ScoreTable::Row r{{row.method}, {}};
+    for (const auto* values : {&row.path, &row.pose})
+      for (const double v : *values) r.cells.push_back({v, 0});
+    out.rows.push_back(r);
   }
-  return text + fmt::format("{} windows\n", table.windows);
+  out.notes = {fmt::format("{} windows", table.windows)};
+  return out;
 }
 
-nlohmann::json table_json(const Table& table) {
-  nlohmann::json out = {{"horizons_seconds", table.horizons}, {"windows", table.windows}, {"unit", "millimetres"}};
-  for (const Scores& row : table.rows) {
-    nlohmann::json r = {{"method", row.method}};
-    auto named = [&](const std::vector<double>& values) {
-      nlohmann::json j;
-      for (size_t i = 0; i < table.horizons.size(); ++i) j[fmt::format("{:.1f}s", table.horizons[i])] = values[i];
-      j["mean"] = values.back();
-      return j;
-    };
-    r["path_error"] = named(row.path);
-    r["pose_error"] = named(row.pose);
-    out["rows"].push_back(r);
-  }
-  return out;
+std::string table_text(const Table& table) { return text_of(score_table(table)); }
+
+nlohmann::ordered_json table_json(const Table& table) {
+  return {{"horizons_seconds", table.horizons},
+          {"windows", table.windows},
+          {"unit", "millimetres"},
+          {"rows", rows_json(score_table(table))}};
 }
 
 }  // namespace inhabit::forecast

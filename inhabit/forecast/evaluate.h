@@ -5,6 +5,7 @@
 
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
+#include "inhabit/metrics/score_table.h"
 
 namespace inhabit::forecast {
 
@@ -25,8 +26,9 @@ struct Table {
 /// root going on at its last velocity with the last pose), and LTD, on every window of `data`.
 Table evaluate(const Networks& networks, const Data& data);
 
-/// Laid out as the paper's tables.
+/// Laid out as the paper's Tables 1 and 2.
+ScoreTable score_table(const Table& table);
 std::string table_text(const Table& table);
-nlohmann::json table_json(const Table& table);
+nlohmann::ordered_json table_json(const Table& table);
 
 }  // namespace inhabit::forecast

@@ -58,10 +58,9 @@ struct FastContactNetwork::Impl {
   };
 
   explicit Impl(const ContactNetwork& network)
-      : config(network->config), encode(nn::row_layer(network->x_enc->weight, network->x_enc->bias)), gru([&] {
-          const auto p = network->x_gru->named_parameters();
-          return nn::row_gru(p["weight_ih_l0"], p["weight_hh_l0"], p["bias_ih_l0"], p["bias_hh_l0"]);
-        }()) {
+      : config(network->config),
+        encode(nn::row_layer(network->x_enc->weight, network->x_enc->bias)),
+        gru(nn::row_gru(*network->x_gru)) {
     const auto convert = [](const std::vector<nn::PointVoxelConv>& layers) {
       return std::vector<nn::FastPointVoxelConv>(layers.begin(), layers.end());
     };

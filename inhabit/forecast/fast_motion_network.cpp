@@ -17,11 +17,6 @@ namespace {
 
 nn::RowLayer linear(const torch::nn::Linear& layer) { return nn::row_layer(layer->weight, layer->bias); }
 
-nn::RowGru recurrent(const torch::nn::Module& gru, const std::string& suffix) {
-  const auto p = gru.named_parameters();
-  return nn::row_gru(p["weight_ih" + suffix], p["weight_hh" + suffix], p["bias_ih" + suffix], p["bias_hh" + suffix]);
-}
-
 void tanh_in_place(std::vector<float>& x) {
   for (float& value : x) value = std::tanh(value);
 }
@@ -34,13 +29,13 @@ FastMotionNetwork::FastMotionNetwork(const MotionNetwork& network)
       encode_past_(linear(network->x_enc)),
       decode_in_(linear(network->out_enc)),
       decode_out_(linear(network->out_mlp)),
-      past_gru_(recurrent(*network->x_gru, "_l0")),
-      decode_gru_(recurrent(*network->out_gru, "")),
+      past_gru_(nn::row_gru(*network->x_gru)),
+      decode_gru_(nn::row_gru(*network->out_gru)),
       padded_dct_(padded_dct_matrix(config_.past, config_.future, config_.root_coefficients)),
       idct_(idct_matrix(config_.frames(), config_.root_coefficients)) {
   if (with_contact_) {
     encode_contact_ = linear(network->cont_enc);
-    contact_gru_ = recurrent(*network->cont_gru, "_l0");
+    contact_gru_ = nn::row_gru(*network->cont_gru);
   }
   for (const torch::nn::Sequential& block : {network->g_w1, network->g_w2, network->g_w3}) {
     const auto modules = block->children();

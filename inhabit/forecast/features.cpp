@@ -8,20 +8,13 @@
 
 #include "inhabit/forecast/contact_kernel.h"
 #include "inhabit/math/dct.h"
+#include "inhabit/scene/contact_map.h"
 
 namespace inhabit::forecast {
 
 using torch::Tensor;
 
 namespace {
-
-/// (B, T, J, N) squared distances, for devices without loops of our own.
-Tensor squared_distances(const Tensor& scene, const Tensor& joints) {
-  const auto axis = [&](int64_t i) {
-    return (joints.select(3, i).unsqueeze(3) - scene.select(2, i).unsqueeze(1).unsqueeze(1)).square();
-  };
-  return axis(0) + axis(1) + axis(2);
-}
 
 /// Rows [x y z 1] of the scene points `index` (B, ...) where `touching` (B, ...), else zeros.
 Tensor pick_points(const Tensor& scene, const Tensor& index, const Tensor& touching) {
@@ -65,8 +58,7 @@ Tensor contact_coefficients(const Tensor& scene, const Tensor& joints, const Ten
   if (!scene.device().is_cpu()) {
     std::vector<Tensor> by_joint;
     for (int64_t j = 0; j < joint_count; ++j) {
-      const Tensor map = torch::exp(squared_distances(scene, joints.slice(2, j, j + 1)).squeeze(2) *
-                                    (-0.5 / (config.sigma * config.sigma)));
+      const Tensor map = contact_map(joints.slice(2, j, j + 1), scene, config.sigma).squeeze(2);
       by_joint.push_back(basis.to(scene.device()).matmul(map));
     }
     return torch::stack(by_joint, 2).view({batch, rows * joint_count, count});
@@ -135,7 +127,7 @@ Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Conf
   if (!scene.device().is_cpu()) {
     std::vector<Tensor> values, indices;
     for (int64_t j = 0; j < joints.size(2); ++j) {
-      auto [value, index] = squared_distances(scene, joints.slice(2, j, j + 1)).squeeze(2).min(2);
+      auto [value, index] = distance_map(joints.slice(2, j, j + 1), scene).square().squeeze(2).min(2);
       values.push_back(value);
       indices.push_back(index);
     }

@@ -5,7 +5,7 @@ namespace inhabit::forecast {
 torch::Tensor contact_map_loss(const torch::Tensor& predicted, const torch::Tensor& truth, const Config& config) {
   const double values = static_cast<double>(config.past + config.future) *
                         static_cast<double>(config.joints * truth.size(0) * truth.size(2));
-  return (predicted - truth).square().sum() / values;
+  return torch::mse_loss(predicted, truth, torch::Reduction::Sum) / values;
 }
 
 MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,

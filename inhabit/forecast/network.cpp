@@ -57,12 +57,6 @@ Tensor local_pose(const Tensor& joints, int root) {
   return torch::cat({relative.slice(-2, 0, root), path, relative.slice(-2, root + 1)}, -2);
 }
 
-Tensor world_pose(const Tensor& local, int root) {
-  const Tensor path = local.slice(-2, root, root + 1);
-  const Tensor world = local + path;
-  return torch::cat({world.slice(-2, 0, root), path, world.slice(-2, root + 1)}, -2);
-}
-
 PointEncoderImpl::PointEncoderImpl(const Config& config) {
   tn::ModuleList sa_layers;
   int64_t channels = 3 + features_per_point(config);
@@ -145,7 +139,13 @@ Tensor ContactNetworkImpl::forward(const Tensor& scene, const Tensor& contact_dc
   Tensor& coarsest = levels.back().features;
   coarsest = torch::cat({coarsest, code.unsqueeze(2).expand({batch, code.size(1), coarsest.size(2)})}, 1);
   const Tensor features = pointnet_fp->forward(levels);
-  return out_mlp->forward(features.transpose(1, 2)).transpose(1, 2) + contact_dct;
+  // The MLP of every point with channels before points, as they lie: large maps are never transposed.
+  const auto linear = [batch](const tn::LinearImpl& layer, const Tensor& x, const Tensor& base) {
+    const Tensor weight = layer.weight.unsqueeze(0).expand({batch, layer.weight.size(0), layer.weight.size(1)});
+    return torch::baddbmm(base + layer.bias.unsqueeze(1), weight, x);
+  };
+  const Tensor hidden = torch::tanh(linear(out_mlp->at<tn::LinearImpl>(0), features, torch::zeros({})));
+  return linear(out_mlp->at<tn::LinearImpl>(2), hidden, contact_dct);
 }
 
 MotionNetworkImpl::MotionNetworkImpl(const Config& given, bool contact) : config(given), with_contact(contact) {

@@ -13,9 +13,6 @@ namespace inhabit::forecast {
 /// (..., J, 3) world metres -> (..., J, 3).
 torch::Tensor local_pose(const torch::Tensor& joints, int root);
 
-/// The inverse: (..., J, 3) local form -> world metres.
-torch::Tensor world_pose(const torch::Tensor& local, int root);
-
 /// Encoder half of the point-voxel network: levels of convolutions and set abstraction.
 struct PointEncoderImpl : torch::nn::Module {
   explicit PointEncoderImpl(const Config& config);

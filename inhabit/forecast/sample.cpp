@@ -14,7 +14,7 @@ namespace inhabit::forecast {
 namespace {
 
 constexpr int64_t kPoolPoints = 20000;  // a scene's points in memory: some 7,000 within 2.5 m of a person in a room
-constexpr size_t kScenesKept = 1024, kClipsKept = 2048;  // at most 240 MB and 190 MB (12 s clips)
+constexpr size_t kScenesKept = 4096, kClipsKept = 4096;  // at most 960 MB and 380 MB (12 s clips)
 
 }  // namespace
 

@@ -54,6 +54,7 @@ bool crosses_table(const Clip& clip) {
 DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int64_t runs) {
   const Detour detour = table_detour(model.config().frames, model.config().rate);
   request.keys = {0, detour.ends.frames() - 1};
+  request.standard = true;
   DetourScores scores;
   for (scores.runs = 0; scores.runs < runs; ++scores.runs, ++request.seed) {
     if (!crosses_table(model.run(detour.ends, detour.room, request).motion)) ++scores.around;

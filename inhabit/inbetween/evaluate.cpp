@@ -105,17 +105,13 @@ Clip posed_truth(const Window& window) {
 
 /// What a method made of a window, checked; with the truth's shape, so that every method moves the same body.
 Clip filled(const Method& method, const Window& window, const std::vector<int64_t>& keys, uint64_t seed) {
-  Clip out = method.fill(window, keys, seed);
+  Clip out = method.run({window, keys}, seed);
   const std::string subject = method.name + " on " + window.name;
   validate(out, subject);
   if (out.frames() != window.truth.frames() || out.skeleton.size() != kStandardJoints || !out.rotations.defined())
     throw Error(subject, "gives another number of frames or joints, or no rotations");
   out.betas = window.truth.betas;
   return out;
-}
-
-std::string number(double value, int decimals) {
-  return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
 }
 
 /// What a model lacks, as rows of the paper's tables are called.
@@ -176,40 +172,23 @@ std::vector<size_t> columns_of(Layout layout) {
 
 Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const Options& options) {
   return {row_name(model->config()),
-          [model, options](const Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
+          [model, options](const FillTask& task, uint64_t seed) {
+            const Window& w = task.window;
             Options own = options;
-            own.keys = keys;
+            own.keys = task.keys;
             own.seed = seed;
+            own.standard = true;
             return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
-          }};
+          },
+          /*random=*/true};
 }
 
 std::vector<Method> interpolation_methods() {
   const auto method = [](const char* name, Clip (*interpolate)(const Clip&, const std::vector<int64_t>&)) {
     return Method{name,
-                  [interpolate](const Window& window, const std::vector<int64_t>& keys, uint64_t) {
-                    return interpolate(window.given, keys);
-                  },
-                  false};
+                  [interpolate](const FillTask& task, uint64_t) { return interpolate(task.window.given, task.keys); }};
   };
   return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline)};
-}
-
-Estimate estimate(const std::vector<double>& runs) {
-  if (runs.empty()) return {kNone, kNone};
-  const auto n = static_cast<double>(runs.size());
-  double sum = 0, squares = 0;
-  for (const double value : runs) sum += value;
-  const double mean = sum / n;
-  if (runs.size() == 1) return {mean, 0};
-  for (const double value : runs) squares += (value - mean) * (value - mean);
-  // Student's t at 0.975 by degrees of freedom.
-  constexpr std::array<double, 30> t = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
-                                        2.201,  2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086,
-                                        2.080,  2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042};
-  const size_t freedom = runs.size() - 1;
-  const double factor = freedom <= t.size() ? t[freedom - 1] : 1.96 + 2.46 / static_cast<double>(freedom);
-  return {mean, factor * std::sqrt(squares / (n - 1) / n)};
 }
 
 Clip noisy_keys(const Clip& clip, double level, uint64_t seed) {
@@ -236,8 +215,7 @@ Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& me
   };
   std::vector<Row> rows;
   int64_t fills = 0;
-  const Method input = {"noisy input", [](const Window& w, const std::vector<int64_t>&, uint64_t) { return w.given; },
-                        false};
+  const Method input = {"noisy input", [](const FillTask& task, uint64_t) { return task.window.given; }};
   if (options.noise > 0) {
     rows.push_back({&input, "", std::vector<Run>(static_cast<size_t>(options.seeds))});
     fills += options.seeds * static_cast<int64_t>(windows.size());
@@ -291,56 +269,53 @@ Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& me
   return table;
 }
 
-std::string table_text(const Table& table, Layout layout) {
+ScoreTable score_table(const Table& table, Layout layout) {
   std::set<std::string> choices, methods;
   for (const Scores& row : table.rows) {
     if (row.keyframes.empty()) continue;
     choices.insert(row.keyframes);
     methods.insert(row.method);
   }
-  const bool one_choice = choices.size() <= 1, one_method = methods.size() <= 1;
+  const bool one_choice = choices.size() <= 1, one_method = methods.size() <= 1, by_keys = layout == Layout::keys;
   const auto label = [&](const Scores& row) {
     if (row.keyframes.empty()) return row.method;
-    if (layout == Layout::keys && one_method) return row.keyframes;
-    return one_choice && layout != Layout::keys ? row.method : row.method + ", " + row.keyframes;
+    if (by_keys && one_method) return row.keyframes;
+    return one_choice && !by_keys ? row.method : row.method + ", " + row.keyframes;
   };
-  size_t first = 24;
-  for (const Scores& row : table.rows) first = std::max(first, label(row).size() + 1);
-  std::string text = fmt::format("{:<{}}", layout == Layout::keys && one_method ? "Key frames" : "Method", first);
+  ScoreTable out;
+  out.labels = {by_keys && one_method ? "key frames" : "method"};
   const std::vector<size_t> columns = columns_of(layout);
-  for (const size_t c : columns) text += fmt::format("{:>17}", kColumns[c].title);
-  text += "\n";
-  for (const Scores& row : table.rows) {
-    text += fmt::format("{:<{}}", label(row), first);
-    for (const size_t c : columns) {
-      const Estimate& e = row.*kColumns[c].value;
-      std::string cell = number(e.mean, kColumns[c].decimals);
-      if (layout == Layout::seeds && row.runs > 1) cell += " +- " + number(e.interval, kColumns[c].decimals);
-      text += fmt::format("{:>17}", cell);
-    }
-    text += "\n";
-  }
-  text += fmt::format("{} windows", table.windows);
-  if (layout == Layout::close)
-    text += fmt::format(", {} frames closer to the scene than {:.0f} cm", table.close_frames, kCloseProximity * 100);
-  if (table.noise > 0) text += fmt::format(", key frames with noise of level {:g}", table.noise);
+  for (const size_t c : columns) out.columns.push_back({"", kColumns[c].title, kColumns[c].key, kColumns[c].decimals});
   int64_t runs = 1;
-  for (const Scores& row : table.rows) runs = std::max(runs, row.runs);
-  return text + fmt::format(", {} seed{}\n", runs, runs == 1 ? "" : "s");
+  for (const Scores& row : table.rows) {
+    out.rows.push_back({{label(row)}, {}});
+    for (const size_t c : columns) out.rows.back().cells.push_back(row.*kColumns[c].value);
+    runs = std::max(runs, row.runs);
+  }
+  std::string note = fmt::format("{} windows", table.windows);
+  if (layout == Layout::close)
+    note += fmt::format(", {} frames closer to the scene than {:.0f} cm", table.close_frames, kCloseProximity * 100);
+  if (table.noise > 0) note += fmt::format(", key frames with noise of level {:g}", table.noise);
+  out.notes = {note + fmt::format(", {} seed{}", runs, runs == 1 ? "" : "s")};
+  return out;
+}
+
+std::string table_text(const Table& table, Layout layout) {
+  return text_of(score_table(table, layout), layout == Layout::seeds);
 }
 
 nlohmann::ordered_json table_json(const Table& table) {
-  const auto value = [](double x) { return std::isnan(x) ? nlohmann::ordered_json() : nlohmann::ordered_json(x); };
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  ScoreTable all;
+  all.labels = {"method", "keyframes", "runs"};
+  for (const Column& column : kColumns) all.columns.push_back({"", column.title, column.key, column.decimals});
   for (const Scores& row : table.rows) {
-    nlohmann::ordered_json r = {{"method", row.method}, {"keyframes", row.keyframes}, {"runs", row.runs}};
-    for (const Column& column : kColumns) {
-      const Estimate& e = row.*column.value;
-      r[column.key] = {{"mean", value(e.mean)}, {"interval95", value(e.interval)}};
-    }
-    rows.push_back(r);
+    all.rows.push_back({{row.method, row.keyframes, std::to_string(row.runs)}, {}});
+    for (const Column& column : kColumns) all.rows.back().cells.push_back(row.*column.value);
   }
-  return {{"windows", table.windows}, {"close_frames", table.close_frames}, {"noise", table.noise}, {"rows", rows}};
+  return {{"windows", table.windows},
+          {"close_frames", table.close_frames},
+          {"noise", table.noise},
+          {"rows", rows_json(all, /*intervals=*/true)}};
 }
 
 }  // namespace inhabit::inbetween

@@ -9,17 +9,20 @@
 #include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/metrics/method.h"
+#include "inhabit/metrics/score_table.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::inbetween {
 
-/// A method of in-betweening. `fill` may read the frames `keys` of window.given and the scene.
-struct Method {
-  std::string name;
-  std::function<Clip(const Window& window, const std::vector<int64_t>& keys, uint64_t seed)> fill;
-  bool random = true;  ///< false where the seed changes nothing
+/// A window and the frames of window.given that a method may look at, beside the scene.
+struct FillTask {
+  const Window& window;
+  const std::vector<int64_t>& keys;
 };
+/// One way of filling in.
+using Method = inhabit::Method<FillTask, Clip>;
 
 /// A model as a row: "ours", or what its configuration lacks ("w/o global feature"), with its T* where it is
 /// noise-aware.
@@ -28,13 +31,6 @@ Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const 
 
 /// "linear + slerp" and "cubic spline".
 std::vector<Method> interpolation_methods();
-
-/// The mean over runs with different seeds, and half of its 95 % confidence interval by Student's t; 0 for one run. NaN
-/// where there is no value.
-struct Estimate {
-  double mean = 0, interval = 0;
-};
-Estimate estimate(const std::vector<double>& runs);
 
 /// What one method scores over all windows, each number a mean over them.
 struct Scores {
@@ -91,6 +87,7 @@ enum class Layout {
   seeds      ///< Table 9, with intervals
 };
 
+ScoreTable score_table(const Table& table, Layout layout = Layout::methods);
 std::string table_text(const Table& table, Layout layout = Layout::methods);
 nlohmann::ordered_json table_json(const Table& table);
 

@@ -8,7 +8,7 @@
 #include "inhabit/nn/mish.h"
 #include "inhabit/nn/norm_kernel.h"
 #include "inhabit/nn/parallel_chunks.h"
-#include "inhabit/nn/row_products_kernel.h"
+#include "inhabit/nn/row_layers.h"
 
 namespace inhabit::inbetween {
 
@@ -36,24 +36,9 @@ struct Rows {
   const float* clip(int64_t b) const { return data.data() + (b * pitch() + kEdge) * channels; }
 };
 
-/// A product of rows, with its bias.
-struct Product {
-  nn::PackedMatrix w;
-  std::vector<float> bias;  ///< padded as rows of w are
-};
-
-/// @param weight (taps, in, out).
-Product product_of(const Tensor& weight, const Tensor& bias) {
-  const Tensor entries = weight.detach().to(torch::kCPU, torch::kFloat32).contiguous(), b = bias.detach().contiguous();
-  Product p;
-  p.w = nn::pack_matrix(entries.data_ptr<float>(), entries.size(0) * entries.size(1), entries.size(2), entries.size(2),
-                        1);
-  p.bias.assign(static_cast<size_t>(p.w.stride()), 0.0F);
-  std::copy_n(b.data_ptr<float>(), b.numel(), p.bias.begin());
-  return p;
+nn::RowLayer layer_of(const tn::Conv1d& conv) {
+  return nn::row_layer_of_taps(conv->weight.permute({2, 1, 0}), conv->bias);
 }
-
-Product product_of(const tn::Conv1d& conv) { return product_of(conv->weight.permute({2, 1, 0}), conv->bias); }
 
 std::vector<float> numbers(const Tensor& t) {
   const Tensor x = t.detach().contiguous();
@@ -81,7 +66,7 @@ struct Scratch {
 
 /// y[to(b, i)] = bias + the product of the `taps` rows of x from row `first` + i * step of each clip on (0 being the
 /// clip's first frame), for `count` rows a clip. @param spread, offset to(b, i) = (b * count + i) * spread + offset
-void multiply(const Product& p, const Rows& x, int64_t first, int64_t step, int64_t count, int64_t spread,
+void multiply(const nn::RowLayer& p, const Rows& x, int64_t first, int64_t step, int64_t count, int64_t spread,
               int64_t offset, Scratch& scratch, float* y) {
   const int64_t total = x.batch * count, stride = p.w.stride();
   scratch.from.resize(static_cast<size_t>(total));
@@ -159,7 +144,7 @@ void place(const float* y, int64_t stride, int64_t columns, Rows& out, int64_t f
 
 struct FastDenoiser::Impl {
   struct Block {
-    Product first, second, around;
+    nn::RowLayer first, second, around;
     Norm first_norm, second_norm;
     int64_t out = 0, film = 0;  ///< channels; place of its scale and shift among all
     bool changes = false;       ///< channels, so that there is a product on the way round
@@ -167,8 +152,8 @@ struct FastDenoiser::Impl {
   };
   struct Level {
     Block first, second;
-    Product halve;      ///< of a level down
-    Product even, odd;  ///< of a level up: frames 2 i and 2 i + 1
+    nn::RowLayer halve;      ///< of a level down
+    nn::RowLayer even, odd;  ///< of a level up: frames 2 i and 2 i + 1
     Rows input;
   };
 
@@ -178,13 +163,13 @@ struct FastDenoiser::Impl {
     int64_t film = 0;
     const auto block = [&](TemporalBlock& from) {
       Block b;
-      b.first = product_of(from->first->conv);
-      b.second = product_of(from->second->conv);
+      b.first = layer_of(from->first->conv);
+      b.second = layer_of(from->second->conv);
       b.first_norm = norm_of(from->first->norm);
       b.second_norm = norm_of(from->second->norm);
       b.out = from->second->conv->weight.size(0);
       b.changes = !from->around.is_empty();
-      if (b.changes) b.around = product_of(from->around);
+      if (b.changes) b.around = layer_of(from->around);
       b.film = film;
       film += 2 * b.out;
       weights.push_back(from->scale_shift->weight.detach());
@@ -195,7 +180,7 @@ struct FastDenoiser::Impl {
       Level level;
       level.first = block(from.first);
       level.second = block(from.second);
-      if (!from.halve.is_empty()) level.halve = product_of(from.halve);
+      if (!from.halve.is_empty()) level.halve = layer_of(from.halve);
       downs.push_back(std::move(level));
     }
     for (auto& from : unet->middle) middle.push_back(block(from));
@@ -205,13 +190,13 @@ struct FastDenoiser::Impl {
       level.second = block(from.second);
       // (in, out, 4), stride 2, padding 1: frame 2 i sees i - 1 and i, frame 2 i + 1 sees i and i + 1.
       const Tensor w = from.twice->weight.permute({2, 0, 1});
-      level.even = product_of(torch::stack({w[3], w[1]}), from.twice->bias);
-      level.odd = product_of(torch::stack({w[2], w[0]}), from.twice->bias);
+      level.even = nn::row_layer_of_taps(torch::stack({w[3], w[1]}), from.twice->bias);
+      level.odd = nn::row_layer_of_taps(torch::stack({w[2], w[0]}), from.twice->bias);
       ups.push_back(std::move(level));
     }
-    last = product_of(unet->last->conv);
+    last = layer_of(unet->last->conv);
     last_norm = norm_of(unet->last->norm);
-    out = product_of(unet->out_conv);
+    out = layer_of(unet->out_conv);
     film_weight = torch::cat(weights);
     film_bias = torch::cat(biases);
   }
@@ -306,7 +291,7 @@ struct FastDenoiser::Impl {
   Denoiser network;
   std::vector<Level> downs, ups;
   std::vector<Block> middle;
-  Product last, out;
+  nn::RowLayer last, out;
   Norm last_norm;
   Tensor film_weight, film_bias;  ///< all blocks' scale and shift layers, one behind the other
   Rows start, end;

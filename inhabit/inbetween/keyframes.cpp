@@ -11,6 +11,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -73,32 +74,27 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
                            const std::vector<std::string>& names) {
   if (seconds.size() != poses.size())
     throw Error("times", std::to_string(seconds.size()) + " are named for " + std::to_string(poses.size()) + " poses");
-  PosesInTime out;
-  std::vector<torch::Tensor> joints, rotations, trans;
-  Clip all;
+  std::vector<Clip> sources, standard;
   for (size_t i = 0; i < poses.size(); ++i) {
-    const int64_t key = std::llround((seconds[i] - seconds[0]) * rate);
-    if (i > 0 && key <= out.keys.back()) throw Error("times", "are not in order, a frame or more apart");
-    if (key > 100'000) throw Error("times", "are more than 55 minutes apart");
-    const Clip pose = slice(retarget(slice(poses[i], 0, 1), names[i]), 0, 1);
-    if (i == 0)
-      all = pose;
-    else if ((pose.skeleton.offsets - all.skeleton.offsets).slice(0, 1).abs().max().item<double>() > 0.02)
+    if (i > 0 && std::llround((seconds[i] - seconds[0]) * rate) <= std::llround((seconds[i - 1] - seconds[0]) * rate))
+      throw Error("times", "are not in order, a frame or more apart");
+    if ((seconds[i] - seconds[0]) * rate > 100'000) throw Error("times", "are more than 55 minutes apart");
+    sources.push_back(slice(poses[i], 0, 1));
+    standard.push_back(slice(retarget(poses[i], names[i]), 0, 1));
+    const auto bones = [&](size_t k) { return standard[k].skeleton.offsets.slice(0, 1); };
+    if ((bones(i) - bones(0)).abs().max().item<double>() > 0.02)
       throw Error(names[i], "has other bones than " + names[0]);
-    joints.push_back(pose.joints);
-    rotations.push_back(pose.rotations);
-    trans.push_back(pose.trans);
-    out.keys.push_back(key);
   }
-  all.joints = torch::cat(joints);
-  all.rotations = torch::cat(rotations);
-  all.trans = torch::cat(trans);
+  Clip all = joined_poses(sources);
+  if (all.frames() == 0) all = joined_poses(standard);
+  all.rate = std::max(all.rate, rate);
+  PosesInTime out;
+  for (const double second : seconds) out.keys.push_back(std::llround((second - seconds[0]) * all.rate));
   std::vector<int64_t> held;
   for (size_t k = 0; k + 1 < out.keys.size(); ++k)
     held.insert(held.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), static_cast<int64_t>(k));
   held.push_back(static_cast<int64_t>(out.keys.size()) - 1);
   out.clip = frames_at(all, held);
-  out.clip.rate = rate;
   return out;
 }
 

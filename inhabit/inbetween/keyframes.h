@@ -22,7 +22,7 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
 
 /// Key poses at given times as a clip; frames between them repeat the pose before.
 struct PosesInTime {
-  Clip clip;                  ///< on the standard skeleton
+  Clip clip;                  ///< on the poses' skeleton, or the standard one where they have several or no rotations
   std::vector<int64_t> keys;  ///< its frames that are poses
 };
 

@@ -4,14 +4,13 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/fit.h"
-#include "inhabit/body/kinematics.h"
 #include "inhabit/data/cache.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/way_around.h"
-#include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/occupancy.h"
 
@@ -22,18 +21,6 @@ using torch::Tensor;
 namespace {
 
 constexpr size_t kScenesKept = 256, kClipsKept = 4096;
-
-/// The built-in body cut down to its anchors.
-const BodyModel& anchor_body() {
-  static const BodyModel body = [] {
-    BodyModel out = builtin_body();
-    out.template_vertices = out.template_vertices.index_select(0, out.anchors);
-    out.shape_dirs = out.shape_dirs.index_select(0, out.anchors);
-    out.skin_weights = out.skin_weights.index_select(0, out.anchors);
-    return out;
-  }();
-  return body;
-}
 
 /// Bits of a grid of 1 and -1, and back.
 Tensor packed(const Tensor& grid) {
@@ -64,11 +51,9 @@ Tensor body_betas(const Clip& clip) {
 }
 
 Tensor anchor_positions(const Clip& clip) {
-  const torch::NoGradGuard no_gradients;
-  const BodyModel& body = anchor_body();
-  const Tensor betas = body_betas(clip);
-  const Tensor trans = clip.root_path() - shaped_skeleton(body, betas).offsets[0];
-  return skin(body, betas, axis_angle_to_matrix(clip.rotations), trans);
+  Clip shaped = clip;
+  shaped.betas = body_betas(clip);
+  return anchor_points(shaped, builtin_body());
 }
 
 Tensor scene_occupancy(const SceneQuery& scene, const Tensor& root, double yaw) {

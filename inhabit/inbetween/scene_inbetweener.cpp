@@ -21,6 +21,7 @@
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/feet.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/floor.h"
@@ -41,6 +42,7 @@ constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last
 struct KeyedClip {
   Clip clip;                  // the frames `keys` of it are the poses; those between repeat the pose before
   std::vector<int64_t> keys;  // in order, the first 0, the last its last frame
+  SourcePoses source;         // the same poses on the skeleton that they came on
 };
 
 std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
@@ -81,6 +83,7 @@ KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, doub
   held.push_back(frames.back());
   out.clip = frames_at(poses_there, held);
   out.clip.rate = rate;
+  out.source = poses_of(source, poses_there, asked, frames, out.keys);
   for (const Tensor& t : {out.clip.joints, out.clip.rotations, out.clip.trans})
     if (!t.index_select(0, torch::tensor(out.keys)).isfinite().all().item<bool>())
       throw Error(name, "a key pose is not finite");
@@ -223,7 +226,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.given.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
-  const KeyedClip keyed = keyed_clip(clip, asked_keys(clip, options), c.rate, options.name);
+  KeyedClip keyed = keyed_clip(clip, asked_keys(clip, options), c.rate, options.name);
   const auto windows = fill_windows(keyed.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
 
   Result out;
@@ -244,6 +247,13 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.given, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
+  SourcePoses& source = keyed.source;
+  if (!options.standard && source.source.frames() > 0) {
+    // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
+    source.exact.assign(source.frames.size(), c.t_star == 0 && !options.given.defined());
+    source.exact.front() = source.exact.back() = true;
+    out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
+  }
   const CollisionMeter meter(builtin_body(), out.scene);
   out.key_collides = meter.measure(out.key_poses).depth > 0;
   if (options.collisions) out.collides = meter.measure(out.motion).depth > 0;

@@ -21,11 +21,14 @@ struct Options {
   bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
+  bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
   std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
 };
 
 struct Result {
-  Clip motion;                ///< on the standard skeleton at the model's rate, from the first key frame to the last
+  Clip motion;     ///< on the standard skeleton at the model's rate, from the first key frame to the last
+  Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h);
+                   ///< empty where Options::standard is set or the clip has no rotations
   std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
   Clip key_poses;             ///< (K frames) the poses asked for there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor

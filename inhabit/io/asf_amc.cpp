@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <map>
 
+#include "inhabit/body/bones.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
 
 namespace inhabit {
@@ -240,9 +242,10 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
 
   TextLines lines(amc_text, amc_name);
   double angle = asf.radians ? 1.0 : M_PI / 180;
-  bool rate_known = false, bones_move = false;
+  bool rate_known = false, bones_move = false, bones_stretch = false;
   PoseTrack track;
   track.joints = out.clip.skeleton.size();
+  const Bones rest = bones_of(out.clip.skeleton);
   std::vector<int> seen(asf.bones.size(), -1);  // frame in which a bone last stood
   int frame = -1;
   const auto close_frame = [&] {
@@ -252,22 +255,23 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
   };
   for (std::string_view line; lines.next_filled(line);) {
     if (line.front() == '#') continue;
-    std::string_view rest = line;
-    const std::string_view first = next_word(rest);
+    std::string_view words = line;
+    const std::string_view first = next_word(words);
     if (first.front() == ':') {
       const std::string key = lower(first);
       if (key == ":degrees") angle = M_PI / 180;
       if (key == ":radians") angle = 1;
-      if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(rest)), rate_known = true;
+      if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(words)), rate_known = true;
       continue;
     }
     if (first.front() >= '0' && first.front() <= '9') {
       close_frame();
       lines.whole(first, 0, 1'000'000'000);
-      if (!next_word(rest).empty()) lines.fail("more than a frame's number");
+      if (!next_word(words).empty()) lines.fail("more than a frame's number");
       ++frame;
       track.trans.emplace_back(Eigen::Vector3d::Zero());
       track.local.insert(track.local.end(), static_cast<size_t>(track.joints), Eigen::Quaterniond::Identity());
+      track.places.insert(track.places.end(), rest.offsets.begin(), rest.offsets.end());
       // Bones that never turn need no number in the file: keep them from growing past all measure.
       if (track.local.size() > amc_text.size() + kMostBones) lines.fail("too many bones without a degree of freedom");
       continue;
@@ -280,30 +284,35 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
     seen[found->second] = frame;
     Eigen::Vector3d turned = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
     for (const std::string& dof : bone.dof) {
-      const std::string_view word = next_word(rest);
+      const std::string_view word = next_word(words);
       if (word.empty())
         lines.fail("bone " + in_quotes(first) + " needs " + std::to_string(bone.dof.size()) + " numbers");
       const double value = lines.real(word);
       if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
       if (dof[0] == 'r') turned[dof[1] - 'x'] = value * angle;
       if (dof[0] == 't') moved[dof[1] - 'x'] = value;
+      if (dof[0] == 'l') bones_stretch = true;
     }
-    if (!next_word(rest).empty())
+    if (!next_word(words).empty())
       lines.fail("bone " + in_quotes(first) + " has more than " + std::to_string(bone.dof.size()) + " numbers");
     track.at(frame, layout.joint_of_bone[found->second]) =
         bone.axis * turn(turned, bone.axis_order) * bone.axis.conjugate();
     if (found->second == 0) {
       track.at(frame, 0) = turn(turned, bone.axis_order) * bone.axis;
       track.trans.back() = (asf.place + moved) * out.metres_per_unit;
-    } else {
-      bones_move = bones_move || moved.norm() > 0;
+    } else if (moved.norm() > 0) {
+      bones_move = true;
+      track.places[track.places.size() - static_cast<size_t>(track.joints) +
+                   static_cast<size_t>(layout.joint_of_bone[found->second])] += bone.axis * moved * out.metres_per_unit;
     }
   }
   if (frame < 0) throw Error(amc_name, "holds no frames");
   close_frame();
   if (!rate_known) out.notes.emplace_back("the file does not say its rate, 120 frames a second taken");
-  if (bones_move) out.notes.emplace_back("shifts of single bones were left out");
+  if (bones_stretch) out.notes.emplace_back("changes of bones' lengths were left out");
+  if (!bones_move) track.places.clear();
   set_pose(out.clip, track);
+  if (bones_move) set_translations(out.clip, out.clip.translations);
   validate(out.clip, amc_name);
   return out;
 }

@@ -11,7 +11,8 @@ namespace inhabit {
 // as the bone; a bone without children gets a leaf joint <bone>_end at its tip. Local rotations are C M C^-1 (C the
 // bone's axis, M its degrees of freedom), so that all joint frames are parallel to the world's at rest.
 
-/// Reads a motion on its skeleton. An .amc does not say its rate: 120 Hz, as nearly all of CMU's, unless the file does.
+/// Reads a motion on its skeleton. Bones with degrees of freedom tx ty tz translate, along their own axes; `l` is left
+/// out. An .amc does not say its rate: 120 Hz, as nearly all of CMU's, unless the file does.
 /// @param asf_path empty: find_asf(amc_path). @param metres_per_unit empty: 0.0254 / `length` of the .asf (CMU's 0.45
 /// makes 0.0564444 m) where that makes the size of a person, otherwise guessed from it, and said in the notes.
 /// Throws Error with file and line: unknown bones, a hierarchy that is no tree, missing or superfluous numbers, numbers

@@ -34,16 +34,19 @@ void write_atomically(const std::string& path, const std::function<void(std::ost
     stream.close();
     if (!in_place) fs::remove(file, ignored);
   };
+  errno = 0;
   try {
     write(stream);
   } catch (...) {
     discard();
     throw;
   }
+  int failure = stream ? 0 : errno;
   errno = 0;
   stream.close();
   if (!stream) {
-    const std::string reason = errno != 0 ? std::strerror(errno) : "the disk refused the data";
+    if (failure == 0) failure = errno;
+    const std::string reason = failure != 0 ? std::strerror(failure) : "the disk refused the data";
     discard();
     throw Error(path, "cannot be written: " + reason);
   }

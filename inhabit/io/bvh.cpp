@@ -1,6 +1,7 @@
 #include "inhabit/io/bvh.h"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -10,7 +11,8 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
-#include "inhabit/math/quaternion.h"
+#include "inhabit/io/upright.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
 
 namespace inhabit {
@@ -228,14 +230,14 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
     lines.fail("numbers go on after the last of " + std::to_string(frames) + " frames");
 
   // Joints that carry positions: their usual place is the bone.
-  bool moving_bones = false;
+  bool may_translate = false;
   for (size_t j = 0; j < count; ++j) {
     if (!joints[j].has_position()) continue;
     if (j == 0) {
       offsets[0].setZero();
       continue;
     }
-    moving_bones = true;
+    may_translate = true;
     for (int k = 0; k < 3; ++k) {
       std::vector<double> values;
       for (size_t t = 0; t < static_cast<size_t>(frames); ++t) values.push_back(places[t * count + j][k]);
@@ -254,7 +256,7 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
     out.metres_per_unit = *metres_per_unit;
     out.unit = "units of the given scale";
   } else {
-    const LengthUnit unit = guess_length_unit(longest_reach(skeleton), name);
+    const LengthUnit unit = guess_length_unit(longest_reach(skeleton, body_joint(skeleton)), name);
     out.metres_per_unit = unit.metres;
     out.unit = unit.name;
     out.notes.push_back("lengths taken for " + unit.name + " from the size of the person");
@@ -264,18 +266,20 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
   for (size_t t = 0; t < static_cast<size_t>(frames); ++t)
     track.trans.push_back((places[t * count] - offsets[0]) * scale);
   set_pose(out.clip, track);
-  if (moving_bones) {
-    out.notes.emplace_back("joints carry positions of their own; the skeleton's bones are their medians");
-    const std::vector<Eigen::Quaterniond> global = global_rotations(track, skeleton.parents);
-    std::vector<Eigen::Vector3d> at(count);
-    float* p = out.clip.joints.data_ptr<float>();
-    for (size_t t = 0; t < static_cast<size_t>(frames); ++t)
-      for (size_t j = 0; j < count; ++j, p += 3) {
-        const Eigen::Vector3d place = places[t * count + j] * scale;
-        const auto parent = static_cast<size_t>(std::max(joints[j].parent, 0));
-        at[j] = j == 0 ? place : Eigen::Vector3d(at[parent] + global[t * count + parent] * place);
-        Eigen::Map<Eigen::Vector3f>(p, 3) = at[j].cast<float>();
-      }
+  if (may_translate) {
+    torch::Tensor translations = torch::empty({frames, static_cast<int64_t>(count), 3});
+    float* p = translations.data_ptr<float>();
+    for (size_t k = 0; k < places.size(); ++k, p += 3)
+      Eigen::Map<Eigen::Vector3f>(p, 3) = (places[k] * scale).cast<float>();
+    translations.select(1, 0).copy_(skeleton.offsets[0].expand({frames, 3}));
+    set_translations(out.clip, translations);
+  }
+  if (joints[0].has_position()) Eigen::Map<Eigen::Vector3d>(out.clip.file.root_offset.data()) = joints[0].offset;
+  out.clip.file.format = "bvh";
+  out.clip.file.metres_per_unit = scale;
+  for (const Joint& joint : joints) {
+    std::string& letters = out.clip.file.channels.emplace_back();
+    for (const Channel& channel : joint.channels) letters += (channel.rotation ? "XYZ" : "xyz")[channel.axis];
   }
   validate(out.clip, name);
   return out;
@@ -287,23 +291,27 @@ SourceMotion read_bvh(const std::string& path, std::optional<double> metres_per_
 
 namespace {
 
-// Angles (degrees) with R = Rz Ry Rx, the nearer of the two solutions to `before`, without jumps of a whole turn.
-Eigen::Vector3d euler_zyx(const Eigen::Quaterniond& q, const Eigen::Vector3d& before) {
+// Angles (degrees) about axes i, j, k with R = R_i R_j R_k, the nearer of the two solutions to `before`, without jumps
+// of a whole turn.
+Eigen::Vector3d euler_angles(const Eigen::Quaterniond& q, const std::array<int, 3>& order,
+                             const Eigen::Vector3d& before) {
   const Eigen::Matrix3d m = q.toRotationMatrix();
-  const double sy = std::clamp(-m(2, 0), -1.0, 1.0);
-  Eigen::Vector3d first(0, std::asin(sy), 0);  // z, y, x
-  if (std::hypot(m(0, 0), m(1, 0)) > 1e-7) {
-    first[0] = std::atan2(m(1, 0), m(0, 0));
-    first[2] = std::atan2(m(2, 1), m(2, 2));
-  } else {  // z and x turn about one axis: keep x where it was
+  const auto [i, j, k] = order;
+  const double sign = (j - i + 3) % 3 == 1 ? 1 : -1;  // of the permutation
+  const double sine = std::clamp(sign * m(i, k), -1.0, 1.0);
+  Eigen::Vector3d first(0, std::asin(sine), 0);
+  if (std::hypot(m(i, i), m(i, j)) > 1e-7) {
+    first[0] = std::atan2(-sign * m(j, k), m(k, k));
+    first[2] = std::atan2(-sign * m(i, j), m(i, i));
+  } else {  // the outer two turn about one axis: keep the last where it was
     first[2] = before[2] * kDegree;
-    first[0] = sy > 0 ? first[2] + std::atan2(-m(0, 1), m(1, 1)) : -first[2] + std::atan2(-m(0, 1), m(1, 1));
+    first[0] = std::atan2(sign * m(k, j), m(j, j)) - sign * (sine > 0 ? 1 : -1) * first[2];
   }
   first /= kDegree;
   Eigen::Vector3d second(first[0] + 180, 180 - first[1], first[2] + 180);
-  for (int k = 0; k < 3; ++k) {
-    first[k] -= 360 * std::round((first[k] - before[k]) / 360);
-    second[k] -= 360 * std::round((second[k] - before[k]) / 360);
+  for (int angle = 0; angle < 3; ++angle) {
+    first[angle] -= 360 * std::round((first[angle] - before[angle]) / 360);
+    second[angle] -= 360 * std::round((second[angle] - before[angle]) / 360);
   }
   return (first - before).squaredNorm() <= (second - before).squaredNorm() ? first : second;
 }
@@ -314,8 +322,10 @@ void append_numbers(std::string& out, const Eigen::Vector3d& v, const char* sepa
   out.append(text, static_cast<size_t>(std::clamp(n, 0, 95)));
 }
 
-/// True for the joints that parse_bvh makes of end sites, as long as they do not turn: they are written as such again.
-std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const PoseTrack& track) {
+/// True for the joints that parse_bvh makes of end sites, as long as they neither turn nor translate: they are written
+/// as such again.
+std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const PoseTrack& track,
+                            const std::vector<bool>& translates) {
   std::vector<int> children(skeleton.names.size(), 0);
   for (const int parent : bones.parents)
     if (parent >= 0) ++children[static_cast<size_t>(parent)];
@@ -323,40 +333,61 @@ std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const 
   for (size_t j = 1; j < out.size(); ++j) {
     const auto parent = static_cast<size_t>(bones.parents[j]);
     if (children[j] > 0 || children[parent] != 1 || skeleton.names[j] != skeleton.names[parent] + "_end") continue;
-    out[j] = true;
+    out[j] = !translates[j];
     for (int64_t t = 0; t < track.frames() && out[j]; ++t)
       out[j] = track.at(t, static_cast<int>(j)).vec().norm() < 1e-6;
   }
   return out;
 }
 
-void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones, const std::vector<bool>& ends,
-                  int joint, int depth, double scale) {
+/// What stands in the hierarchy, beside the skeleton: how each joint is written.
+struct BvhLayout {
+  std::vector<bool> ends;             // end sites
+  std::vector<std::string> channels;  // as FileConventions::channels, always three rotations in them or none
+  double scale = 100;                 // units per metre
+  bool as_read = false;               // names may hold blanks, leaves need no end site
+  Eigen::Vector3d root_offset = Eigen::Vector3d::Zero();  // metres
+};
+
+std::string channel_words(const std::string& letters) {
+  std::string out = "CHANNELS " + std::to_string(letters.size());
+  for (const char c : letters) {
+    const bool rotation = c >= 'X' && c <= 'Z';
+    out += std::string(" ") + static_cast<char>(std::toupper(static_cast<unsigned char>(c))) +
+           (rotation ? "rotation" : "position");
+  }
+  return out + "\n";
+}
+
+void append_joint(std::string& out, const Skeleton& skeleton, const Bones& bones, const BvhLayout& layout, int joint,
+                  int depth) {
+  const auto at = static_cast<size_t>(joint);
   const std::string indent(static_cast<size_t>(depth), '\t');
   std::string name;
-  for (const char c : skeleton.names[static_cast<size_t>(joint)])
-    name += static_cast<unsigned char>(c) <= 32 || c == '{' || c == '}' || c == 127 ? '_' : c;
+  for (const char c : skeleton.names[at]) {
+    const bool blank = c == ' ' && layout.as_read;
+    name += !blank && (static_cast<unsigned char>(c) <= 32 || c == '{' || c == '}' || c == 127) ? '_' : c;
+  }
   if (name.empty()) name = "joint" + std::to_string(joint);
-  const Eigen::Vector3d offset = joint == 0 ? Eigen::Vector3d::Zero() : bones.offsets[static_cast<size_t>(joint)];
+  const Eigen::Vector3d offset = joint == 0 ? layout.root_offset : bones.offsets[at];
   out += indent + (joint == 0 ? "ROOT " : "JOINT ") + name + "\n" + indent + "{\n" + indent + "\tOFFSET ";
-  append_numbers(out, offset * scale, "\n");
-  out += indent + (joint == 0 ? "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
-                              : "\tCHANNELS 3 Zrotation Yrotation Xrotation\n");
+  append_numbers(out, offset * layout.scale, "\n");
+  out += indent + "\t" + channel_words(layout.channels[at]);
   const double length = offset.norm();
-  std::optional<Eigen::Vector3d> end =
-      length > 1e-6 ? Eigen::Vector3d(offset * (0.05 / length)) : Eigen::Vector3d(0, 0.05, 0);
+  bool ended = !layout.as_read;
+  Eigen::Vector3d end = length > 1e-6 ? Eigen::Vector3d(offset * (0.05 / length)) : Eigen::Vector3d(0, 0.05, 0);
   for (int child = joint + 1; child < bones.size(); ++child) {
     const auto c = static_cast<size_t>(child);
     if (bones.parents[c] != joint) continue;
-    end.reset();
-    if (ends[c])
+    ended = layout.ends[c];
+    if (ended)
       end = bones.offsets[c];
     else
-      append_joint(out, skeleton, bones, ends, child, depth + 1, scale);
+      append_joint(out, skeleton, bones, layout, child, depth + 1);
   }
-  if (end) {
+  if (ended) {
     out += indent + "\tEnd Site\n" + indent + "\t{\n" + indent + "\t\tOFFSET ";
-    append_numbers(out, *end * scale, "\n");
+    append_numbers(out, end * layout.scale, "\n");
     out += indent + "\t}\n";
   }
   out += indent + "}\n";
@@ -372,32 +403,67 @@ void depth_first(const std::vector<int>& parents, const std::vector<bool>& ends,
 
 }  // namespace
 
-void write_bvh(const std::string& path, const Clip& clip, double units_per_metre) {
-  validate(clip, path);
-  if (!clip.rotations.defined() || !clip.trans.defined())
+void write_bvh(const std::string& path, const Clip& motion, double units_per_metre) {
+  validate(motion, path);
+  if (!motion.rotations.defined() || !motion.trans.defined())
     throw Error(path, "a BVH file holds rotations, the motion has positions only; fit a body to it first");
+  const bool as_read = motion.file.format == "bvh";
+  Clip clip = as_read ? restore_trajectory(motion) : motion;
+  if (as_read && motion.file.z_up) turn_z_up(clip);
   const PoseTrack track = pose_track(clip);
   const Bones bones = bones_of(clip.skeleton);
-  const std::vector<bool> ends = end_sites(clip.skeleton, bones, track);
+  const auto joints = static_cast<size_t>(track.joints);
+  std::vector<bool> translates(joints, false);
+  for (size_t k = 0; k < track.places.size(); ++k)
+    if (track.places[k] != bones.offsets[k % joints]) translates[k % joints] = true;
+  BvhLayout layout;
+  layout.as_read = as_read;
+  layout.scale = as_read ? 1 / motion.file.metres_per_unit : units_per_metre;
+  if (as_read) layout.root_offset = Eigen::Map<const Eigen::Vector3d>(motion.file.root_offset.data()) / layout.scale;
+  layout.ends = end_sites(clip.skeleton, bones, track, translates);
+  const bool channels_known = as_read && motion.file.channels.size() == joints;
+  for (size_t j = 0; j < joints; ++j) {
+    std::string letters = channels_known ? motion.file.channels[j] : "";
+    const bool all_rotations = letters.find('X') != std::string::npos && letters.find('Y') != std::string::npos &&
+                               letters.find('Z') != std::string::npos;
+    const bool all_positions = letters.find('x') != std::string::npos && letters.find('y') != std::string::npos &&
+                               letters.find('z') != std::string::npos;
+    if (!all_rotations || (!all_positions && letters.size() != 3)) letters = "ZYX";
+    if (letters.size() == 3 && (j == 0 || translates[j])) letters.insert(0, "xyz");
+    layout.channels.push_back(letters);
+  }
   std::vector<int> order;
-  depth_first(bones.parents, ends, 0, order);
+  depth_first(bones.parents, layout.ends, 0, order);
 
   std::string text = "HIERARCHY\n";
-  append_joint(text, clip.skeleton, bones, ends, 0, 0, units_per_metre);
+  append_joint(text, clip.skeleton, bones, layout, 0, 0);
   char head[96];
   std::snprintf(head, sizeof head, "MOTION\nFrames: %lld\nFrame Time: %.9g\n", static_cast<long long>(track.frames()),
                 1 / clip.rate);
   text += head;
-  std::vector<Eigen::Vector3d> angles(static_cast<size_t>(track.joints), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> angles(joints, Eigen::Vector3d::Zero());
   for (int64_t t = 0; t < track.frames(); ++t) {
-    append_numbers(text, (track.trans[static_cast<size_t>(t)] + bones.offsets[0]) * units_per_metre, "");
-    for (const int j : order) {
-      Eigen::Vector3d& angle = angles[static_cast<size_t>(j)];
-      angle = euler_zyx(track.at(t, j), angle);
-      text += ' ';
-      append_numbers(text, angle, "");
+    for (const int joint : order) {
+      const auto j = static_cast<size_t>(joint);
+      const std::string& letters = layout.channels[j];
+      std::array<int, 3> axes{};
+      size_t turns = 0;
+      for (const char c : letters)
+        if (c >= 'X' && c <= 'Z') axes[turns++] = c - 'X';
+      angles[j] = euler_angles(track.at(t, joint), axes, angles[j]);
+      Eigen::Vector3d place = bones.offsets[j];
+      if (!track.places.empty()) place = track.places[static_cast<size_t>(t) * joints + j];
+      if (joint == 0) place = track.trans[static_cast<size_t>(t)] + bones.offsets[0];
+      turns = 0;
+      for (const char c : letters) {
+        char number[48];
+        const double value =
+            c >= 'X' && c <= 'Z' ? angles[j][static_cast<Eigen::Index>(turns++)] : place[c - 'x'] * layout.scale;
+        const int n = std::snprintf(number, sizeof number, "%.6f ", value);
+        text.append(number, static_cast<size_t>(std::clamp(n, 0, 47)));
+      }
     }
-    text += '\n';
+    text.back() = '\n';
   }
   write_atomically(path, text);
 }

@@ -119,7 +119,8 @@ std::string clip_json(const Clip& clip, const std::string& subject) {
                {"angle", "radian (axis-angle, each joint relative to its parent)"},
                {"rate", "frames a second"},
                {"axes", "right-handed, +Y up, the person faces +Z at rest"},
-               {"trans", "root joint = trans + offset of joint 0"}}
+               {"trans", "root joint = trans + offset of joint 0"},
+               {"translations", "in place of the offsets where joints translate"}}
               .dump();
   text += ",\n \"rate\": ";
   append_number(text, clip.rate, false);
@@ -148,6 +149,7 @@ std::string clip_json(const Clip& clip, const std::string& subject) {
   put("joints", clip.joints);
   put("rotations", clip.rotations);
   put("trans", clip.trans);
+  put("translations", clip.translations);
   put_names("action_names", clip.action_names);
   put("action", clip.action);
   put("contact", clip.contact);
@@ -174,6 +176,7 @@ Clip parse_clip_json(std::string_view text, const std::string& subject) {
   clip.joints = array_of(file, "joints", 3, subject);
   clip.rotations = array_of(file, "rotations", 3, subject);
   clip.trans = array_of(file, "trans", 2, subject);
+  clip.translations = array_of(file, "translations", 3, subject);
   clip.action_names = names_of(file, "action_names", subject);
   clip.action = array_of(file, "action", 1, subject);
   if (clip.action.defined()) clip.action = clip.action.to(torch::kInt64);
@@ -189,7 +192,9 @@ Clip parse_clip_json(std::string_view text, const std::string& subject) {
     if (clip.rotations.sizes() != torch::IntArrayRef({T, J, 3}) || clip.trans.sizes() != torch::IntArrayRef({T, 3}) ||
         T == 0)
       throw Error(subject, "rotations and trans do not fit the skeleton or each other");
-    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+    if (clip.translations.defined() && clip.translations.sizes() != torch::IntArrayRef({T, J, 3}))
+      throw Error(subject, "translations do not fit the skeleton or the rotations");
+    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans, clip.translations);
   }
   validate(clip, subject);
   if (file.contains("frames") && file["frames"] != clip.frames())

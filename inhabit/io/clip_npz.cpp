@@ -167,9 +167,12 @@ Tensor family_pelvis(const std::string& body) {
   return body == "smplx" ? torch::tensor({0.003F, -0.351F, 0.012F}) : torch::tensor({-0.002F, -0.223F, 0.028F});
 }
 
-bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const ClipReadOptions& options, Notes* notes) {
-  if (options.up != UpAxis::automatic) return options.up == UpAxis::z;
+bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const std::string& subject,
+             const ClipReadOptions& options, Notes* notes) {
   const Tensor trunk = root_matrices.select(2, 1).mean(0);  // where the pelvis' own up points, on average
+  check_told_up(Eigen::Vector3d(trunk[0].item<double>(), trunk[1].item<double>(), trunk[2].item<double>()), options.up,
+                subject, notes);
+  if (options.up != UpAxis::automatic) return options.up == UpAxis::z;
   const float y = trunk[1].item<float>(), z = trunk[2].item<float>();
   bool z_up = z > y;
   if (std::max(y, z) < 0.4F) {  // lying: then it is the axis along which the pelvis moves least
@@ -226,8 +229,9 @@ void read_annotations(const Npz& npz, Clip& clip) {
 }
 
 /// Arrays of npz_from_clip with a row a frame.
-constexpr const char* kFrameArrays[] = {"trans",     "root_orient", "pose_body", "poses",        "joints",
-                                        "root_path", "action",      "contact",   "hand_targets", "object_pose"};
+constexpr const char* kFrameArrays[] = {"trans",        "root_orient", "pose_body",   "poses",
+                                        "joints",       "root_path",   "action",      "contact",
+                                        "hand_targets", "object_pose", "translations"};
 
 /// How many motions lie in the leading dimension of `joints`; -1 where there is no such dimension.
 int64_t samples_of(const Npz& npz) {
@@ -257,17 +261,28 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
   if (clip.rotations.defined() && clip.rotations.size(1) != J)
     throw Error(subject, "a pose of " + std::to_string(clip.rotations.size(1)) + " joints on a skeleton of " +
                              std::to_string(J));
+  clip.translations = any_of(npz, {"translations"});
   clip.joints = any_of(npz, {"joints"});
   if (!clip.joints.defined()) {
     if (!clip.rotations.defined() || !clip.trans.defined())
       throw Error(subject, "has neither joints nor both rotations and trans");
     if (clip.trans.dim() != 2 || clip.trans.size(1) != 3 || clip.trans.size(0) != clip.rotations.size(0))
       throw Error(subject, "trans has the wrong shape");
-    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+    if (clip.translations.defined() && clip.translations.sizes() != torch::IntArrayRef({clip.trans.size(0), J, 3}))
+      throw Error(subject, "translations has the wrong shape");
+    clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans, clip.translations);
   }
   read_annotations(npz, clip);
   validate(clip, subject);
-  if (options.up == UpAxis::z) turn_upright(clip);
+  const std::string up = text_of(npz, "up");
+  if (!up.empty() && up != "y" && up != "z") throw Error(subject, "its up is neither y nor z");
+  clip.file.format = "npz";
+  clip.file.z_up = up == "z";
+  if (options.up != UpAxis::automatic) {
+    check_told_up(mean_trunk(clip), options.up, subject, notes);
+    clip.file.z_up = options.up == UpAxis::z;
+  }
+  if (clip.file.z_up) turn_upright(clip);
   return clip;
 }
 
@@ -289,8 +304,11 @@ Clip positions_clip(const Npz& npz, const char* name, const std::string& subject
   read_annotations(npz, clip);
   validate(clip, subject);
   const Tensor trunk = (clip.joints.select(1, 12) - clip.joints.select(1, 0)).mean(0);
+  check_told_up(mean_trunk(clip), options.up, subject, notes);
   const bool z_up =
       options.up == UpAxis::z || (options.up == UpAxis::automatic && trunk[2].item<float>() > trunk[1].item<float>());
+  clip.file.format = "npz";
+  clip.file.z_up = z_up;
   if (z_up) turn_upright(clip);
   if (options.up == UpAxis::automatic)
     note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
@@ -353,7 +371,9 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
     throw Error(subject, "the body model given is none of the SMPL family");
   read_annotations(npz, clip);
   const Tensor root_path = clip.trans + clip.skeleton.offsets[0];
-  if (is_z_up(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, options, notes)) turn_upright(clip);
+  clip.file.format = "smpl";
+  clip.file.z_up = is_z_up(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, subject, options, notes);
+  if (clip.file.z_up) turn_upright(clip);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   validate(clip, subject);
   return clip;
@@ -385,9 +405,25 @@ Clip read_clip_npz(const std::string& path, const ClipReadOptions& options, Note
   return std::move(clips.front());
 }
 
-Npz npz_from_clip(const Clip& clip, const std::string& subject) {
-  validate(clip, subject);
+Npz npz_from_clip(const Clip& given, const std::string& subject) {
+  validate(given, subject);
+  Clip clip = given;
   Npz npz;
+  const std::string& format = clip.file.format;
+  if (format == "smpl" && clip.trans.defined() && !clip.betas.defined()) {  // trans as the family has it
+    const Tensor root = clip.trans + clip.skeleton.offsets[0];
+    clip.skeleton.offsets = clip.skeleton.offsets.clone();
+    clip.skeleton.offsets[0].copy_(family_pelvis(clip.source_body));
+    clip.trans = root - clip.skeleton.offsets[0];
+    if (clip.translations.defined()) {
+      clip.translations = clip.translations.clone();
+      clip.translations.select(1, 0).copy_(clip.skeleton.offsets[0].expand({clip.frames(), 3}));
+    }
+  }
+  if (clip.file.z_up && (format == "smpl" || format == "npz")) {
+    turn_z_up(clip);
+    npz.strings["up"] = {{}, {"z"}};
+  }
   auto put = [&](const char* name, const Tensor& t) {
     if (t.defined()) npz.tensors[name] = t;
   };
@@ -398,6 +434,7 @@ Npz npz_from_clip(const Clip& clip, const std::string& subject) {
   put("mocap_framerate", torch::tensor(clip.rate, torch::kFloat64));
   npz.strings["gender"] = {{}, {clip.gender}};
   put("trans", clip.trans);
+  put("translations", clip.translations);
   if (clip.rotations.defined()) {
     if (J == kStandardJoints) {
       put("root_orient", clip.rotations.select(1, 0));

@@ -20,7 +20,7 @@ namespace inhabit {
 /// `framerate` or `frame_rate`; 30 where there is none. `betas` (B), (1, B) or (T, B); `gender` as any kind of text.
 /// inhabit's own: `joint_names` (J), `parents` (J), `offsets` (J, 3) metres, `joints` (T, J, 3), `action` (T),
 /// `action_names`, `contact` (T, J), `hand_targets` (T, 2, 4), `object_names` (O), `object_pose` (T, O, 6),
-/// `source_body`, `source_betas`.
+/// `source_body`, `source_betas`, `translations` (T, J, 3), `up` ("z" where the arrays are in a z-up world).
 ///
 /// A file without a skeleton gets that of `options.body` shaped by its betas, or else of the built-in body in its mean
 /// shape (its betas belong to another body and are kept as source_betas); the pelvis stays where the file's own model
@@ -33,8 +33,9 @@ Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOpt
                    Notes* notes = nullptr);
 
 /// The arrays of a clip: AMASS names (`root_orient` and `pose_body` for 22 joints, else `poses`) and inhabit's own,
-/// from which clip_from_npz makes the same clip again, bit by bit. Throws Error(subject, ...) for a clip that is not
-/// valid.
+/// from which clip_from_npz makes the same clip again, bit by bit. Where clip.file is of an .npz, its up axis, and of
+/// the SMPL family where the root is counted from, are as they were there. Throws Error(subject, ...) for a clip that
+/// is not valid.
 Npz npz_from_clip(const Clip& clip, const std::string& subject);
 
 void write_clip_npz(const std::string& path, const Clip& clip);

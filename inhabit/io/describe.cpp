@@ -51,6 +51,13 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
     out["mean_speed"] = rounded(travelled / (clip.seconds() - 1 / clip.rate));
   }
   out["rotations"] = clip.rotations.defined() && clip.trans.defined();
+  if (clip.translations.defined()) {
+    const Tensor moves = clip.translations.ne(clip.skeleton.offsets).any(2).any(0);
+    Json names = Json::array();
+    for (int64_t j = 0; j < moves.size(0); ++j)
+      if (moves[j].item<bool>()) names.push_back(clip.skeleton.names[static_cast<size_t>(j)]);
+    out["joints_that_translate"] = names;
+  }
   out["gender"] = clip.gender;
   if (clip.betas.defined()) out["betas"] = numbers(clip.betas);
   if (!clip.source_body.empty()) out["source_body"] = clip.source_body;

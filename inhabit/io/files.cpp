@@ -12,16 +12,28 @@
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/ply.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit {
 namespace {
 
-/// What the readers of recordings leave to the caller: rate and up axis given by hand.
-Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes) {
+/// What the readers of recordings leave to the caller: the rate given by hand, which axis is up, who carries the body.
+/// @param foreign false: of inhabit itself, whose +Y is up unless the user says otherwise.
+Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes,
+              bool foreign = true) {
   if (options.rate != 0) motion.clip.rate = options.rate;
   validate(motion.clip, path);
-  if (options.up == UpAxis::z) turn_upright(motion.clip);
+  motion.clip.file.z_up =
+      (foreign || options.up != UpAxis::automatic) && is_z_up(motion.clip, options.up, path, &motion.notes);
+  if (motion.clip.file.z_up) turn_upright(motion.clip);
+  if (const int carrier = carry_by_root(motion.clip); carrier >= 0)
+    motion.notes.push_back("the root goes where " + motion.clip.skeleton.names[static_cast<size_t>(carrier)] +
+                           ", which carried the motion, goes");
+  if (motion.clip.translations.defined()) {
+    const torch::Tensor apart = (motion.clip.translations - motion.clip.skeleton.offsets).abs().amax({0, 2});
+    motion.notes.push_back(std::to_string(apart.gt(0).sum().item<int64_t>()) + " joints translate");
+  }
   if (notes != nullptr) notes->insert(notes->end(), motion.notes.begin(), motion.notes.end());
   return std::move(motion.clip);
 }
@@ -41,7 +53,7 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   if (extension == "json") {
     SourceMotion motion;
     motion.clip = read_clip_json(path);
-    return finished(std::move(motion), path, options, notes);
+    return finished(std::move(motion), path, options, notes, false);
   }
   if (!std::filesystem::exists(path)) throw Error(path, "there is no such file");
   throw Error(path, "is no motion format inhabit reads (.bvh .amc .txt .npz .npy .json)");

@@ -262,13 +262,16 @@ void add_person(GltfBuilder& builder, const GltfPerson& person, const std::strin
   // Nodes of the joints stand at the first frame, so that programs without animation show a pose of the clip.
   const Tensor root = (clip.trans + skeleton.offsets[0]).to(torch::kFloat32).contiguous();
   const Tensor offsets = skeleton.offsets.to(torch::kFloat32).contiguous();
+  const Tensor places = clip.translations;
+  const Tensor moves = places.defined() ? places.ne(offsets).any(2).any(0) : torch::zeros({J}, torch::kBool);
   std::vector<Tensor> tracks;
   std::vector<int> nodes;
   for (int64_t j = 0; j < J; ++j) {
     tracks.push_back(quaternion_track(clip.rotations.select(1, j)));
     tinygltf::Node node;
     node.name = skeleton.names[static_cast<size_t>(j)];
-    const Tensor place = j == 0 ? root[0] : offsets[j];
+    Tensor place = j == 0 ? root[0] : offsets[j];
+    if (j > 0 && moves[j].item<bool>()) place = places[0][j];
     for (int k = 0; k < 3; ++k) node.translation.push_back(place[k].item<float>());
     for (int k = 0; k < 4; ++k) node.rotation.push_back(tracks.back()[0][k].item<float>());
     nodes.push_back(builder.add_node(node, false));
@@ -328,6 +331,10 @@ void add_person(GltfBuilder& builder, const GltfPerson& person, const std::strin
     animation.channels.push_back(channel);
   };
   add_track(nodes[0], "translation", root, TINYGLTF_TYPE_VEC3);
+  for (int64_t j = 1; j < J; ++j)
+    if (moves[j].item<bool>())
+      add_track(nodes[static_cast<size_t>(j)], "translation", places.select(1, j).to(torch::kFloat32),
+                TINYGLTF_TYPE_VEC3);
   for (size_t j = 0; j < tracks.size(); ++j) add_track(nodes[j], "rotation", tracks[j], TINYGLTF_TYPE_VEC4);
 }
 

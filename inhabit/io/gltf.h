@@ -20,9 +20,10 @@ struct GltfPerson {
 };
 
 /// A binary glTF 2.0 (.glb): each person a skinned mesh over a hierarchy of joint nodes, animated by rotation tracks
-/// and the root's translation (one animation, "motion"); the scene's meshes with names and colours; its points as
-/// points. Metres, +Y up, as glTF has it: Blender, Unreal and three.js read it as it is. Faces without normals are
-/// drawn flat. Throws Error(subject, ...) where a clip has positions only, or where there is nothing to write.
+/// and translations of the root and of joints that translate (one animation, "motion"); the scene's meshes with names
+/// and colours; its points as points. Metres, +Y up, as glTF has it: Blender, Unreal and three.js read it as it is.
+/// Faces without normals are drawn flat. Throws Error(subject, ...) where a clip has positions only, or where there is
+/// nothing to write.
 std::string glb_bytes(const std::vector<GltfPerson>& people, const Scene* scene, const std::string& subject);
 
 /// The same into a file. Throws Error(path, ...).

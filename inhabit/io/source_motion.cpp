@@ -22,21 +22,23 @@ LengthUnit guess_length_unit(double reach, const std::string& subject) {
     std::snprintf(
         text, sizeof text,
         "the longest chain of bones is %.4g units, in no known unit that of a person; give the scale in metres "
-        "per unit",
+        "per unit (--scale)",
         reach);
     throw Error(subject, text);
   }
   return *best;
 }
 
-double longest_reach(const Skeleton& skeleton) {
+double longest_reach(const Skeleton& skeleton, int from) {
   const torch::Tensor offsets = skeleton.offsets.to(torch::kDouble).contiguous();
   const auto o = offsets.accessor<double, 2>();
-  std::vector<double> reach(static_cast<size_t>(skeleton.size()), 0.0);
+  std::vector<double> reach(static_cast<size_t>(skeleton.size()), -1.0);  // below 0: not below `from`
+  reach[static_cast<size_t>(from)] = 0;
   double longest = 0;
-  for (int j = 1; j < skeleton.size(); ++j) {
-    reach[static_cast<size_t>(j)] =
-        reach[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])] + std::hypot(o[j][0], o[j][1], o[j][2]);
+  for (int j = from + 1; j < skeleton.size(); ++j) {
+    const double start = reach[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])];
+    if (start < 0) continue;
+    reach[static_cast<size_t>(j)] = start + std::hypot(o[j][0], o[j][1], o[j][2]);
     longest = std::max(longest, reach[static_cast<size_t>(j)]);
   }
   return longest;

@@ -26,7 +26,8 @@ struct LengthUnit {
 /// Throws Error(subject, ...) where none fits and says to give the scale.
 LengthUnit guess_length_unit(double reach, const std::string& subject);
 
-/// The longest chain of bones from joint 0 to a leaf, in the skeleton's own unit.
-double longest_reach(const Skeleton& skeleton);
+/// The longest chain of bones from joint `from` to a leaf, in the skeleton's own unit. What lies above that joint does
+/// not count: a root that stands for the world may be any distance away.
+double longest_reach(const Skeleton& skeleton, int from = 0);
 
 }  // namespace inhabit

@@ -1,23 +1,26 @@
 #pragma once
 
+#include <string>
+
 namespace inhabit {
 
-/// What vector instructions the processor that runs us has. Kernels (files named *_kernel.cpp) are compiled for each
-/// and chosen at run time, so that one binary serves every x86-64; elsewhere the baseline is used.
+/// What vector instructions kernels use. Kernels (files named *_kernel.cpp) are compiled for each level and chosen at
+/// run time, so that one binary serves every x86-64; elsewhere the baseline is used.
 enum class Simd { kBaseline, kAvx2, kAvx512 };
 
-inline Simd simd_level() {
-#if defined(__x86_64__)
-  static const Simd level = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
-                                ? Simd::kAvx512
-                            : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? Simd::kAvx2
-                                                                                              : Simd::kBaseline;
-  return level;
-#else
-  return Simd::kBaseline;
-#endif
-}
+/// The level in use: the highest that the processor has, unless the environment's INHABIT_SIMD says baseline, avx2 or
+/// avx512. Throws Error("INHABIT_SIMD", ...) where it says anything else or what the processor lacks.
+Simd simd_level();
+
+/// The highest that the processor has.
+Simd best_simd_level();
+
+/// From now on, in every thread: for tests, which compare the levels. Throws Error where the processor lacks it.
+void use_simd_level(Simd level);
+
+const char* simd_level_name(Simd level);
+/// Throws Error(subject, ...) for other names and for what the processor lacks.
+Simd simd_level_named(const std::string& name, const std::string& subject);
 
 #if defined(__x86_64__)
 #define INHABIT_TARGET_AVX2 __attribute__((target("avx2,fma")))

@@ -6,18 +6,16 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
-#include "inhabit/math/rotation.h"
-#include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/placed_body.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
 
-constexpr float kSkinReach =
-    0.3F;  // metres that skin is from the nearest joint at most; beyond it the field says nothing
-constexpr double kFinestCell = 0.04, kVerticesPerCorner = 6, kMostCorners = 4e5;  // of the field, by what costs least
-constexpr int64_t kFramesTogether = 256;                                          // whose skin is held at once
+constexpr double kCell = 0.05, kMostCells = 1 << 26;  // of the field: metres, coarser where a scene is a city
+constexpr int64_t kFramesTogether = 256;              // whose skin is held at once
 
 double mean_over(const Tensor& values, const Tensor& mask) {
   const Tensor used = (mask.defined() ? values.index({mask}) : values).to(torch::kDouble);
@@ -55,50 +53,27 @@ CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body
   Scene counts;
   counts.name = scene.name;
   counts.points = scene.points;
-  for (const Mesh& mesh : scene.meshes) {
-    const std::string name = object_of_mesh(mesh.name);
-    if (name != "floor" && name != "rug" && mesh.faces.size(0) > 0) counts.meshes.push_back(mesh);
-  }
+  for (const Mesh& mesh : scene.meshes)
+    if (!is_floor(mesh.name) && mesh.faces.size(0) > 0) counts.meshes.push_back(mesh);
   if (counts.meshes.empty() && (!counts.points.defined() || counts.points.size(0) == 0)) return;
-  query_.emplace(counts);
+  query_ = std::make_unique<SceneQuery>(counts);
   const Solid& solid = query_->solid();
   boxes_.resize(static_cast<size_t>(solid.bodies));
   for (size_t face = 0; face < solid.faces.size(); ++face)
     for (size_t k = 0; k < 3; ++k) boxes_[static_cast<size_t>(solid.body[face])].extend(solid.corner(face, k));
-  if (solid.points.empty()) return;
-  boxes_.emplace_back();
-  for (const Eigen::Vector3f& point : solid.points) boxes_.back().extend(point);
+  if (!solid.points.empty()) {
+    boxes_.emplace_back();
+    for (const Eigen::Vector3f& point : solid.points) boxes_.back().extend(point);
+  }
+  Eigen::AlignedBox3f all;
+  for (const Eigen::AlignedBox3f& box : boxes_) all.extend(box);
+  const Eigen::AlignedBox3d box = all.cast<double>();
+  field_.emplace(*query_, box, std::max(kCell, std::cbrt(box.volume() / kMostCells)));
 }
 
-Tensor CollisionMeter::placed(const Clip& clip) const {
-  if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
+CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float margin) const {
   // Bones of another length than the body's own leave the root joint where it is.
-  return clip.root_path() - shaped_skeleton(*body_, clip.betas).offsets[0];
-}
-
-std::optional<DistanceField> CollisionMeter::field_around(const Clip& clip, double margin) const {
-  const Tensor trans = placed(clip);
-  if (!query_) return {};
-  const Tensor joints = joint_positions(shaped_skeleton(*body_, clip.betas), clip.rotations, trans).view({-1, 3}),
-               low = std::get<0>(joints.min(0)), high = std::get<0>(joints.max(0));
-  Eigen::AlignedBox3f skin(Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(low.data_ptr<float>())),
-                           Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(high.data_ptr<float>()))),
-      scene;
-  skin.min().array() -= kSkinReach;
-  skin.max().array() += kSkinReach;
-  for (const Eigen::AlignedBox3f& box : boxes_) scene.extend(box);
-  scene.min().array() -= static_cast<float>(margin);
-  scene.max().array() += static_cast<float>(margin);
-  if (!skin.intersects(scene)) return {};
-  const Eigen::AlignedBox3d box = skin.intersection(scene).cast<double>();
-  const double vertices = static_cast<double>(clip.frames() * allowed_.size(0)),
-               corners = std::clamp(vertices / kVerticesPerCorner, 1e3, kMostCorners);
-  return DistanceField(*query_, box, std::max(kFinestCell, std::cbrt(box.volume() / corners)));
-}
-
-CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, const DistanceField& field,
-                                                      float margin) const {
-  const Tensor skin_points = skin(*body_, clip.betas, axis_angle_to_matrix(clip.rotations), placed(clip)).contiguous();
+  const Tensor skin_points = inhabit::skin_points(clip, *body_).contiguous();
   const int64_t T = skin_points.size(0), V = skin_points.size(1);
   std::vector<Eigen::AlignedBox3f> grown = boxes_;
   for (Eigen::AlignedBox3f& box : grown) {
@@ -122,10 +97,10 @@ CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, const Di
       if (close.empty()) continue;
       for (int64_t v = 0; v < V; ++v) {
         const Eigen::Vector3f point = points.col(v);
-        const auto inside = field.inside(point);
-        if (inside == false && (margin == 0 || field.clearance(point) >= margin)) continue;
-        if (std::any_of(close.begin(), close.end(), [&](const auto& box) { return box.contains(point); }))
-          of_frame[static_cast<size_t>(t)].push_back({v, inside == true});
+        if (std::none_of(close.begin(), close.end(), [&](const auto& box) { return box.contains(point); })) continue;
+        const auto inside = field_->inside(point);
+        if (inside == false && (margin == 0 || field_->clearance(point) >= margin)) continue;
+        of_frame[static_cast<size_t>(t)].push_back({v, inside == true});
       }
     }
   });
@@ -150,14 +125,13 @@ Collision CollisionMeter::measure(const Clip& clip) const {
   Collision out;
   out.depth = torch::zeros({clip.frames()});
   out.vertices = torch::zeros({clip.frames()});
-  const std::optional<DistanceField> field = field_around(clip, 0);
-  if (!field) return out;
+  if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
+  if (!query_) return out;
   float* deepest = out.depth.data_ptr<float>();
   float* share = out.vertices.data_ptr<float>();
   const float one = 1.F / static_cast<float>(allowed_.size(0));
   for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
-    const Candidates found =
-        candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), *field, 0);
+    const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
     if (found.frames.numel() == 0) continue;
     const Tensor depths = query_->closest(found.points).distances;
     const float *depth = depths.data_ptr<float>(), *may = allowed_.data_ptr<float>();
@@ -171,7 +145,7 @@ Collision CollisionMeter::measure(const Clip& clip) const {
     };
     for (int64_t i = 0; i < found.frames.numel(); ++i) {
       if (depth[i] <= may[vertex[i]]) continue;
-      const auto inside = known[i] ? true : field->inside(Eigen::Map<const Eigen::Vector3f>(points + 3 * i), depth[i]);
+      const auto inside = known[i] ? true : field_->inside(Eigen::Map<const Eigen::Vector3f>(points + 3 * i), depth[i]);
       if (inside == true) count_in(i);
       if (!inside) unsure.push_back(i);
     }
@@ -185,9 +159,9 @@ Collision CollisionMeter::measure(const Clip& clip) const {
 
 Tensor CollisionMeter::near_frames(const Clip& clip, double distance) const {
   Tensor out = torch::zeros({clip.frames()}, torch::kBool);
-  const std::optional<DistanceField> field = field_around(clip, distance);
-  if (!field) return out;
-  const Candidates found = candidates(clip, *field, static_cast<float>(distance));
+  if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
+  if (!query_) return out;
+  const Candidates found = candidates(clip, static_cast<float>(distance));
   if (found.frames.numel() == 0) return out;
   const Tensor close = (query_->signed_distance(found.points) < distance).nonzero().flatten();
   return out.index_fill(0, found.frames.index_select(0, close), true);

@@ -2,6 +2,7 @@
 #include <torch/types.h>
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -55,15 +56,12 @@ class CollisionMeter {
   struct Candidates {
     torch::Tensor points, frames, vertices, inside;
   };
-  Candidates candidates(const Clip& clip, const DistanceField& field, float margin) const;
-  /// Around where the skin of a motion comes within `margin` of the boxes; nothing where it does not.
-  std::optional<DistanceField> field_around(const Clip& clip, double margin) const;
-  /// Where the body's root joint must be put for it to stand at the clip's.
-  torch::Tensor placed(const Clip& clip) const;
+  Candidates candidates(const Clip& clip, float margin) const;
 
   const BodyModel* body_;
   torch::Tensor allowed_;                   ///< (V) metres, how deep a vertex may be
-  std::optional<SceneQuery> query_;         ///< none where nothing counts
+  std::unique_ptr<SceneQuery> query_;       ///< none where nothing counts
+  std::optional<DistanceField> field_;      ///< where the boxes are
   std::vector<Eigen::AlignedBox3f> boxes_;  ///< around each body of the scene, then the cloud
 };
 

@@ -10,4 +10,13 @@ torch::Tensor path_error(const torch::Tensor& predicted, const torch::Tensor& tr
 /// Pose error (B, T): mean over the other joints of the distance after both roots are moved to the origin.
 torch::Tensor pose_error(const torch::Tensor& predicted, const torch::Tensor& truth, int64_t root);
 
+/// Errors of several futures of one observation, and those of the best of them.
+struct FuturesError {
+  torch::Tensor each;  ///< (S, T) metres, the mean over the joints but the root
+  torch::Tensor best;  ///< (T) of the future whose mean over time is the least
+};
+
+/// @param futures (S, T, 22, 3), truth (T, 22, 3) local poses (motion/local_pose.h), whose root is the origin.
+FuturesError futures_error(const torch::Tensor& futures, const torch::Tensor& truth);
+
 }  // namespace inhabit

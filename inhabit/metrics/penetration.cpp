@@ -4,10 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "inhabit/body/capsules.h"
+#include "inhabit/body/joint_limits.h"
 #include "inhabit/body/kinematics.h"
-#include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/motion/placed_body.h"
+#include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit {
@@ -15,51 +16,16 @@ namespace {
 
 constexpr double kSpacing = 0.03;
 
-Scene without(const Scene& scene, const std::string& object) {
-  Scene out;
-  out.name = scene.name;
-  for (const Mesh& mesh : scene.meshes) {
-    const std::string name = object_of_mesh(mesh.name);
-    if (name != "floor" && name != "rug" && (object.empty() || name != object)) out.meshes.push_back(mesh);
-  }
-  return out;
-}
-
 }  // namespace
 
-std::string object_of_mesh(const std::string& mesh_name) {
-  const size_t dot = mesh_name.rfind('.');
-  if (dot == std::string::npos || dot + 1 == mesh_name.size()) return mesh_name;
-  const bool number = std::all_of(mesh_name.begin() + static_cast<long>(dot) + 1, mesh_name.end(),
-                                  [](char c) { return c >= '0' && c <= '9'; });
-  return number ? mesh_name.substr(0, dot) : mesh_name;
-}
-
 torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const SceneQuery& query) {
-  if (!clip.rotations.defined() || !clip.trans.defined()) throw Error("capsules need a clip with joint rotations");
-  const int64_t T = clip.frames();
-  const Pose pose = forward_kinematics(clip.skeleton.parents, clip.skeleton.offsets,
-                                       axis_angle_to_matrix(clip.rotations), clip.trans);
-  std::vector<torch::Tensor> points;
-  std::vector<int64_t> samples;
-  std::vector<float> radii;
-  for (const Capsule& c : shaped_capsules(body, clip.betas)) {
-    radii.push_back(c.radius);
-    const torch::Tensor a = torch::tensor({c.a[0], c.a[1], c.a[2]}), b = torch::tensor({c.b[0], c.b[1], c.b[2]});
-    const int64_t n = 1 + static_cast<int64_t>(std::ceil((b - a).norm().item<double>() / kSpacing));
-    const torch::Tensor own = a + torch::linspace(0, 1, n).unsqueeze(1) * (b - a);  // (n, 3)
-    const torch::Tensor turned = torch::matmul(pose.rotations.select(1, c.joint), own.t()).transpose(1, 2);
-    points.push_back(turned + pose.positions.select(1, c.joint).unsqueeze(1));
-    samples.push_back(n);
-  }
-  const torch::Tensor all = torch::cat(points, 1);
-  const torch::Tensor distance = query.signed_distance(all.reshape({-1, 3}).contiguous()).view({T, all.size(1)});
+  const CapsulePoints capsules = capsule_points(clip, body, kSpacing);
+  const torch::Tensor distance = query.signed_distance(capsules.points.reshape({-1, 3}).contiguous())
+                                     .view({clip.frames(), capsules.points.size(1)});
   std::vector<torch::Tensor> depths;
-  int64_t first = 0;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    depths.push_back(radii[i] - std::get<0>(distance.slice(1, first, first + samples[i]).min(1)));
-    first += samples[i];
-  }
+  for (size_t i = 0; i < capsules.radii.size(); ++i)
+    depths.push_back(capsules.radii[i] -
+                     std::get<0>(distance.slice(1, capsules.first[i], capsules.first[i + 1]).min(1)));
   return torch::stack(depths, 1);
 }
 
@@ -79,7 +45,7 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
   for (const int64_t t : {int64_t{0}, T - 1}) sits[t].logical_or_(way[t]);
   const torch::Tensor frames = sits.nonzero().flatten();
   if (frames.numel() == 0) return out;
-  const Scene solid = without(scene, "");
+  const Scene solid = obstacles_of(scene);
   if (solid.meshes.empty()) return out;
   // The nearest below or behind: a little under the root, where a seat is.
   const torch::Tensor probe = clip.joints.select(1, 0).index_select(0, frames) - torch::tensor({0.F, 0.08F, 0.F});
@@ -103,7 +69,7 @@ Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const S
   std::map<std::string, std::vector<int64_t>> frames_with;  // by what is left out
   for (size_t t = 0; t < supports.size(); ++t) frames_with[supports[t]].push_back(static_cast<int64_t>(t));
   for (const auto& [object, frames] : frames_with) {
-    const Scene solid = without(scene, object);
+    const Scene solid = obstacles_of(scene, object);
     if (solid.meshes.empty()) continue;
     const torch::Tensor index = torch::tensor(frames);
     Clip part;
@@ -130,22 +96,24 @@ Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const S
 
 LimitExcess beyond_limits(const Clip& clip, const BodyModel& body) {
   LimitExcess out;
-  if (!clip.rotations.defined() || !body.joint_limits.defined()) return out;
-  const int64_t J = std::min<int64_t>(clip.rotations.size(1), body.joint_limits.size(0));
-  const torch::Tensor r = clip.rotations.slice(1, 1, J);  // the root may turn as it likes
-  const torch::Tensor limits = body.joint_limits.slice(0, 1, J);
-  const torch::Tensor excess = torch::maximum(limits.select(2, 0) - r, r - limits.select(2, 1));
-  const int64_t at = excess.argmax().item<int64_t>();
-  out.radians = std::max(0.0, excess.max().item<double>());
-  out.frame = at / ((J - 1) * 3);
-  out.joint = static_cast<int>(at / 3 % (J - 1)) + 1;
+  if (!clip.rotations.defined()) return out;
+  const JointLimits limits = joint_limits(body);
+  const int64_t joints = std::min<int64_t>(clip.rotations.size(1), body.joints());
+  const torch::Tensor rotations = clip.rotations.to(torch::kDouble).contiguous();
+  const auto r = rotations.accessor<double, 3>();
+  for (int64_t t = 0; t < clip.frames(); ++t)
+    for (int64_t j = 1; j < joints; ++j) {  // the root may turn as it likes
+      const double over =
+          limits.beyond(static_cast<size_t>(j), {r[t][j][0], r[t][j][1], r[t][j][2]}).cwiseAbs().maxCoeff();
+      if (over > out.radians) out = {over, t, static_cast<int>(j)};
+    }
   return out;
 }
 
 HandContact hand_contact(const Clip& clip, const BodyModel& body, const Scene& scene) {
   HandContact out;
   if (!clip.hand_targets.defined()) return out;
-  const Scene solid = without(scene, "");
+  const Scene solid = obstacles_of(scene);
   if (solid.meshes.empty()) return out;
   std::unique_ptr<SceneQuery> query;
   for (int hand = 0; hand < 2; ++hand) {
@@ -160,12 +128,11 @@ HandContact hand_contact(const Clip& clip, const BodyModel& body, const Scene& s
     // The skin that hangs on the wrist.
     const torch::Tensor own = body.skin_weights.select(1, 20 + hand).gt(0.5).nonzero().flatten();
     if (own.numel() == 0) continue;
-    const torch::Tensor skin_points =
-        skin(body, clip.betas, axis_angle_to_matrix(clip.rotations.index_select(0, frames)),
-             clip.trans.index_select(0, frames))
-            .index_select(1, own);
+    const torch::Tensor places = skin(body, clip.betas, axis_angle_to_matrix(clip.rotations.index_select(0, frames)),
+                                      clip.trans.index_select(0, frames))
+                                     .index_select(1, own);
     const torch::Tensor distance =
-        query->closest(skin_points.reshape({-1, 3}).contiguous()).distances.view({frames.numel(), own.numel()});
+        query->closest(places.reshape({-1, 3}).contiguous()).distances.view({frames.numel(), own.numel()});
     out.hand_gap = std::max(out.hand_gap, std::get<0>(distance.min(1)).max().item<double>());
   }
   return out;

@@ -20,8 +20,8 @@ struct Penetration {
 /// The deepest that any of the body's capsules gets into the scene's meshes in any frame. The floor (meshes called
 /// "floor") does not count, nor does what is sat or leaned on, while it is: the object nearest to the root when
 /// pelvis, hips or spine are labelled to be in contact, and on the way down and up (actions sit_down and stand_up next
-/// to such frames or to the clip's ends). An object is all meshes of its name and of its name followed by ".1", ".2",
-/// ... Needs clip.rotations and clip.trans on the standard skeleton. Capsule axes are sampled every 3 cm or finer.
+/// to such frames or to the clip's ends). Objects are told by name (scene/objects.h). Needs clip.rotations and
+/// clip.trans on the standard skeleton. Capsule axes are sampled every 3 cm or finer.
 Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const Scene& scene);
 
 /// (T, capsules) metres that each of the body's capsules reaches into what `query` knows; negative when apart.
@@ -29,9 +29,6 @@ torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const Scen
 
 /// For each frame the name of the object sat or leaned on, empty where there is none (see deepest_penetration).
 std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene);
-
-/// "chair_0" of "chair_0.2".
-std::string object_of_mesh(const std::string& mesh_name);
 
 /// How far the worst joint angle is beyond the body's limits, radians of an axis-angle component; 0 within.
 struct LimitExcess {

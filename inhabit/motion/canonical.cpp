@@ -1,8 +1,10 @@
 #include "inhabit/motion/canonical.h"
 
+#include <array>
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/heading.h"
 #include "inhabit/math/rotation.h"
 
 namespace inhabit {
@@ -22,6 +24,13 @@ torch::Tensor turned(const torch::Tensor& axis_angle, double yaw) {
       .to(axis_angle.dtype());
 }
 
+/// From the right of a body to its left: the sum over pairs of joints, left and right, of joints (..., J, 3).
+torch::Tensor to_the_left(const torch::Tensor& joints, const std::vector<std::array<int64_t, 2>>& pairs) {
+  torch::Tensor left = torch::zeros_like(joints.select(-2, 0));
+  for (const auto& [l, r] : pairs) left = left + (joints.select(-2, l) - joints.select(-2, r));
+  return left;
+}
+
 }  // namespace
 
 GroundTransform GroundTransform::inverse() const {
@@ -29,26 +38,28 @@ GroundTransform GroundTransform::inverse() const {
   return {-yaw, -(back * shift)};
 }
 
-double facing(const Clip& clip, int64_t frame) {
-  const torch::Tensor joints = clip.joints[frame].to(torch::kDouble);
-  torch::Tensor left = torch::zeros({3}, torch::kDouble);
+torch::Tensor headings(const torch::Tensor& joints) { return yaw_of_left(to_the_left(joints, {{1, 2}, {16, 17}})); }
+
+double heading(const Clip& clip, int64_t frame) {
+  std::vector<std::array<int64_t, 2>> pairs;
   for (const std::string part : {"hip", "shoulder"}) {
     const int l = clip.skeleton.find("left_" + part), r = clip.skeleton.find("right_" + part);
-    if (l >= 0 && r >= 0) left += joints[l] - joints[r];
+    if (l >= 0 && r >= 0) pairs.push_back({l, r});
   }
+  const torch::Tensor left = to_the_left(clip.joints[frame].to(torch::kDouble), pairs);
   if (std::hypot(left[0].item<double>(), left[2].item<double>()) > 1e-6) return yaw_of_left(left).item<double>();
   if (!clip.rotations.defined())
     throw Error("motion",
                 "which way the person faces cannot be told: neither hips and shoulders nor rotations are known");
-  const torch::Tensor forward = axis_angle_to_matrix(clip.rotations[frame][0].to(torch::kDouble)).select(1, 2);
-  return std::atan2(forward[0].item<double>(), forward[2].item<double>());
+  const torch::Tensor ahead = axis_angle_to_matrix(clip.rotations[frame][0].to(torch::kDouble)).select(1, 2);
+  return heading_of({ahead[0].item<double>(), ahead[2].item<double>()});
 }
 
 GroundTransform canonical_transform(const Clip& clip, int64_t frame) {
   if (frame < 0 || frame >= clip.frames())
     throw Error("motion", "has no frame " + std::to_string(frame) + " (" + std::to_string(clip.frames()) + " frames)");
   GroundTransform out;
-  out.yaw = -facing(clip, frame);
+  out.yaw = -heading(clip, frame);
   const torch::Tensor r = clip.joints[frame][0].to(torch::kDouble).contiguous();
   const Eigen::Vector3d root(r.data_ptr<double>()[0], 0, r.data_ptr<double>()[2]);
   out.shift = -(Eigen::AngleAxisd(out.yaw, Eigen::Vector3d::UnitY()) * root);

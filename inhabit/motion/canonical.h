@@ -16,7 +16,10 @@ struct GroundTransform {
 /// The yaw (radians) at which the person faces: 0 is +Z, pi/2 is +X. From the line between the hips and that between
 /// the shoulders where the skeleton has such joints (standard names), else from the root's rotation. Throws Error where
 /// it has neither.
-double facing(const Clip& clip, int64_t frame);
+double heading(const Clip& clip, int64_t frame);
+
+/// The same for joints (..., 22, 3) of the standard skeleton: (...) radians. Differentiable.
+torch::Tensor headings(const torch::Tensor& joints);
 
 /// The transform that brings `frame` to the canonical frame: the root above the origin of the ground plane (heights
 /// stay), facing +Z.

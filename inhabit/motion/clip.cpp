@@ -12,6 +12,7 @@ Clip person_of(const Clip& clip) {
   out.gender = clip.gender;
   out.source_body = clip.source_body;
   out.source_betas = clip.source_betas;
+  out.file = clip.file;
   return out;
 }
 
@@ -21,13 +22,14 @@ Clip frames_at(const Clip& clip, const std::vector<int64_t>& frames) {
   out.joints = clip.joints.index_select(0, at);
   if (clip.rotations.defined()) out.rotations = clip.rotations.index_select(0, at);
   if (clip.trans.defined()) out.trans = clip.trans.index_select(0, at);
+  if (clip.translations.defined()) out.translations = clip.translations.index_select(0, at);
   return out;
 }
 
 Clip slice(const Clip& clip, int64_t first, int64_t last) {
   Clip out = clip;
-  for (torch::Tensor* t :
-       {&out.joints, &out.rotations, &out.trans, &out.action, &out.contact, &out.hand_targets, &out.object_pose})
+  for (torch::Tensor* t : {&out.joints, &out.rotations, &out.trans, &out.translations, &out.action, &out.contact,
+                           &out.hand_targets, &out.object_pose})
     if (t->defined()) *t = t->slice(0, first, last);
   return out;
 }
@@ -48,6 +50,7 @@ void validate(const Clip& clip, const std::string& subject) {
   if (!(clip.joints.abs().max().item<double>() < 1e5)) throw Error(subject, "a joint is over 100 km from the origin");
   check("rotations", clip.rotations, {T, J, 3});
   check("trans", clip.trans, {T, 3});
+  check("translations", clip.translations, {T, J, 3});
   check("action", clip.action, {T});
   check("contact", clip.contact, {T, J});
   check("hand_targets", clip.hand_targets, {T, 2, 4});

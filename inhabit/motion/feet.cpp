@@ -30,7 +30,6 @@ constexpr double kStride = 0.4, kStrideTime = 0.4;  // metres, seconds: feet tha
                                                     // kStride + v kStrideTime metres
 constexpr double kSwing = 0.4;                      // share of a stride in which a foot is on its way
 constexpr double kLongest = 0.4;                    // seconds that it is on its way for at most
-constexpr double kLevel = 0.1;                      // metres: lowest feet nearer to the floor y = 0 stand on it
 constexpr std::array<int, 2> kBalls = {10, 11};
 
 /// Frames that `seconds` last, one at least.
@@ -239,11 +238,6 @@ void stay_near(std::vector<Vector3d>& moves, const std::vector<int64_t>& near, d
 }
 
 }  // namespace
-
-double floor_under(const Clip& poses) {
-  const double lowest = poses.joints.slice(1, 10, 12).select(2, 1).min().item<double>() - 0.02;
-  return std::abs(lowest) < kLevel ? 0 : lowest;
-}
 
 Clip clean_feet(const Clip& clip, const std::vector<int64_t>& fixed, double floor, const std::vector<int64_t>& near,
                 double within) {

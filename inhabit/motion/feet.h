@@ -6,9 +6,6 @@
 
 namespace inhabit {
 
-/// Height of the floor under a person's poses, metres: the lowest ball of a foot stands some 2 cm above it.
-double floor_under(const Clip& poses);
-
 /// Footskate cleanup.
 /// - A foot is in contact while its ball (joints 10, 11) is low and slow. During a contact it stays at one foothold;
 ///   the frames before and after blend to it.

@@ -9,20 +9,12 @@ using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kLeftHip = 1, kRightHip = 2, kLeftShoulder = 16, kRightShoulder = 17;
-
 /// Points (..., J, 3) turned about the vertical by `yaw` (...), from +Z towards +X.
 Tensor turned(const Tensor& points, const Tensor& yaw) {
   return torch::matmul(points, yaw_matrix(yaw).transpose(-1, -2));
 }
 
 }  // namespace
-
-Tensor headings(const Tensor& joints) {
-  const auto joint = [&](int64_t j) { return joints.select(-2, j); };
-  const Tensor left = joint(kLeftHip) - joint(kRightHip) + joint(kLeftShoulder) - joint(kRightShoulder);
-  return yaw_of_left(left);
-}
 
 Tensor local_poses(const Tensor& joints) { return turned(joints - joints.narrow(-2, 0, 1), -headings(joints)); }
 
@@ -59,6 +51,7 @@ Clip on_skeleton(const Clip& clip, const Skeleton& skeleton) {
   };
   Clip out = clip;
   out.skeleton = skeleton;
+  out.translations = torch::Tensor();
   const Tensor rest = clip.skeleton.offsets[0], new_rest = skeleton.offsets[0];
   out.trans = (clip.trans + rest) * (leg(skeleton) / leg(clip.skeleton)) - new_rest;
   out.joints = joint_positions(skeleton, clip.rotations, out.trans);

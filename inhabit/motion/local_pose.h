@@ -1,15 +1,12 @@
 #pragma once
 #include <torch/types.h>
 
-#include "inhabit/motion/clip.h"
+#include "inhabit/motion/canonical.h"
 
 namespace inhabit {
 
 // A motion as poses without place and heading, and the root motion that carries them. Joints are the
 // standard 22, +Y up; any leading dimensions; the heading is that of the lines between hips and between shoulders.
-
-/// Heading (..., T) radians of joints (..., T, 22, 3): 0 is +Z, pi/2 is +X.
-torch::Tensor headings(const torch::Tensor& joints);
 
 /// Joints (..., T, 22, 3) with the root at the origin, facing +Z in every frame: what the protocols of pose
 /// anticipation score.

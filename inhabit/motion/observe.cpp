@@ -2,9 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "inhabit/error.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
@@ -16,8 +13,9 @@ Observed observe(const Clip& clip, int64_t start, double rate, int64_t least, co
     throw Error(name, fmt::format("frame {} is beyond the end ({} frames)", start, clip.frames()));
   const int64_t asked = start < 0 ? clip.frames() : start;
   Observed out;
-  out.motion = resample(retarget(clip, name), rate, name);
-  out.start = std::min<int64_t>(out.motion.frames(), std::llround(static_cast<double>(asked) * rate / clip.rate));
+  int64_t last = -1;
+  if (asked > 0) out.motion = resample_through(retarget(clip, name), rate, asked - 1, last, name);
+  out.start = last + 1;
   if (out.start < least)
     throw Error(name, fmt::format("has {} frames at {:g} a second before the start; at least {} are needed", out.start,
                                   rate, least));

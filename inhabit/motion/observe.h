@@ -10,7 +10,7 @@ namespace inhabit {
 /// forecast.
 struct Observed {
   Clip motion;
-  int64_t start = 0;  ///< frames of `motion` before it are observed
+  int64_t start = 0;  ///< frames of `motion` before it are observed; the last of them is a frame of the clip as it is
 };
 
 /// @param start first frame to forecast, counted in `clip`; -1: its end. @param least frames that must be observed, at

@@ -19,6 +19,12 @@ PoseTrack pose_track(const Clip& clip) {
   const double* p = trans.data_ptr<double>();
   for (int64_t k = 0; k < frames * track.joints; ++k, r += 3) track.local.push_back(quaternion_of({r[0], r[1], r[2]}));
   for (int64_t t = 0; t < frames; ++t, p += 3) track.trans.emplace_back(p[0], p[1], p[2]);
+  if (clip.translations.defined()) {
+    const torch::Tensor places = clip.translations.to(torch::kCPU, torch::kDouble).contiguous();
+    const double* x = places.data_ptr<double>();
+    track.places.reserve(track.local.size());
+    for (size_t k = 0; k < track.local.size(); ++k, x += 3) track.places.emplace_back(x[0], x[1], x[2]);
+  }
   return track;
 }
 
@@ -30,12 +36,19 @@ void set_pose(Clip& clip, const PoseTrack& track) {
   float* r = clip.rotations.data_ptr<float>();
   float* p = clip.joints.data_ptr<float>();
   float* root = clip.trans.data_ptr<float>();
-  const Bones bones = bones_of(clip.skeleton);
+  clip.translations = track.places.empty() ? torch::Tensor() : torch::empty({frames, joints, 3});
+  float* x = track.places.empty() ? nullptr : clip.translations.data_ptr<float>();
+  Bones bones = bones_of(clip.skeleton);
   BonesPose pose;
   std::vector<Eigen::Quaterniond> local(static_cast<size_t>(joints));
   for (int64_t t = 0; t < frames; ++t, root += 3) {
     const auto first = track.local.begin() + t * joints;
     std::copy(first, first + joints, local.begin());
+    if (x != nullptr) {
+      const auto place = track.places.begin() + t * joints;
+      std::copy(place, place + joints, bones.offsets.begin());
+      for (int64_t j = 0; j < joints; ++j, x += 3) Eigen::Map<Eigen::Vector3f>(x, 3) = place[j].cast<float>();
+    }
     pose_bones(bones, local, track.trans[static_cast<size_t>(t)], pose);
     Eigen::Map<Eigen::Vector3f>(root, 3) = track.trans[static_cast<size_t>(t)].cast<float>();
     for (size_t j = 0; j < static_cast<size_t>(joints); ++j, r += 3, p += 3) {

@@ -11,6 +11,7 @@ struct PoseTrack {
   int joints = 0;
   std::vector<Eigen::Quaterniond> local;  ///< frame after frame, one unit quaternion a joint, relative to its parent
   std::vector<Eigen::Vector3d> trans;     ///< (T) metres, as Clip::trans
+  std::vector<Eigen::Vector3d> places;    ///< as Clip::translations, laid out as `local`; empty: the bones are rigid
 
   int64_t frames() const { return static_cast<int64_t>(trans.size()); }
   Eigen::Quaterniond& at(int64_t frame, int joint) { return local[static_cast<size_t>(frame * joints + joint)]; }
@@ -22,7 +23,7 @@ struct PoseTrack {
 /// Needs clip.rotations and clip.trans.
 PoseTrack pose_track(const Clip& clip);
 
-/// Sets rotations, trans and, by forward kinematics on clip.skeleton, joints.
+/// Sets rotations, trans, translations and, by forward kinematics on clip.skeleton, joints.
 void set_pose(Clip& clip, const PoseTrack& track);
 
 /// Global rotations (joint frame to world) of every frame, laid out as PoseTrack::local.

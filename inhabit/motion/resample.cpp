@@ -13,24 +13,23 @@ int64_t frames_after(int64_t frames, double from_rate, double to_rate) {
   return static_cast<int64_t>(std::floor(static_cast<double>(frames - 1) * to_rate / from_rate + 1e-6)) + 1;
 }
 
-// Old frames around each new one: between `before` and before + 1 at `share` of the way.
+// Old frames around each new one: between `before` and before + 1 with this weight of the latter.
 struct Times {
   std::vector<int64_t> before;
-  std::vector<double> share;
+  std::vector<double> weight;
   int64_t last;  // old frame
 
-  Times(int64_t frames, double from_rate, double to_rate) : last(frames - 1) {
-    const int64_t count = frames_after(frames, from_rate, to_rate);
-    for (int64_t k = 0; k < count; ++k) {
-      const double at = std::min(static_cast<double>(k) * from_rate / to_rate, static_cast<double>(last));
+  Times(int64_t frames, const std::vector<double>& at_frames) : last(frames - 1) {
+    for (const double at_frame : at_frames) {
+      const double at = std::clamp(at_frame, 0.0, static_cast<double>(last));
       const auto frame = std::min(static_cast<int64_t>(at + 1e-9), std::max<int64_t>(last - 1, 0));
       before.push_back(frame);
-      share.push_back(std::clamp(at - static_cast<double>(frame), 0.0, 1.0));
+      weight.push_back(std::clamp(at - static_cast<double>(frame), 0.0, 1.0));
     }
   }
   torch::Tensor nearest() const {
     std::vector<int64_t> frames;
-    for (size_t k = 0; k < before.size(); ++k) frames.push_back(std::min(last, before[k] + (share[k] >= 0.5 ? 1 : 0)));
+    for (size_t k = 0; k < before.size(); ++k) frames.push_back(std::min(last, before[k] + (weight[k] >= 0.5 ? 1 : 0)));
     return torch::tensor(frames, torch::kLong);
   }
   torch::Tensor index(int64_t shift) const {
@@ -39,10 +38,10 @@ struct Times {
     return torch::tensor(frames, torch::kLong);
   }
   // Shaped to multiply tensors of `dims` dimensions.
-  torch::Tensor shares(int64_t dims) const {
+  torch::Tensor weights(int64_t dims) const {
     std::vector<int64_t> shape(static_cast<size_t>(dims), 1);
     shape[0] = -1;
-    return torch::tensor(share, torch::kDouble).reshape(shape);
+    return torch::tensor(weight, torch::kDouble).reshape(shape);
   }
 };
 
@@ -54,7 +53,7 @@ torch::Tensor cubic(const torch::Tensor& values, const Times& times) {
   const torch::Tensor head = n >= 2 ? 3 * v[0] - 3 * v[1] + v[2] : 2 * v[0] - v[1];
   const torch::Tensor tail = n >= 2 ? 3 * v[n] - 3 * v[n - 1] + v[n - 2] : 2 * v[n] - v[n - 1];
   const torch::Tensor longer = torch::cat({head.unsqueeze(0), v, tail.unsqueeze(0)});
-  const torch::Tensor at = times.index(0), u = times.shares(v.dim());
+  const torch::Tensor at = times.index(0), u = times.weights(v.dim());
   const torch::Tensor a = longer.index_select(0, at), b = longer.index_select(0, at + 1),
                       c = longer.index_select(0, at + 2), d = longer.index_select(0, at + 3);
   const torch::Tensor out = b + 0.5 * u * (c - a + u * (2 * a - 5 * b + 4 * c - d + u * (3 * (b - c) + d - a)));
@@ -64,7 +63,7 @@ torch::Tensor cubic(const torch::Tensor& values, const Times& times) {
 torch::Tensor linear(const torch::Tensor& values, const Times& times) {
   const torch::Tensor a = values.index_select(0, times.index(0)).to(torch::kDouble),
                       b = values.index_select(0, times.index(1)).to(torch::kDouble);
-  return (a + times.shares(values.dim()) * (b - a)).to(values.dtype());
+  return (a + times.weights(values.dim()) * (b - a)).to(values.dtype());
 }
 
 // Axis-angle (T, N, 3) by slerp.
@@ -81,7 +80,7 @@ torch::Tensor turned(const torch::Tensor& axis_angle, const Times& times) {
   for (size_t k = 0; k < times.before.size(); ++k)
     for (int64_t j = 0; j < n; ++j, to += 3) {
       const int64_t next = std::min(times.before[k] + 1, times.last);
-      const Eigen::Vector3d v = axis_angle_of(read(times.before[k], j).slerp(times.share[k], read(next, j)));
+      const Eigen::Vector3d v = axis_angle_of(read(times.before[k], j).slerp(times.weight[k], read(next, j)));
       Eigen::Map<Eigen::Vector3f>(to, 3) = v.cast<float>();
     }
   return out;
@@ -106,15 +105,44 @@ Clip resample(const Clip& clip, double rate, const std::string& subject) {
   if (rate == clip.rate) return clip;
   if (frames_after(clip.frames(), clip.rate, rate) > 50'000'000 / clip.skeleton.size())
     throw Error(subject, "has too many frames at " + std::to_string(rate) + " frames a second");
-  const Times times(clip.frames(), clip.rate, rate);
-  Clip out = clip;
+  std::vector<double> at;
+  for (int64_t k = 0; k < frames_after(clip.frames(), clip.rate, rate); ++k)
+    at.push_back(static_cast<double>(k) * clip.rate / rate);
+  Clip out = at_frames(clip, at);
   out.rate = rate;
+  return out;
+}
+
+Clip resample_through(const Clip& clip, double rate, int64_t frame, int64_t& at, const std::string& subject) {
+  if (rate == clip.rate) {
+    at = frame;
+    return clip;
+  }
+  if (!(rate > 0 && rate <= 1000)) throw Error(subject, "frame rate " + std::to_string(rate) + " is not in (0, 1000]");
+  validate(clip, subject);
+  if (frames_after(clip.frames(), clip.rate, rate) > 50'000'000 / clip.skeleton.size())
+    throw Error(subject, "has too many frames at " + std::to_string(rate) + " frames a second");
+  const double step = clip.rate / rate;
+  at = static_cast<int64_t>(std::floor(static_cast<double>(frame) / step + 1e-6));
+  const double first = static_cast<double>(frame) - static_cast<double>(at) * step;
+  std::vector<double> frames;
+  for (double k = 0; first + k * step <= static_cast<double>(clip.frames() - 1) + 1e-6; ++k)
+    frames.push_back(first + k * step);
+  Clip out = at_frames(clip, frames);
+  out.rate = rate;
+  return out;
+}
+
+Clip at_frames(const Clip& clip, const std::vector<double>& frames) {
+  const Times times(clip.frames(), frames);
+  Clip out = clip;
   if (clip.rotations.defined() && clip.trans.defined()) {
     Clip posed = clip;
     set_pose(posed, pose_track(clip));
     const torch::Tensor beside = clip.joints.to(torch::kCPU, torch::kFloat) - posed.joints;
     out.rotations = turned(clip.rotations, times);
     out.trans = cubic(clip.trans, times);
+    if (clip.translations.defined()) out.translations = cubic(clip.translations, times);
     set_pose(out, pose_track(out));
     out.joints = out.joints + linear(beside, times);
   } else {

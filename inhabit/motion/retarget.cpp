@@ -269,11 +269,15 @@ Bones person_of(const Targets& targets, const std::string& subject) {
 std::array<Turns, J> twists_of_source(const Source& source, const Landmarks& marks, const Bones& person) {
   const Quaterniond axes = rest_axes(source, marks);
   const auto rest = [&](int joint) { return source.rest[static_cast<size_t>(joint)]; };
-  // Standard frame at rest whose bone to joint `end` lies as the source's bone from `a` to `b` does.
-  const auto aligned = [&](int end, int a, int b) {
-    const Vector3d bone = rest(b) - rest(a);
+  // Standard frame at rest whose bone to joint `end` lies as the source's bone from `a` to `b` does. Where that is
+  // nearly opposite to how the bone is drawn (skeletons whose joints' own axes run along the bones), the axes do not
+  // tell about what to swing it over: the frame of the bone above does.
+  const auto aligned = [&](int end, int a, int b, const Quaterniond* above = nullptr) {
+    const Vector3d bone = rest(b) - rest(a), &drawn = person.offsets[static_cast<size_t>(end)];
     if (bone.norm() < 1e-6) return axes;
-    return Quaterniond(swing(axes * person.offsets[static_cast<size_t>(end)], bone) * axes);
+    const bool opposite = (axes * drawn).dot(bone) < -0.5 * drawn.norm() * bone.norm();
+    const Quaterniond& from = opposite && above != nullptr ? *above : axes;
+    return Quaterniond(swing(from * drawn, bone) * from);
   };
   std::array<Turns, J> out;
   const auto set = [&](int joint, int from, const Quaterniond& at_rest) {
@@ -284,17 +288,20 @@ std::array<Turns, J> twists_of_source(const Source& source, const Landmarks& mar
   if (marks.neck >= 0) set(12, marks.neck, aligned(15, marks.neck, marks.head));
   for (size_t s = 0; s < 2; ++s) {
     const int side = static_cast<int>(s);
-    set(1 + side, marks.hip[s], aligned(4 + side, marks.hip[s], marks.knee[s]));
-    set(4 + side, marks.knee[s], aligned(7 + side, marks.knee[s], marks.ankle[s]));
+    const Quaterniond thigh = aligned(4 + side, marks.hip[s], marks.knee[s]);
+    const Quaterniond shank = aligned(7 + side, marks.knee[s], marks.ankle[s], &thigh);
+    set(1 + side, marks.hip[s], thigh);
+    set(4 + side, marks.knee[s], shank);
     Quaterniond foot = axes;
     if (marks.toe[s] >= 0) {
-      foot = aligned(10 + side, marks.ankle[s], marks.toe[s]);
+      foot = aligned(10 + side, marks.ankle[s], marks.toe[s], &shank);
       // A rest pose with a flat foot has flat toes.
       set(10 + side, marks.toe[s], foot.angularDistance(axes) < M_PI / 4 ? axes : foot);
     }
     set(7 + side, marks.ankle[s], foot);
-    set(16 + side, marks.shoulder[s], aligned(18 + side, marks.shoulder[s], marks.elbow[s]));
-    const Quaterniond forearm = aligned(20 + side, marks.elbow[s], marks.wrist[s]);
+    const Quaterniond upper_arm = aligned(18 + side, marks.shoulder[s], marks.elbow[s]);
+    set(16 + side, marks.shoulder[s], upper_arm);
+    const Quaterniond forearm = aligned(20 + side, marks.elbow[s], marks.wrist[s], &upper_arm);
     set(18 + side, marks.elbow[s], forearm);
     set(20 + side, marks.wrist[s], forearm);
   }
@@ -414,6 +421,8 @@ Clip cut_to_standard(const Clip& source) {
   out.skeleton.offsets = source.skeleton.offsets.slice(0, 0, J);
   out.joints = source.joints.slice(1, 0, J);
   out.rotations = source.rotations.slice(1, 0, J);
+  out.translations = torch::Tensor();
+  out.file = {};
   if (source.contact.defined()) out.contact = source.contact.slice(1, 0, J);
   return out;
 }
@@ -448,6 +457,7 @@ Clip retarget(const Clip& source, const std::string& subject) {
     Eigen::Map<Eigen::Vector3f>(out.skeleton.offsets.data_ptr<float>() + 3 * j) =
         person.offsets[static_cast<size_t>(j)].cast<float>();
   out.betas = torch::Tensor();
+  out.file = {};
   set_pose(out, track);
   float* p = out.joints.data_ptr<float>();
   for (size_t t = 0; t < static_cast<size_t>(from.frames); ++t)
@@ -472,12 +482,6 @@ Clip retarget(const Clip& source, const std::string& subject) {
         out.contact.select(1, j).copy_(source.contact.select(1, counterpart[static_cast<size_t>(j)]));
   }
   return out;
-}
-
-FitError fit_error(const Clip& clip) {
-  const torch::Tensor posed = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const torch::Tensor error = (posed - clip.joints).norm(2, -1);
-  return {error.mean().item<double>(), error.max().item<double>()};
 }
 
 }  // namespace inhabit

@@ -17,14 +17,9 @@ namespace inhabit {
 /// body as well. A skeleton whose first 22 joints are the standard ones and that has rotations (SMPL, SMPL-H, SMPL-X)
 /// is cut to these.
 ///
-/// Frame rate, actions, hand targets, objects and, where the joint has a counterpart, contacts are kept.
-/// Throws Error(subject, ...) for skeletons that cannot be mapped, or bones without length.
+/// Frame rate, actions, hand targets, objects and, where the joint has a counterpart, contacts are kept. Bones are
+/// rigid again: what joints translate is in `joints` alone. Throws Error(subject, ...) for skeletons that cannot be
+/// mapped, or bones without length.
 Clip retarget(const Clip& source, const std::string& subject);
-
-/// How far the posed skeleton is from `joints`: metres over all frames and joints.
-struct FitError {
-  double mean = 0, max = 0;
-};
-FitError fit_error(const Clip& clip);
 
 }  // namespace inhabit

@@ -3,6 +3,8 @@
 #include <ATen/Parallel.h>
 #include <torch/csrc/autograd/custom_function.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace inhabit::nn {
@@ -12,28 +14,72 @@ using torch::Tensor;
 
 constexpr int kNeighbours = 27;
 
-/// Voxels (flat, ascending) of one sample (C, G^3) with a channel that is not zero.
-std::vector<int32_t> occupied_voxels(const float* x, int64_t channels, int64_t voxels) {
-  std::vector<char> occupied(voxels, 0);
+/// Voxels of one sample that hold anything (flat, ascending), and their features (V, C).
+struct Occupied {
+  std::vector<int32_t> voxels;
+  Tensor rows;
+};
+
+/// @param x (C, G^3). Voxels whose channels are all zero hold nothing.
+Occupied occupied_of_grid(const float* x, int64_t channels, int64_t voxels) {
+  std::vector<char> full(voxels, 0);
   for (int64_t c = 0; c < channels; ++c) {
     const float* row = x + c * voxels;
-    for (int64_t v = 0; v < voxels; ++v) occupied[v] |= static_cast<char>(row[v] != 0.0F);
+    for (int64_t v = 0; v < voxels; ++v) full[v] |= static_cast<char>(row[v] != 0.0F);
   }
-  std::vector<int32_t> list;
+  Occupied out;
   for (int64_t v = 0; v < voxels; ++v) {
-    if (occupied[v] != 0) list.push_back(static_cast<int32_t>(v));
+    if (full[v] != 0) out.voxels.push_back(static_cast<int32_t>(v));
   }
-  return list;
+  out.rows = torch::empty({static_cast<int64_t>(out.voxels.size()), channels});
+  float* to = out.rows.data_ptr<float>();
+  for (size_t i = 0; i < out.voxels.size(); ++i) {
+    for (int64_t c = 0; c < channels; ++c) to[i * channels + c] = x[c * voxels + out.voxels[i]];
+  }
+  return out;
 }
 
-/// (V, C) features of the listed voxels of one sample (C, G^3).
-Tensor voxel_rows(const float* x, int64_t channels, int64_t voxels, const std::vector<int32_t>& list) {
-  Tensor rows = torch::empty({static_cast<int64_t>(list.size()), channels});
-  float* out = rows.data_ptr<float>();
-  for (size_t i = 0; i < list.size(); ++i) {
-    for (int64_t c = 0; c < channels; ++c) out[i * channels + c] = x[c * voxels + list[i]];
+/// Rows of the voxels that points lie in, by point, and the voxels as above.
+struct PointRows {
+  std::vector<int32_t> voxels, row_of_point;
+
+  PointRows(const int64_t* voxel_of_point, int64_t points, int64_t voxel_count) {
+    std::vector<int32_t> row(voxel_count, -1);
+    for (int64_t n = 0; n < points; ++n) row[voxel_of_point[n]] = 0;
+    for (int64_t v = 0; v < voxel_count; ++v) {
+      if (row[v] < 0) continue;
+      row[v] = static_cast<int32_t>(voxels.size());
+      voxels.push_back(static_cast<int32_t>(v));
+    }
+    row_of_point.reserve(points);
+    for (int64_t n = 0; n < points; ++n) row_of_point.push_back(row[voxel_of_point[n]]);
   }
-  return rows;
+};
+
+constexpr int64_t kBlock = 16;  // channels of a row that are visited together: a line of the cache
+
+/// rows (V, C) += weight[n] x[:, n] at the row of each point. @param x (C, N).
+void average_points(const PointRows& at, const float* weight, const float* x, int64_t channels, float* rows) {
+  const auto points = static_cast<int64_t>(at.row_of_point.size());
+  for (int64_t first = 0; first < channels; first += kBlock) {
+    const int64_t last = std::min(channels, first + kBlock);
+    for (int64_t n = 0; n < points; ++n) {
+      float* row = rows + at.row_of_point[n] * channels;
+      for (int64_t c = first; c < last; ++c) row[c] += weight[n] * x[c * points + n];
+    }
+  }
+}
+
+/// Its adjoint: x (C, N) = weight[n] times the row of each point.
+void spread_rows(const PointRows& at, const float* weight, const float* rows, int64_t channels, float* x) {
+  const auto points = static_cast<int64_t>(at.row_of_point.size());
+  for (int64_t first = 0; first < channels; first += kBlock) {
+    const int64_t last = std::min(channels, first + kBlock);
+    for (int64_t n = 0; n < points; ++n) {
+      const float* row = rows + at.row_of_point[n] * channels;
+      for (int64_t c = first; c < last; ++c) x[c * points + n] = weight[n] * row[c];
+    }
+  }
 }
 
 /// Calls visit(tap, output voxel) for every output that input voxel `v` reaches: output = v - offset(tap).
@@ -47,6 +93,49 @@ void for_each_output(int64_t v, int64_t grid, const Visit& visit) {
   }
 }
 
+/// Weights (O, C, 3, 3, 3) as (C, 27 O) and as (27 O, C).
+Tensor taps_of(const Tensor& weight) {
+  return weight.detach().permute({1, 2, 3, 4, 0}).reshape({weight.size(1), kNeighbours * weight.size(0)}).contiguous();
+}
+Tensor back_taps_of(const Tensor& weight) {
+  return weight.detach().permute({2, 3, 4, 0, 1}).reshape({kNeighbours * weight.size(0), weight.size(1)}).contiguous();
+}
+/// The gradient of the weights from that of taps_of(), by sample.
+Tensor weight_gradient_of(const Tensor& taps_gradient, int64_t out) {
+  return taps_gradient.sum(0).view({taps_gradient.size(1), 3, 3, 3, out}).permute({4, 0, 1, 2, 3}).contiguous();
+}
+
+/// (O, G^3) convolution of occupied voxels.
+Tensor convolve(const std::vector<int32_t>& voxels, const Tensor& rows, const Tensor& taps, const Tensor& offset,
+                int64_t grid) {
+  const int64_t out = offset.size(0);
+  const Tensor products = rows.mm(taps);                 // (V, 27 O)
+  Tensor sums = offset.repeat({grid * grid * grid, 1});  // (G^3, O)
+  for (size_t i = 0; i < voxels.size(); ++i) {
+    const float* from = products.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
+    for_each_output(voxels[i], grid, [&](int64_t tap, int64_t v) {
+      float* to = sums.data_ptr<float>() + v * out;
+      for (int64_t c = 0; c < out; ++c) to[c] += from[tap * out + c];
+    });
+  }
+  return sums.t();
+}
+
+/// (V, 27 O): the output's gradient (O, G^3) where each tap of each occupied voxel reaches it.
+Tensor reached_gradient(const std::vector<int32_t>& voxels, const Tensor& gradient, int64_t grid) {
+  const int64_t out = gradient.size(0);
+  const Tensor rows = gradient.t().contiguous();
+  Tensor reached = torch::zeros({static_cast<int64_t>(voxels.size()), kNeighbours * out}, gradient.options());
+  for (size_t i = 0; i < voxels.size(); ++i) {
+    float* to = reached.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
+    for_each_output(voxels[i], grid, [&](int64_t tap, int64_t v) {
+      const float* from = rows.data_ptr<float>() + v * out;
+      std::copy(from, from + out, to + tap * out);
+    });
+  }
+  return reached;
+}
+
 struct GridConvolution : torch::autograd::Function<GridConvolution> {
   static Tensor forward(torch::autograd::AutogradContext* context, const Tensor& given, const Tensor& weight,
                         const Tensor& bias) {
@@ -54,24 +143,13 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
     context->save_for_backward({x, weight});
     const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
     const int64_t voxels = grid * grid * grid;
-    const Tensor taps = weight.detach().permute({1, 2, 3, 4, 0}).reshape({in, kNeighbours * out}).contiguous();
-    const Tensor offset = bias.detach().contiguous();
+    const Tensor taps = taps_of(weight), offset = bias.detach().contiguous();
     Tensor result = torch::empty({batch, out, grid, grid, grid}, x.options());
     at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
       torch::NoGradGuard no_gradients;
       for (int64_t b = first; b < last; ++b) {
-        const float* sample = x.data_ptr<float>() + b * in * voxels;
-        const auto list = occupied_voxels(sample, in, voxels);
-        const Tensor products = voxel_rows(sample, in, voxels, list).mm(taps);  // (V, 27 O)
-        Tensor sums = offset.repeat({voxels, 1});                               // (G^3, O)
-        for (size_t i = 0; i < list.size(); ++i) {
-          const float* from = products.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
-          for_each_output(list[i], grid, [&](int64_t tap, int64_t v) {
-            float* to = sums.data_ptr<float>() + v * out;
-            for (int64_t c = 0; c < out; ++c) to[c] += from[tap * out + c];
-          });
-        }
-        result[b].view({out, voxels}).copy_(sums.t());
+        const Occupied full = occupied_of_grid(x.data_ptr<float>() + b * in * voxels, in, voxels);
+        result[b].view({out, voxels}).copy_(convolve(full.voxels, full.rows, taps, offset, grid));
       }
     });
     return result;
@@ -80,41 +158,85 @@ struct GridConvolution : torch::autograd::Function<GridConvolution> {
   static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
                                                torch::autograd::tensor_list gradients) {
     const auto saved = context->get_saved_variables();
-    const Tensor& x = saved[0];
-    const Tensor weight = saved[1].detach();
+    const Tensor &x = saved[0], &weight = saved[1];
     const Tensor gradient = gradients[0].contiguous();
     const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
     const int64_t voxels = grid * grid * grid;
     const bool wants_x = context->needs_input_grad(0);
-    const Tensor back_taps = weight.permute({2, 3, 4, 0, 1}).reshape({kNeighbours * out, in}).contiguous();
+    const Tensor back_taps = back_taps_of(weight);
     Tensor x_gradient = wants_x ? torch::zeros_like(x) : Tensor();
     Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, x.options());
     at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
       torch::NoGradGuard no_gradients;
       for (int64_t b = first; b < last; ++b) {
-        const float* sample = x.data_ptr<float>() + b * in * voxels;
-        const auto list = occupied_voxels(sample, in, voxels);
-        const Tensor rows = gradient[b].view({out, voxels}).t().contiguous();  // (G^3, O)
-        Tensor reached = torch::zeros({static_cast<int64_t>(list.size()), kNeighbours * out}, x.options());
-        for (size_t i = 0; i < list.size(); ++i) {
-          float* to = reached.data_ptr<float>() + static_cast<int64_t>(i) * kNeighbours * out;
-          for_each_output(list[i], grid, [&](int64_t tap, int64_t v) {
-            const float* from = rows.data_ptr<float>() + v * out;
-            std::copy(from, from + out, to + tap * out);
-          });
-        }
-        taps_gradient[b].copy_(voxel_rows(sample, in, voxels, list).t().mm(reached));
+        const Occupied full = occupied_of_grid(x.data_ptr<float>() + b * in * voxels, in, voxels);
+        const Tensor reached = reached_gradient(full.voxels, gradient[b].view({out, voxels}), grid);
+        taps_gradient[b].copy_(full.rows.t().mm(reached));
         if (!wants_x) continue;
         const Tensor row_gradient = reached.mm(back_taps);  // (V, C)
         float* into = x_gradient.data_ptr<float>() + b * in * voxels;
-        for (size_t i = 0; i < list.size(); ++i) {
+        for (size_t i = 0; i < full.voxels.size(); ++i) {
           const float* from = row_gradient.data_ptr<float>() + static_cast<int64_t>(i) * in;
-          for (int64_t c = 0; c < in; ++c) into[c * voxels + list[i]] = from[c];
+          for (int64_t c = 0; c < in; ++c) into[c * voxels + full.voxels[i]] = from[c];
         }
       }
     });
-    const Tensor weight_gradient = taps_gradient.sum(0).view({in, 3, 3, 3, out}).permute({4, 0, 1, 2, 3}).contiguous();
-    return {x_gradient, weight_gradient, gradient.sum({0, 2, 3, 4})};
+    return {x_gradient, weight_gradient_of(taps_gradient, out), gradient.sum({0, 2, 3, 4})};
+  }
+};
+
+/// The same of points that are averaged into voxels: no grid of inputs is ever stored.
+struct PointConvolution : torch::autograd::Function<PointConvolution> {
+  static Tensor forward(torch::autograd::AutogradContext* context, const SparseMap& average, const Tensor& given,
+                        const Tensor& weight, const Tensor& bias) {
+    const Tensor x = given.detach().contiguous(), index = average.index.contiguous(),
+                 share = average.weight.contiguous();
+    context->save_for_backward({x, weight, index, share});
+    context->saved_data["voxels"] = average.inputs;
+    const int64_t batch = x.size(0), in = x.size(1), points = x.size(2), voxels = average.inputs, out = weight.size(0);
+    const int64_t grid = std::llround(std::cbrt(static_cast<double>(voxels)));
+    const Tensor taps = taps_of(weight), offset = bias.detach().contiguous();
+    Tensor result = torch::empty({batch, out, grid, grid, grid}, x.options());
+    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
+      torch::NoGradGuard no_gradients;
+      for (int64_t b = first; b < last; ++b) {
+        const PointRows at(index.data_ptr<int64_t>() + b * points, points, voxels);
+        const Tensor rows = torch::zeros({static_cast<int64_t>(at.voxels.size()), in});
+        average_points(at, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
+                       rows.data_ptr<float>());
+        result[b].view({out, voxels}).copy_(convolve(at.voxels, rows, taps, offset, grid));
+      }
+    });
+    return result;
+  }
+
+  static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
+                                               torch::autograd::tensor_list gradients) {
+    const auto saved = context->get_saved_variables();
+    const Tensor &x = saved[0], &weight = saved[1], &index = saved[2], &share = saved[3];
+    const Tensor gradient = gradients[0].contiguous();
+    const int64_t batch = x.size(0), in = x.size(1), points = x.size(2), out = weight.size(0), grid = gradient.size(2);
+    const int64_t voxels = grid * grid * grid;
+    const bool wants_x = context->needs_input_grad(0);
+    const Tensor back_taps = back_taps_of(weight);
+    Tensor x_gradient = wants_x ? torch::empty_like(x) : Tensor();
+    Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, x.options());
+    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
+      torch::NoGradGuard no_gradients;
+      for (int64_t b = first; b < last; ++b) {
+        const PointRows at(index.data_ptr<int64_t>() + b * points, points, voxels);
+        const Tensor rows = torch::zeros({static_cast<int64_t>(at.voxels.size()), in});
+        average_points(at, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
+                       rows.data_ptr<float>());
+        const Tensor reached = reached_gradient(at.voxels, gradient[b].view({out, voxels}), grid);
+        taps_gradient[b].copy_(rows.t().mm(reached));
+        if (!wants_x) continue;
+        const Tensor row_gradient = reached.mm(back_taps);
+        spread_rows(at, share.data_ptr<float>() + b * points, row_gradient.data_ptr<float>(), in,
+                    x_gradient.data_ptr<float>() + b * in * points);
+      }
+    });
+    return {Tensor(), x_gradient, weight_gradient_of(taps_gradient, out), gradient.sum({0, 2, 3, 4})};
   }
 };
 
@@ -124,6 +246,14 @@ Tensor grid_conv3d(const Tensor& x, const Tensor& weight, const Tensor& bias) {
   if (!x.device().is_cpu() || x.scalar_type() != torch::kFloat32)
     return torch::conv3d(x, weight, bias, /*stride=*/1, /*padding=*/1);
   return GridConvolution::apply(x, weight, bias);
+}
+
+Tensor grid_conv3d_of_points(const SparseMap& average, const Tensor& x, const Tensor& weight, const Tensor& bias) {
+  if (x.device().is_cpu() && x.scalar_type() == torch::kFloat32)
+    return PointConvolution::apply(average, x, weight, bias);
+  const int64_t grid = std::llround(std::cbrt(static_cast<double>(average.inputs)));
+  return torch::conv3d(scatter(average, x).view({x.size(0), x.size(1), grid, grid, grid}), weight, bias, /*stride=*/1,
+                       /*padding=*/1);
 }
 
 Tensor grid_conv3d_over(const Tensor& background, const Tensor& x, const Tensor& weight, const Tensor& bias) {

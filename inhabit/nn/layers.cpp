@@ -49,12 +49,15 @@ PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels
       register_module("point_features", SharedMlp(in_channels, std::vector<int>{static_cast<int>(out_channels)}, 1));
 }
 
-torch::Tensor PointVoxelConvImpl::convolve(const torch::Tensor& voxels) {
-  if (dense || !voxels.device().is_cpu()) return voxel_layers->forward(voxels);
-  torch::Tensor x = grid_conv3d(voxels, convolutions[0]->weight, convolutions[0]->bias);
+torch::Tensor PointVoxelConvImpl::convolve(const SparseMap& average, const torch::Tensor& features) {
+  const std::vector<int64_t> cube{features.size(0), -1, grid, grid, grid};
+  if (dense || !features.device().is_cpu()) return voxel_layers->forward(scatter(average, features).view(cube));
+  torch::Tensor x = grid_conv3d_of_points(average, features, convolutions[0]->weight, convolutions[0]->bias);
   x = torch::leaky_relu(norms[0]->forward(x), kVoxelLeak);
   // Out of reach of every occupied voxel the first convolution gave its bias, so `x` has one value there.
-  const torch::Tensor reached = torch::max_pool3d(voxels.detach().abs().amax(1, true), 3, 1, 1).flatten();
+  const torch::Tensor occupied =
+      torch::zeros({features.size(0), average.inputs}, features.options()).scatter_(1, average.index.squeeze(2), 1.0);
+  const torch::Tensor reached = torch::max_pool3d(occupied.view(cube), 3, 1, 1).flatten();
   const int64_t away = reached.argmin().item<int64_t>();
   const int64_t cells = grid * grid * grid;
   const torch::Tensor background = reached[away].item<float>() == 0 ? x.flatten(2)[away / cells].select(1, away % cells)
@@ -65,8 +68,7 @@ torch::Tensor PointVoxelConvImpl::convolve(const torch::Tensor& voxels) {
 
 PointFeatures PointVoxelConvImpl::forward(const PointFeatures& input) {
   const torch::Tensor coordinates = voxel_coordinates(input.points, grid);
-  const torch::Tensor voxels = scatter(voxel_average(coordinates, grid), input.features);
-  const torch::Tensor mixed = convolve(voxels.view({voxels.size(0), voxels.size(1), grid, grid, grid}));
+  const torch::Tensor mixed = convolve(voxel_average(coordinates, grid), input.features);
   return {gather(voxel_interpolation(coordinates, grid), mixed.flatten(2)) + point_features(input.features),
           input.points};
 }
@@ -97,8 +99,15 @@ FeaturePropagationImpl::FeaturePropagationImpl(int64_t in_channels, const std::v
 }
 
 PointFeatures FeaturePropagationImpl::forward(const PointFeatures& coarse, const PointFeatures& fine) {
-  const torch::Tensor carried = gather(nearest_interpolation(fine.points, coarse.points), coarse.features);
-  return {mlp(torch::cat({carried, fine.features}, 1)), fine.points};
+  // The first layer of the MLP over what is carried and the fine points' own features. It is linear, so the carried
+  // half is had at the centres, of which there are fewer; and fine features that need no gradient get none.
+  const auto& first = mlp->layers->at<tn::Conv1dImpl>(0);
+  const int64_t carried = coarse.features.size(1);
+  torch::Tensor x = gather(nearest_interpolation(fine.points, coarse.points),
+                           torch::conv1d(coarse.features, first.weight.narrow(1, 0, carried))) +
+                    torch::conv1d(fine.features, first.weight.slice(1, carried), first.bias);
+  for (auto layer = std::next(mlp->layers->begin()); layer != mlp->layers->end(); ++layer) x = layer->forward(x);
+  return {x, fine.points};
 }
 
 }  // namespace inhabit::nn

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "inhabit/nn/point_ops.h"
+
 namespace inhabit::nn {
 
 /// Slope of the leaky ReLU behind a voxel convolution, and epsilons of the batch norms (the latter PyTorch's default).
@@ -47,7 +49,7 @@ struct PointVoxelConvImpl : torch::nn::Module {
   VoxelGate gate{nullptr};
 
  private:
-  torch::Tensor convolve(const torch::Tensor& voxels);
+  torch::Tensor convolve(const SparseMap& average, const torch::Tensor& features);
 };
 TORCH_MODULE(PointVoxelConv);
 

@@ -33,25 +33,52 @@ RowLayer row_layer(const Tensor& weight, const Tensor& bias) {
   return row_layer(weight, bias, {torch::ones({weight.size(0)}, exact), torch::zeros({weight.size(0)}, exact)});
 }
 
+RowLayer row_layer_of_taps(const Tensor& weight, const Tensor& bias) {
+  return row_layer(weight.flatten(0, 1).t(), bias);
+}
+
 void apply(const RowLayer& layer, const float* x, int64_t x_stride, int64_t count, float* y) {
   for (int64_t i = 0; i < count; ++i) std::copy(layer.bias.begin(), layer.bias.end(), y + i * layer.stride());
   accumulate_rows(layer.w, layer.w.in, x, x_stride, nullptr, nullptr, count, y);
 }
 
-RowGru row_gru(const Tensor& weight_ih, const Tensor& weight_hh, const Tensor& bias_ih, const Tensor& bias_hh) {
-  return {row_layer(weight_ih, bias_ih), row_layer(weight_hh, bias_hh), weight_hh.size(1)};
+RowGru row_gru(const torch::nn::Module& gru) {
+  const auto parameters = gru.named_parameters();
+  const std::string layer = parameters.contains("weight_ih_l0") ? "_l0" : "";
+  const auto of = [&](const char* name) { return parameters[name + layer]; };
+  return {row_layer(of("weight_ih"), of("bias_ih")), row_layer(of("weight_hh"), of("bias_hh")),
+          of("weight_hh").size(1)};
 }
 
-void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, int64_t count, float* state) {
-  std::vector<float> encoded(static_cast<size_t>(encode.stride())), input(static_cast<size_t>(gru.from_input.stride())),
+namespace {
+
+/// The state after `count` rows; row(t) is where the gates' input of time t lies.
+template <class RowAt>
+void run_gru(const RowGru& gru, int64_t count, const RowAt& row, float* state) {
+  std::vector<float> input(static_cast<size_t>(gru.from_input.stride())),
       recurrent(static_cast<size_t>(gru.from_state.stride()));
   std::fill_n(state, gru.hidden, 0.0F);
   for (int64_t t = 0; t < count; ++t) {
-    apply(encode, x + t * encode.w.in, encode.w.in, 1, encoded.data());
-    gru.input_gates(encoded.data(), input.data());
+    gru.input_gates(row(t), input.data());
     gru.state_gates(state, recurrent.data());
     gru_update(gru.hidden, input.data(), recurrent.data(), state, state);
   }
+}
+
+}  // namespace
+
+void last_gru_state(const RowGru& gru, const float* x, int64_t count, float* state) {
+  run_gru(
+      gru, count, [&](int64_t t) { return x + t * gru.from_input.w.in; }, state);
+}
+
+void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, int64_t count, float* state) {
+  std::vector<float> encoded(static_cast<size_t>(encode.stride()));
+  const auto row = [&](int64_t t) -> const float* {
+    apply(encode, x + t * encode.w.in, encode.w.in, 1, encoded.data());
+    return encoded.data();
+  };
+  run_gru(gru, count, row, state);
 }
 
 }  // namespace inhabit::nn

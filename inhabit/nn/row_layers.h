@@ -26,6 +26,8 @@ FoldedNorm folded_norm(const torch::nn::Module& batch_norm, double eps);
 RowLayer row_layer(const torch::Tensor& weight, const torch::Tensor& bias);
 /// The same with a batch norm behind it.
 RowLayer row_layer(const torch::Tensor& weight, const torch::Tensor& bias, const FoldedNorm& norm);
+/// A convolution as a product of `taps` rows that follow each other. @param weight (taps, in, out).
+RowLayer row_layer_of_taps(const torch::Tensor& weight, const torch::Tensor& bias);
 
 /// y[i] = bias + x[i] w for `count` rows.
 void apply(const RowLayer& layer, const float* x, int64_t x_stride, int64_t count, float* y);
@@ -39,10 +41,12 @@ struct RowGru {
   void input_gates(const float* x, float* gates) const { apply(from_input, x, from_input.w.in, 1, gates); }
   void state_gates(const float* state, float* gates) const { apply(from_state, state, hidden, 1, gates); }
 };
-RowGru row_gru(const torch::Tensor& weight_ih, const torch::Tensor& weight_hh, const torch::Tensor& bias_ih,
-               const torch::Tensor& bias_hh);
+/// @param gru a torch::nn::GRU of one layer, or a GRUCell.
+RowGru row_gru(const torch::nn::Module& gru);
 
-/// Last state of a GRU over encode(x) of every row (count, encode.w.in), from zero; `state` has gru.hidden floats.
+/// Last state of a GRU over the rows of x (count, gru.from_input.w.in), from zero; `state` has gru.hidden floats.
+void last_gru_state(const RowGru& gru, const float* x, int64_t count, float* state);
+/// The same over encode(x) of every row (count, encode.w.in).
 void last_gru_state(const RowLayer& encode, const RowGru& gru, const float* x, int64_t count, float* state);
 
 }  // namespace inhabit::nn

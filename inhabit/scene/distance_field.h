@@ -1,26 +1,30 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
-#include <vector>
 
 #include "inhabit/scene/query.h"
 
 namespace inhabit {
 
-/// The signed distance to a scene's surfaces, sampled once at the corners of a grid and interpolated from there: for
-/// who asks millions of times, or needs a gradient. Metres, world, negative inside (see Solid). Exact at corners; a
-/// plane that no other surface is near comes out exact everywhere, an edge or a thin board is rounded over one cell.
-/// Safe to use from several threads.
+/// The signed distance to a scene's surfaces at the corners of a grid, interpolated between them: for who asks millions
+/// of times, or needs a gradient. Metres, world, negative inside (see Solid). Exact at corners; a plane that no other
+/// surface is near comes out exact everywhere, an edge or a thin board is rounded over one cell. Corners are sampled
+/// when they are first needed, 512 cells at a time, two milliseconds each. Safe to use from several threads.
 ///
-///   const DistanceField field(SceneQuery(scene), box_around_the_motion);
+///   const SceneQuery query(scene);
+///   const DistanceField field(query, box_around_the_motion);
 ///   Eigen::Vector3d uphill;
 ///   const double outside_by = field.distance(point, &uphill);
 class DistanceField {
  public:
-  /// Samples every corner on all of torch's threads, two microseconds each on one core.
-  /// @param box what the grid covers, grown to whole cells; @param cell edge of a cell, metres. Throws Error when the
-  /// box is empty or not finite, the cell is no length, or there are more than 2^27 corners.
+  /// @param query must outlive this. @param box what the grid covers, grown to whole cells; @param cell edge of a cell,
+  /// metres. Throws Error when the box is empty or not finite, the cell is no length, or there are more than 2^27
+  /// cells.
   DistanceField(const SceneQuery& query, const Eigen::AlignedBox3d& box, double cell = 0.05);
+  ~DistanceField();
+  DistanceField(DistanceField&&) noexcept;
+  DistanceField& operator=(DistanceField&&) noexcept;
 
   /// Trilinear distance. Beyond the grid: the value at the nearest point of the grid plus the distance from there.
   /// Throws Error when the point is not finite.
@@ -36,20 +40,11 @@ class DistanceField {
   /// Metres that are free of surfaces around `point` at least; 0 beyond the grid.
   float clearance(const Eigen::Vector3f& point) const;
 
-  double cell() const { return cell_; }
-  const Eigen::Vector3i& corners() const { return corners_; }
+  double cell() const;
 
  private:
-  size_t corner(int x, int y, int z) const {
-    return (static_cast<size_t>(z) * static_cast<size_t>(corners_.y()) + static_cast<size_t>(y)) *
-               static_cast<size_t>(corners_.x()) +
-           static_cast<size_t>(x);
-  }
-
-  Eigen::Vector3d origin_;   ///< world, of corner (0, 0, 0)
-  double cell_;              ///< metres
-  Eigen::Vector3i corners_;  ///< along x, y, z
-  std::vector<float> samples_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace inhabit

@@ -15,8 +15,6 @@ constexpr RTCSceneFlags kFilteredRays = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUME
 
 inline void first_hit(RTCScene scene, RTCRayHit& ray) { rtcIntersect1(scene, &ray); }
 
-inline void any_hit(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray); }
-
 /// `filter` sees every face the ray meets, with `context` in its arguments; what it calls invalid the ray goes through.
 inline void every_hit(RTCScene scene, RTCRayHit& ray, RayContext& context, RTCFilterFunctionN filter) {
   rtcInitRayQueryContext(&context);
@@ -42,12 +40,6 @@ inline void every_hit(RTCScene scene, RTCRayHit& ray, RayContext& context, RTCFi
 inline void first_hit(RTCScene scene, RTCRayHit& ray) {
   RayContext context;
   every_hit(scene, ray, context, nullptr);
-}
-
-inline void any_hit(RTCScene scene, RTCRay& ray) {
-  RayContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, &ray);
 }
 
 #endif

@@ -1,19 +1,63 @@
 #include "inhabit/scene/floor.h"
 
-#include "inhabit/motion/feet.h"
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/motion/floor.h"
 
 namespace inhabit {
 
-double floor_under(const Clip& poses, const SceneQuery&) { return floor_under(poses); }
+using torch::Tensor;
+
+namespace {
+
+constexpr double kAbove = 0.3, kNear = 0.3;  // metres: rays start above the feet; a floor is no farther from theirs
+constexpr double kAround = 0.25;             // metres on the ground: points of a cloud that are below a foot
+constexpr int64_t kPlaces = 64;              // of feet that are looked at
+constexpr double kLeast = 0.25;              // of the places must be above something
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+double floor_under(const Clip& poses, const SceneQuery& scene) {
+  const double assumed = floor_under(poses);
+  const Tensor balls = poses.joints.slice(1, 10, 12).reshape({-1, 3});  // of the standard joints
+  const int64_t step = (balls.size(0) + kPlaces - 1) / kPlaces;
+  Tensor from = balls.slice(0, 0, balls.size(0), step).to(torch::kFloat32).contiguous().clone();
+  const Tensor down = torch::tensor({0.F, -1.F, 0.F}).expand_as(from).contiguous();
+  from.select(1, 1).clamp_min_(assumed).add_(kAbove);
+  std::vector<double> heights;
+  const RayHits below = scene.cast(from, down);
+  const Tensor hits = below.points.index({below.hit}).select(1, 1).contiguous();
+  for (int64_t i = 0; i < hits.numel(); ++i) heights.push_back(static_cast<double>(hits.data_ptr<float>()[i]));
+  std::erase_if(heights, [&](double y) { return std::abs(y - assumed) > kNear; });
+  if (static_cast<double>(heights.size()) >= kLeast * static_cast<double>(from.size(0))) return median(heights);
+
+  heights.clear();
+  for (const Eigen::Vector3f& point : scene.solid().points) {
+    const auto y = static_cast<double>(point.y());
+    if (std::abs(y - assumed) > kNear / 2) continue;
+    for (int64_t i = 0; i < from.size(0); ++i) {
+      const float* p = from.data_ptr<float>() + 3 * i;
+      if (std::hypot(point.x() - p[0], point.z() - p[2]) > kAround) continue;
+      heights.push_back(y);
+      break;
+    }
+  }
+  return heights.empty() ? assumed : median(heights);
+}
 
 Scene assumed_floor(const Clip& clip) {
-  const torch::Tensor path = clip.root_path(), low = std::get<0>(path.min(0)), high = std::get<0>(path.max(0)),
-                      middle = (low + high) / 2;
+  const Tensor path = clip.root_path(), low = std::get<0>(path.min(0)), high = std::get<0>(path.max(0)),
+               middle = (low + high) / 2;
   Scene scene =
       floor_scene(12.0 + (high - low).max().item<double>(), middle[0].item<double>(), middle[2].item<double>());
-  // The lowest joint is the ball of a foot, some 2 cm above the sole.
-  const double floor = clip.joints.select(2, 1).min().item<double>() - 0.02;
-  scene.meshes[0].vertices.select(1, 1).add_(floor);
+  scene.meshes[0].vertices.select(1, 1).add_(floor_under(clip));
   return scene;
 }
 

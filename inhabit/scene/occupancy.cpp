@@ -1,5 +1,9 @@
 #include "inhabit/scene/occupancy.h"
 
+#include <ATen/Parallel.h>
+
+#include <atomic>
+
 #include "inhabit/error.h"
 
 namespace inhabit {
@@ -7,6 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
+
+constexpr int64_t kFacesTogether = 512;  // that a thread looks at
 
 using Corners = std::array<Vector3d, 3>;  // of a triangle, in cells: cell (i, j, k) spans [i, i + 1) and so on
 
@@ -48,12 +54,15 @@ bool meets_cell(const Corners& triangle, const Vector3d& middle) {
   return true;
 }
 
+/// Cells that several threads fill: what one of them sets to 1 stays.
 struct Grid {
   Vector3i cells;
   float* values;
-  float& at(const Vector3i& c) const {
-    return values[(static_cast<int64_t>(c.x()) * cells.y() + c.y()) * cells.z() + c.z()];
+  std::atomic_ref<float> at(const Vector3i& c) const {
+    return std::atomic_ref<float>(values[(static_cast<int64_t>(c.x()) * cells.y() + c.y()) * cells.z() + c.z()]);
   }
+  bool free(const Vector3i& c) const { return at(c).load(std::memory_order_relaxed) < 0; }
+  void fill(const Vector3i& c) const { at(c).store(1, std::memory_order_relaxed); }
 };
 
 void mark_surface(const Corners& t, const Grid& grid) {
@@ -65,8 +74,7 @@ void mark_surface(const Corners& t, const Grid& grid) {
   for (c.x() = region.low.x(); c.x() < region.high.x(); ++c.x()) {
     for (c.y() = region.low.y(); c.y() < region.high.y(); ++c.y()) {
       for (c.z() = region.low.z(); c.z() < region.high.z(); ++c.z()) {
-        float& value = grid.at(c);
-        if (value < 0 && (in_one_cell || meets_cell(t, c.cast<double>() + Vector3d::Constant(0.5)))) value = 1;
+        if (grid.free(c) && (in_one_cell || meets_cell(t, c.cast<double>() + Vector3d::Constant(0.5)))) grid.fill(c);
       }
     }
   }
@@ -154,7 +162,7 @@ void mark_inside(const std::vector<SolidFace>& faces, const Region& region, cons
   for (c.x() = 0; c.x() < size.x(); ++c.x()) {
     for (c.y() = 0; c.y() < size.y(); ++c.y()) {
       for (c.z() = 0; c.z() < size.z(); ++c.z()) {
-        if (2 * windings[index(c)] > 6) grid.at(c + region.low) = 1;
+        if (Solid::holds(windings[index(c)], 6)) grid.fill(c + region.low);
       }
     }
   }
@@ -186,13 +194,18 @@ torch::Tensor occupancy_grid(const Solid& solid, const Vector3d& center, double 
   for (size_t face = 0; face < solid.faces.size(); ++face) {
     const auto& f = solid.faces[face];
     const Corners t{vertices[f[0]], vertices[f[1]], vertices[f[2]]};
-    mark_surface(t, grid);
     const auto body = static_cast<size_t>(solid.body[face]);
     for (const Vector3d& corner : t) {
       lower[body] = lower[body].cwiseMin(corner);
       upper[body] = upper[body].cwiseMax(corner);
     }
   }
+  at::parallel_for(0, static_cast<int64_t>(solid.faces.size()), kFacesTogether, [&](int64_t begin, int64_t end) {
+    for (auto face = static_cast<size_t>(begin); face < static_cast<size_t>(end); ++face) {
+      const auto& f = solid.faces[face];
+      mark_surface({vertices[f[0]], vertices[f[1]], vertices[f[2]]}, grid);
+    }
+  });
   std::vector<Region> regions(lower.size());
   for (size_t body = 0; body < regions.size(); ++body) regions[body] = cells_around(lower[body], upper[body], cells);
   std::vector<std::vector<SolidFace>> faces(regions.size());
@@ -202,14 +215,15 @@ torch::Tensor occupancy_grid(const Solid& solid, const Vector3d& center, double 
     const auto& f = solid.faces[face];
     faces[body].push_back({{vertices[f[0]], vertices[f[1]], vertices[f[2]]}, solid.outward[face]});
   }
-  for (size_t body = 0; body < regions.size(); ++body) {
-    if (!regions[body].empty()) mark_inside(faces[body], regions[body], grid);
-  }
+  at::parallel_for(0, static_cast<int64_t>(regions.size()), 1, [&](int64_t begin, int64_t end) {
+    for (auto body = static_cast<size_t>(begin); body < static_cast<size_t>(end); ++body)
+      if (!regions[body].empty()) mark_inside(faces[body], regions[body], grid);
+  });
 
   for (const Eigen::Vector3f& point : solid.points) {
     const Vector3d at = to_cells(point);
     const Region region = cells_around(at, at, cells);
-    if (!region.empty()) grid.at(region.low) = 1;
+    if (!region.empty()) grid.fill(region.low);
   }
   return out;
 }

@@ -269,7 +269,7 @@ struct SceneQuery::Impl {
       if (k == 5 && windings.largest() == 0) return false;
       if (k == 5 && windings.largest() >= 6) return true;
     }
-    return 2 * windings.largest() > count;
+    return Solid::holds(windings.largest(), count);
   }
 
   /// Mesh and face within it.
@@ -370,25 +370,6 @@ RayHits SceneQuery::cast(const torch::Tensor& origins, const torch::Tensor& dire
       set_row(out.points, i, origin + ray.ray.tfar * direction);
       set_row(out.normals, i, impl_->solid.normal(ray.hit.primID).normalized());
       std::tie(meshes[i], faces[i]) = impl_->place_of(ray.hit.primID);
-    }
-  });
-  return out;
-}
-
-torch::Tensor SceneQuery::occluded(const torch::Tensor& from, const torch::Tensor& to) const {
-  const torch::Tensor begin_at = as_rows(from, "points"), end_at = as_rows(to, "points");
-  const int64_t n = begin_at.size(0);
-  if (end_at.size(0) != n) throw Error("as many ends as beginnings are needed");
-  torch::Tensor out = torch::zeros({n}, torch::kBool);
-  if (impl_->scene == nullptr) return out;
-  bool* result = out.data_ptr<bool>();
-  at::parallel_for(0, n, kGrain, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const Vector3f origin = row(begin_at, i), direction = row(end_at, i) - origin;
-      if (!origin.allFinite() || !direction.allFinite() || !(direction.squaredNorm() > 0)) continue;
-      RTCRay ray = make_ray(origin, direction, 1);
-      any_hit(impl_->scene, ray);
-      result[i] = ray.tfar < 0;
     }
   });
   return out;

@@ -57,9 +57,6 @@ class SceneQuery {
   RayHits cast(const torch::Tensor& origins, const torch::Tensor& directions,
                double max_distance = std::numeric_limits<double>::infinity()) const;
 
-  /// (N) bool: a surface lies between `from` and `to` (N, 3).
-  torch::Tensor occluded(const torch::Tensor& from, const torch::Tensor& to) const;
-
   const Solid& solid() const;
 
  private:

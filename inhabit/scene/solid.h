@@ -28,6 +28,9 @@ struct Solid {
   std::vector<Eigen::Vector3f> points;  ///< the scene's point cloud; nothing is inside it
 
   Eigen::Vector3f corner(size_t face, size_t k) const { return vertices[faces[face][k]]; }
+  /// True where a winding number exceeds one half: `windings` is the sum of what looks along `directions` directions
+  /// counted for one body.
+  static bool holds(int windings, int directions) { return 2 * windings > directions; }
   /// Not normalised: twice the face's area long.
   Eigen::Vector3f normal(size_t face) const {
     return (corner(face, 1) - corner(face, 0)).cross(corner(face, 2) - corner(face, 0));

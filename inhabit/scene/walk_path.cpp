@@ -45,11 +45,6 @@ void smooth(std::vector<Vector2d>& points, const FreeSpace& floor, double margin
 
 }  // namespace
 
-Vector2d ahead_of(double heading) { return {std::sin(heading), std::cos(heading)}; }
-Vector2d left_of(double heading) { return {std::cos(heading), -std::sin(heading)}; }
-double heading_of(const Vector2d& direction) { return std::atan2(direction.x(), direction.y()); }
-double wrapped(double angle) { return std::remainder(angle, 2 * M_PI); }
-
 Vector2d WalkPath::at(double s) const {
   if (s <= 0) return points.front();
   if (s >= total()) return points.back();

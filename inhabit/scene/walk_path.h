@@ -3,19 +3,10 @@
 #include <optional>
 #include <vector>
 
+#include "inhabit/math/heading.h"
 #include "inhabit/scene/free_space.h"
 
 namespace inhabit {
-
-// On the floor a point is (x, z) and a heading is an angle from +Z towards +X, as a turn about +Y.
-
-/// Unit vector of a heading, (x, z).
-Eigen::Vector2d ahead_of(double heading);
-/// Unit vector to the left of a heading, (x, z).
-Eigen::Vector2d left_of(double heading);
-double heading_of(const Eigen::Vector2d& direction);
-/// The same angle in (-pi, pi].
-double wrapped(double angle);
 
 /// A smooth path over the floor, points 2 cm apart.
 struct WalkPath {

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "inhabit/body/capsules.h"
-#include "inhabit/body/kinematics.h"
-#include "inhabit/math/rotation.h"
+#include "inhabit/motion/placed_body.h"
 
 namespace inhabit {
 namespace {
@@ -15,27 +13,19 @@ constexpr double kCell = 0.2, kSampleSpacing = 0.04, kMoved = 0.008;
 }  // namespace
 
 BodySweep::BodySweep(const Clip& clip, const BodyModel& body) {
-  const Pose pose = forward_kinematics(clip.skeleton.parents, clip.skeleton.offsets,
-                                       axis_angle_to_matrix(clip.rotations), clip.trans);
-  const torch::Tensor positions = pose.positions.contiguous(), rotations = pose.rotations.contiguous();
-  const auto p = positions.accessor<float, 3>();
-  const auto r = rotations.accessor<float, 4>();
+  const CapsulePoints capsules = capsule_points(clip, body, kSampleSpacing);
+  const torch::Tensor points = capsules.points.to(torch::kDouble).contiguous();
+  const auto p = points.accessor<double, 3>();
   const int frames = static_cast<int>(clip.frames());
-  for (const Capsule& c : shaped_capsules(body, clip.betas)) {
-    if (c.joint >= kStandardJoints) continue;
-    const Eigen::Vector3d a(c.a[0], c.a[1], c.a[2]), b(c.b[0], c.b[1], c.b[2]);
-    const int samples = 1 + static_cast<int>(std::ceil((b - a).norm() / kSampleSpacing));
-    for (int s = 0; s < samples; ++s) {
-      const Eigen::Vector3d own = samples == 1 ? a : Eigen::Vector3d(a + (b - a) * s / (samples - 1));
+  for (size_t c = 0; c < capsules.radii.size(); ++c) {
+    if (capsules.joints[c] >= kStandardJoints) continue;
+    for (int64_t s = capsules.first[c]; s < capsules.first[c + 1]; ++s) {
       Eigen::Vector3d last(1e9, 1e9, 1e9);
       for (int t = 0; t < frames; ++t) {
-        Eigen::Vector3d at;
-        for (int i = 0; i < 3; ++i)
-          at[i] = p[t][c.joint][i] + r[t][c.joint][i][0] * own.x() + r[t][c.joint][i][1] * own.y() +
-                  r[t][c.joint][i][2] * own.z();
+        const Eigen::Vector3d at(p[t][s][0], p[t][s][1], p[t][s][2]);
         if ((at - last).norm() < kMoved) continue;
         last = at;
-        balls_.push_back({at, c.radius, c.joint, t});
+        balls_.push_back({at, capsules.radii[c], capsules.joints[c], t});
       }
     }
   }

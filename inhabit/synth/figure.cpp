@@ -34,14 +34,7 @@ Figure make_figure(const BodyModel& model, const torch::Tensor& betas) {
   figure.bones.parents.resize(kStandardJoints);
   figure.bones.offsets.resize(kStandardJoints);
   const auto& offset = figure.bones.offsets;
-  figure.lowest.fill(Eigen::Array3d::Constant(-7));
-  figure.highest.fill(Eigen::Array3d::Constant(7));
-  if (model.joint_limits.defined()) {
-    const torch::Tensor limits = model.joint_limits.to(torch::kCPU, torch::kDouble).contiguous();
-    const auto a = limits.accessor<double, 3>();
-    for (int j = 0; j < kStandardJoints; ++j)
-      for (int i = 0; i < 3; ++i) figure.lowest[j][i] = a[j][i][0], figure.highest[j][i] = a[j][i][1];
-  }
+  figure.limits = joint_limits(model);
   figure.thigh = 0.5 * (offset[4].norm() + offset[5].norm());
   figure.shank = 0.5 * (offset[7].norm() + offset[8].norm());
   figure.upper_arm = 0.5 * (offset[18].norm() + offset[19].norm());

@@ -6,9 +6,11 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
+#include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/floor.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/query.h"
@@ -25,11 +27,6 @@ using Eigen::Vector3d;
 constexpr double kApart = 0.02;   // metres between the body and what it does not use
 constexpr double kSink = -0.018;  // how far flesh may sink into what is sat on or touched
 const std::vector<std::string> kActions = {"stand", "walk", "run", "sit"};
-
-double body_ball_height() {
-  const BodyModel& body = builtin_body();
-  return (body.joint_template[10][1] - body.template_vertices.select(1, 1).min()).item<double>();
-}
 
 // (T, J) m/s.
 torch::Tensor joint_speeds(const Clip& clip) {
@@ -77,13 +74,10 @@ struct Motion {
   // The direction the hips face, on the floor.
   Vector2d facing(int t) const {
     const Vector3d right_to_left = joints[t][1] - joints[t][2];
-    const Vector3d ahead = right_to_left.cross(Vector3d::UnitY());
-    const Vector2d flat(ahead.x(), ahead.z());
+    const Vector2d flat = on_ground(right_to_left.cross(Vector3d::UnitY()));
     return flat.norm() > 1e-6 ? Vector2d(flat.normalized()) : Vector2d(0, 1);
   }
 };
-
-double yaw_of(const Vector2d& direction) { return std::atan2(direction.x(), direction.y()); }
 
 BodySweep::Gaps gaps_with(double sink, std::initializer_list<int> sinking) {
   BodySweep::Gaps gaps;
@@ -123,7 +117,7 @@ std::vector<Rest> find_rests(const Motion& m, const BodySweep& sweep) {
       facing += m.facing(t) + Vector2d(thighs.x(), thighs.z());
     }
     rest.place = place / (span.last - span.first);
-    rest.yaw = yaw_of(facing);
+    rest.yaw = heading_of(facing);
     const Vector3d ahead(std::sin(rest.yaw), 0, std::cos(rest.yaw));
     // The seat is as high as the lowest part of pelvis and thighs near the pelvis; its back is behind the trunk.
     rest.level = 1e9;
@@ -214,7 +208,7 @@ std::vector<HandRest> find_hand_rests(const Motion& m, const BodySweep& sweep) {
       rest.palm = sum / balls;
       rest.palm.y() = low;
       const Vector3d& pelvis = m.joints[(span.first + span.last) / 2][0];
-      rest.yaw = yaw_of({rest.palm.x() - pelvis.x(), rest.palm.z() - pelvis.z()});
+      rest.yaw = heading_of(on_ground(rest.palm - pelvis));
       out.push_back(rest);
     }
   }
@@ -313,31 +307,20 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
   for (size_t i = 0; i < room.furniture.size(); ++i) {
     clip.object_names.push_back(room.object_name(i));
     const Eigen::Isometry3d& pose = room.furniture[i].pose;
-    const Vector3d front = pose.linear() * Vector3d::UnitZ();
     poses.push_back(
         torch::tensor({static_cast<float>(pose.translation().x()), 0.F, static_cast<float>(pose.translation().z()), 0.F,
-                       static_cast<float>(std::atan2(front.x(), front.z())), 0.F}));
+                       static_cast<float>(heading_of(on_ground(pose.linear().col(2)))), 0.F}));
   }
   clip.object_pose = poses.empty() ? torch::zeros({T, 0, 6}) : torch::stack(poses).expand({T, -1, -1}).contiguous();
 }
 
 }  // namespace
 
-double floor_height(const Clip& clip) {
-  const torch::Tensor feet = torch::tensor({10, 11});
-  const torch::Tensor y = clip.joints.index_select(1, feet).select(2, 1).reshape({-1});
-  const torch::Tensor speed = joint_speeds(clip).index_select(1, feet).reshape({-1});
-  // Slow is relative where somebody never stands still.
-  const double slow = std::max(0.25, torch::quantile(speed, 0.15).item<double>());
-  const torch::Tensor heights = y.index({speed <= slow});
-  return torch::quantile(heights, 0.1).item<double>() - body_ball_height();
-}
-
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
   Clip clip = retarget(source, subject);
   if (std::abs(clip.rate - kSynthRate) > 1e-6) clip = resample(clip, kSynthRate);
   if (clip.frames() < 2) throw Error(subject, "is one pose, no motion");
-  clip = transformed(clip, {0, {0, -floor_height(clip), 0}});
+  clip = transformed(clip, {0, {0, -floor_under(clip), 0}});
   std::vector<Clip> out;
   const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kSynthRate)),
                 least = std::llround(2 * kSynthRate);
@@ -407,7 +390,7 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   return out;
 }
 
-Dataset fit_recordings(const std::string& folder, const FitOptions& options) {
+Dataset fit_recordings(const std::string& folder, const FittingOptions& options) {
   if (options.train.empty() && options.test.empty()) throw Error("no recordings to fit rooms around");
   if (options.rooms_per_clip < 1) throw Error("the number of rooms per clip must be at least 1");
   if (!(options.seconds >= 2 && options.seconds <= 600)) throw Error("the length of a piece must be 2 to 600 seconds");

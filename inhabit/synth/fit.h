@@ -18,10 +18,6 @@ namespace inhabit {
 /// Pieces under two seconds are dropped. Throws Error(subject, ...) for skeletons that cannot be retargeted.
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent = 9);
 
-/// Height of the floor under a recording: the lowest places where the balls of the feet are slow, less the height of
-/// that joint above the sole.
-double floor_height(const Clip& clip);
-
 /// A room around a motion, and the motion in it.
 struct FittedRoom {
   Room room;
@@ -36,7 +32,7 @@ struct FittedRoom {
 /// seat fits under them.
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random);
 
-struct FitOptions {
+struct FittingOptions {
   std::vector<std::string> train, test;  ///< recordings, any format inhabit reads
   uint64_t seed = 1;
   int rooms_per_clip = 3;
@@ -48,6 +44,6 @@ struct FitOptions {
 /// A native data set of fitted rooms. All pieces of one recording are in one split: `test` in test (where there are
 /// none, the last tenth of three or more others), every tenth of the others in val, the rest in train. Throws Error
 /// where nothing could be made of any recording.
-Dataset fit_recordings(const std::string& folder, const FitOptions& options);
+Dataset fit_recordings(const std::string& folder, const FittingOptions& options);
 
 }  // namespace inhabit

@@ -87,11 +87,4 @@ void StepPlan::turn(double heading, const Vector2d& to, std::mt19937_64& random)
   heading_ = from + whole;
 }
 
-void StepPlan::shift_foot(int side, double ahead, double out, double seconds) {
-  Plant plant = rest_plant(side, place(), heading_);
-  plant.place = plant_[side].place + ahead_of(heading_) * ahead + left_of(heading_) * (side == 0 ? out : -out);
-  plant.yaw = plant_[side].yaw;
-  add(side, plant, now_, now_ + seconds);
-}
-
 }  // namespace inhabit

@@ -49,8 +49,6 @@ class StepPlan {
   double walk(const WalkPath& path, double speed, std::mt19937_64& random);
   /// Turns to `heading` by small steps, the foot of that side first, and comes to stand at `to`, which is near.
   void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);
-  /// One step of one foot to a place relative to where it would stand at rest: ahead and outwards, metres.
-  void shift_foot(int side, double ahead, double out, double seconds);
 
   const std::array<Plant, 2>& start() const { return start_; }
   const std::vector<Footstep>& steps() const { return steps_; }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit {
@@ -21,8 +22,7 @@ bool hits(const Patch& p, const std::vector<Patch>& others) {
 // The patch [x0, x1] x [z0, z1] of a piece's own frame, in the world.
 Patch own_patch(const Furniture& piece, double x0, double x1, double z0, double z1) {
   const Vector3d c = piece.pose * Vector3d((x0 + x1) / 2, 0, (z0 + z1) / 2);
-  const Vector3d front = piece.pose.linear() * Vector3d::UnitZ();
-  return {{c.x(), c.z()}, {(x1 - x0) / 2, (z1 - z0) / 2}, std::atan2(front.x(), front.z())};
+  return {on_ground(c), {(x1 - x0) / 2, (z1 - z0) / 2}, heading_of(on_ground(piece.pose.linear().col(2)))};
 }
 
 // Places `piece` in the frame of `anchor` at (x, z), turned by `yaw` from it.
@@ -147,7 +147,7 @@ Group lone_seat(const Room& room, std::mt19937_64& random) {
   } else {
     const Vector2d slack = room.size / 2 - Vector2d(0.6, 0.6);
     const double x = uniform(random, -1, 1) * slack.x(), z = uniform(random, -1, 1) * slack.y();
-    pieces[0].place(x, z, std::atan2(-x, -z) + uniform(random, -0.8, 0.8));  // more or less to the middle
+    pieces[0].place(x, z, heading_of({-x, -z}) + uniform(random, -0.8, 0.8));  // more or less to the middle
   }
   std::vector<Patch> need = {before(pieces[0], 0.5)};
   return {std::move(pieces), std::move(need)};
@@ -157,10 +157,7 @@ Group lone_seat(const Room& room, std::mt19937_64& random) {
 
 // No axis of either separates two that overlap.
 bool overlap(const Patch& a, const Patch& b) {
-  auto axes = [](const Patch& p) {
-    return std::array<Vector2d, 2>{Vector2d(std::cos(p.yaw), -std::sin(p.yaw)),
-                                   Vector2d(std::sin(p.yaw), std::cos(p.yaw))};
-  };
+  auto axes = [](const Patch& p) { return std::array<Vector2d, 2>{left_of(p.yaw), ahead_of(p.yaw)}; };
   const auto ax = axes(a), bx = axes(b);
   const Vector2d d = b.center - a.center;
   for (const auto& set : {ax, bx})

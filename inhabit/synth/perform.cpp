@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/heading.h"
 #include "inhabit/synth/stepping.h"
 
 namespace inhabit {
@@ -132,7 +133,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       const double w = look.when.at(t);
       if (w <= 0) continue;
       const Vector3d way = look.point - eyes;
-      const double toward = wrapped(heading_of({way.x(), way.z()}) - steps.yaw[i]);
+      const double toward = wrapped(heading_of(on_ground(way)) - steps.yaw[i]);
       const double down = -std::atan2(way.y(), Vector2d(way.x(), way.z()).norm());
       c.gaze_yaw += w * (steps.yaw[i] + std::clamp(toward, -1.0, 1.0) - c.gaze_yaw);
       c.gaze_pitch += w * (std::clamp(down, -0.5, 0.75) + 0.25 * trunk_lean - c.gaze_pitch);

@@ -24,10 +24,8 @@ constexpr double kDeepest = 0.008;  // metres of a capsule in a box
 double beyond_limits(const Figure& figure, const Performance& performance) {
   double worst = 0;
   for (const Posed& pose : performance.pose)
-    for (int j = 1; j < kStandardJoints; ++j) {
-      const Eigen::Array3d a = axis_angle_of(pose.local[j]).array();
-      worst = std::max({worst, (a - figure.highest[j]).maxCoeff(), (figure.lowest[j] - a).maxCoeff()});
-    }
+    for (size_t j = 1; j < kStandardJoints; ++j)
+      worst = std::max(worst, figure.limits.beyond(j, axis_angle_of(pose.local[j])).cwiseAbs().maxCoeff());
   return worst;
 }
 

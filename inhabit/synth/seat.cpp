@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit {
@@ -65,12 +66,12 @@ std::vector<Seat> seats_of(const Room& room, const Figure& figure) {
           edge.half_width = s.half_depth * 0.7;
           edge.front = s.half_width + side * s.center.x();
           edge.rear = edge.front - 2 * s.half_width;
-          edge.heading = heading_of({edge.pose.linear()(0, 2), edge.pose.linear()(2, 2)});
+          edge.heading = heading_of(on_ground(edge.pose.linear().col(2)));
           seats.push_back(edge);
         }
         continue;
       }
-      seat.heading = heading_of({piece.pose.linear()(0, 2), piece.pose.linear()(2, 2)});
+      seat.heading = heading_of(on_ground(piece.pose.linear().col(2)));
       seat.back = piece.back_height > s.center.y() + 0.25;
       seat.back_z = piece.back_z;
       for (const Surface& arm : piece.surfaces) {

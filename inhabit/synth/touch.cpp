@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit {

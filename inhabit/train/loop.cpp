@@ -14,9 +14,11 @@
 #include <optional>
 
 #include "inhabit/error.h"
+#include "inhabit/io/file_lock.h"
 #include "inhabit/math/random.h"
 #include "inhabit/train/average.h"
 #include "inhabit/train/checkpoint.h"
+#include "inhabit/train/memory.h"
 
 namespace inhabit {
 namespace {
@@ -106,6 +108,7 @@ std::string clock_text(double seconds) {
 
 TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
+  keep_freed_memory();
   const auto groups = rate_groups(task);
   std::vector<torch::optim::OptimizerParamGroup> optimised;
   optimised.reserve(groups.size());
@@ -145,7 +148,9 @@ TrainResult train(const TrainTask& task, const TrainOptions& options) {
 
   StopOnSignal stop;
   std::ofstream log;
+  std::optional<FileLock> lock;  // of the log: the files of weights are replaced by others at each writing
   if (rank == 0 && !options.log.empty()) {
+    lock.emplace(options.log, "another training");
     log.open(options.log, options.append_log ? std::ios::app : std::ios::trunc);
     if (!log) throw Error(options.log, "cannot be written");
   }

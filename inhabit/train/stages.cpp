@@ -10,6 +10,9 @@
 namespace inhabit {
 namespace {
 
+constexpr int64_t kValidateEvery =
+    500;  // steps at most, so that long trainings have something to show for each sitting
+
 std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
 
 /// The stage that a run starts with: the first, or, resumed, that of the checkpoint.
@@ -89,7 +92,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.steps = stage.steps;
     options.batch = stage.batch;
     options.learning_rate = stage.learning_rate;
-    options.validate_every = std::max<int64_t>(1, stage.steps / stage.validations);
+    options.validate_every = std::clamp<int64_t>(stage.steps / stage.validations, 1, kValidateEvery);
     options.seed = run.seed;
     options.ranks = run.ranks;
     options.resume = run.resume && s == first;

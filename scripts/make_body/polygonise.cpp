@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-Vector3d gradient(const DistanceField& field, const Vector3d& p) {
+Vector3d gradient(const SurfaceDistance& field, const Vector3d& p) {
   constexpr double h = 1e-4;
   Vector3d g;
   for (int i = 0; i < 3; ++i) {
@@ -22,7 +22,7 @@ Vector3d gradient(const DistanceField& field, const Vector3d& p) {
 }
 
 /// Newton steps onto the surface.
-Vector3d onto_surface(const DistanceField& field, Vector3d p) {
+Vector3d onto_surface(const SurfaceDistance& field, Vector3d p) {
   const bool on_plane = p.x() == 0;
   for (int step = 0; step < 3; ++step) {
     const Vector3d g = gradient(field, p);
@@ -36,7 +36,7 @@ Vector3d onto_surface(const DistanceField& field, Vector3d p) {
 
 /// The grid and the surface being collected from it.
 struct Marcher {
-  const DistanceField& field;
+  const SurfaceDistance& field;
   Vector3d low;
   double cell;
   Vector3i corners;  ///< grid points along each axis
@@ -117,7 +117,7 @@ Vector3d to_neighbours(const TriangleSurface& surface, const std::vector<int>& n
 
 }  // namespace
 
-TriangleSurface polygonise(const DistanceField& field, const Vector3d& low, const Vector3d& high, double cell) {
+TriangleSurface polygonise(const SurfaceDistance& field, const Vector3d& low, const Vector3d& high, double cell) {
   constexpr int kBlock = 6;  // cells along a block's edge
   const Vector3i cells = ((high - low) / cell).array().ceil().cast<int>();
   Marcher marcher{field, low, cell, cells + Vector3i::Ones(), {}, {}, {}};
@@ -164,7 +164,7 @@ void smooth(TriangleSurface& surface, int rounds) {
   }
 }
 
-void relax(const DistanceField& field, TriangleSurface& surface, int rounds) {
+void relax(const SurfaceDistance& field, TriangleSurface& surface, int rounds) {
   const auto near = neighbours_of(surface);
   for (int round = 0; round < rounds; ++round) {
     std::vector<Vector3d> moved = surface.vertices;

@@ -12,12 +12,12 @@ struct TriangleSurface {
 };
 
 /// Signed distance, metres, negative inside.
-using DistanceField = std::function<double(const Eigen::Vector3d&)>;
+using SurfaceDistance = std::function<double(const Eigen::Vector3d&)>;
 
 /// The zero surface of a field in a box, by marching tetrahedra on a grid: every edge inside the box is shared by
 /// exactly two faces. Where the surface leaves the box it is open, with its edge exactly in the box's side.
 /// @param cell edge of a grid cell, metres; @param low,high corners of the box (high is rounded up to whole cells).
-TriangleSurface polygonise(const DistanceField& field, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+TriangleSurface polygonise(const SurfaceDistance& field, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                            double cell);
 
 /// Each vertex goes half way to the mean of its neighbours, `rounds` times: takes away the slivers that marching
@@ -25,7 +25,7 @@ TriangleSurface polygonise(const DistanceField& field, const Eigen::Vector3d& lo
 void smooth(TriangleSurface& surface, int rounds);
 
 /// The same in each vertex's tangent plane, then onto the field's zero surface along its gradient.
-void relax(const DistanceField& field, TriangleSurface& surface, int rounds);
+void relax(const SurfaceDistance& field, TriangleSurface& surface, int rounds);
 
 /// Both halves of a surface whose open edge lies in the plane x = 0.
 TriangleSurface mirrored(const TriangleSurface& half);

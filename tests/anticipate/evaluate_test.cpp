@@ -106,9 +106,11 @@ TEST(EvaluateAnticipate, NothingIsSaidOfWhatWasNotRecorded) {
   EXPECT_EQ(json["left_out"], nlohmann::json({"gone"}));
   ASSERT_EQ(json["actions"].size(), 3U);
   EXPECT_EQ(json["actions"][0]["action"], "long");
-  EXPECT_EQ(json["actions"][1]["rows"][1]["method"], "ours");
-  EXPECT_TRUE(json["actions"][1]["rows"][1]["error_mm"][3].is_null());
-  EXPECT_EQ(json["actions"][1]["rows"][1]["ndms"][3], brief->ndms[3]);
+  ASSERT_EQ(json["rows"].size(), 6U);
+  EXPECT_EQ(json["rows"][3]["action"], "short");
+  EXPECT_EQ(json["rows"][3]["method"], "ours");
+  EXPECT_TRUE(json["rows"][3]["error_mm"]["1.6s"].is_null());
+  EXPECT_EQ(json["rows"][3]["ndms"]["1.6s"], brief->ndms[3]);
   EXPECT_NO_THROW(nlohmann::json::parse(json.dump()));
   EXPECT_THAT(table_text(table), ::testing::HasSubstr("gone: no recording long enough"));
 }

@@ -71,10 +71,18 @@ TEST(Inbetween, KeyFramesAreTheFilesOwnAtAnyRate) {
         run_command("inbetween " + in + " --keyframes 31,61 --steps 2 --model " + model + " -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const Clip filled = read_clip(out);
-    EXPECT_EQ(filled.rate, 30);
+    EXPECT_EQ(filled.rate, rate);
+    EXPECT_EQ(filled.frames(), clip.frames());
+    for (const int64_t key : keys)
+      EXPECT_TRUE(torch::equal(filled.joints[key], clip.joints[key])) << rate << ", " << key;
+    const Clip standard =
+        (run_command("inbetween " + in + " --keyframes 31,61 --steps 2 --standard --model " + model + " -o " + out),
+         read_clip(out));
+    EXPECT_EQ(standard.rate, 30);
     for (const int64_t key : keys) {
       const int64_t at = std::llround(static_cast<double>(key) * 30 / rate);
-      EXPECT_LT((filled.joints[at] - clip.joints[key]).norm(2, {1}).max().item<double>(), 0.01) << rate << ", " << key;
+      EXPECT_LT((standard.joints[at] - clip.joints[key]).norm(2, {1}).max().item<double>(), 0.01)
+          << rate << ", " << key;
     }
   }
 }

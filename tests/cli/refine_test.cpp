@@ -33,10 +33,10 @@ TEST(RefineVerb, NothingToDoChangesNothing) {
 TEST(RefineVerb, RefusesWhatIsNotThere) {
   const TempFolder folder;
   const std::string out = " -o " + folder / "r.npz";
-  expect_refused("refine " + kWalk + " --keep 90" + out, {"frame 90"}, folder.path());
-  expect_refused("refine " + kWalk + " --keep shin" + out, {"shin"}, folder.path());
-  expect_refused("refine " + kWalk + " --contacts some" + out, {"contacts"}, folder.path());
-  expect_refused("refine nothing.bvh" + out, {"nothing.bvh"}, folder.path());
+  expect_refused("refine " + kWalk + " --keep 90" + out, {"frame 90"}, folder / "");
+  expect_refused("refine " + kWalk + " --keep shin" + out, {"shin"}, folder / "");
+  expect_refused("refine " + kWalk + " --contacts some" + out, {"contacts"}, folder / "");
+  expect_refused("refine nothing.bvh" + out, {"nothing.bvh"}, folder / "");
 }
 
 }  // namespace

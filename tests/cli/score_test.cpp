@@ -4,6 +4,8 @@
 #include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/clip_npz.h"
+#include "inhabit/io/files.h"
 
 TEST(Score, RealMotionScoresHigherAgainstItselfThanAgainstOther) {
   const TempFolder folder;
@@ -17,6 +19,25 @@ TEST(Score, RealMotionScoresHigherAgainstItselfThanAgainstOther) {
   EXPECT_GT(own["ndms"].get<double>(), 0.99);
   EXPECT_LT(other["ndms"].get<double>(), own["ndms"].get<double>() - 0.1);
   EXPECT_EQ(own["words"].get<int>(), 50) << "3 s at 25 Hz, of which 1 s observed: one word for each forecast frame";
+}
+
+TEST(Score, NdmsKnowsNeitherPlaceNorHeadingUnlessTheWorldIsAskedFor) {
+  // Who glides along in one pose stands still when poses alone are looked at, and not in the world.
+  const TempFolder folder;
+  inhabit::Clip walk = inhabit::read_clip(kWalk), still = inhabit::slice(walk, 0, 60), gliding = still;
+  still.joints = still.joints[0].unsqueeze(0).repeat({60, 1, 1});
+  gliding.joints = still.joints + torch::linspace(0, 2, 60).view({60, 1, 1}) * torch::tensor({0.F, 0.F, 1.F});
+  for (inhabit::Clip* clip : {&still, &gliding}) clip->rotations = clip->trans = {};
+  inhabit::write_clip_npz(folder / "still.npz", still);
+  inhabit::write_clip_npz(folder / "gliding.npz", gliding);
+  const auto ndms = [&](const std::string& words) {
+    const CommandResult r = run_command("score ndms --motion " + folder / "gliding.npz" + " --reference " +
+                                        folder / "still.npz" + words + " --json " + folder / "s.json");
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    return nlohmann::json::parse(inhabit::read_whole_file(folder / "s.json"))["ndms"].get<double>();
+  };
+  EXPECT_NEAR(ndms(""), 0.5, 0.02) << "both at rest: no direction, equal length";
+  EXPECT_LT(ndms(" --words world"), 0.05);
 }
 
 TEST(Score, AMotionHasNoErrorAndNoSpectralDistanceToItself) {

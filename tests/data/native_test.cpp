@@ -105,6 +105,15 @@ TEST(Dataset, AFolderIsNotWrittenOver) {
   EXPECT_THAT(refusal_of([&] { create_dataset(folder / "d", {}); }), HasSubstr("already"));
 }
 
+TEST(Dataset, TwoRunsDoNotMakeOneFolder) {
+  const TempFolder folder;
+  {
+    const Dataset first = create_dataset(folder / "d", {});
+    EXPECT_THAT(refusal_of([&] { create_dataset(folder / "d", {}); }), HasSubstr("d: another run is writing it"));
+  }
+  create_dataset(folder / "d", {});  // one that stopped before it was done
+}
+
 TEST(Dataset, MissingFilesAreNamed) {
   const TempFolder folder;
   EXPECT_THAT(refusal_of([&] { open_dataset(folder / "nowhere"); }), HasSubstr("nowhere/dataset.json"));

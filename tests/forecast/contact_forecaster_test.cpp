@@ -12,7 +12,6 @@
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/rotation.h"
-#include "inhabit/scene/floor.h"
 #include "inhabit/scene/sampling.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -161,25 +160,6 @@ TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
   Scene far = scene;
   far.points = far.points + 60;
   EXPECT_THAT(refusal(clip, far, -1), HasSubstr("scan: nothing of the scene lies within 2.50 m"));
-}
-
-TEST(AssumedFloor, LiesUnderTheFeetWhereThePersonIs) {
-  const Clip clip = walker(60, 1, 0, 1, 7, -3);
-  const torch::Tensor vertices = assumed_floor(clip).meshes[0].vertices;
-  const float lowest = clip.joints.select(2, 1).min().item<float>();
-  EXPECT_LT(largest(vertices.select(1, 1) - (lowest - 0.02F)), 1e-5F);
-  EXPECT_NEAR(vertices.select(1, 0).mean().item<float>(), 7, 0.1);
-}
-
-TEST(ContactForecaster, ServesSeveralThreadsAtOnce) {
-  const ContactForecaster forecaster(untrained());
-  const Observed in;
-  const torch::Tensor expected = forecaster.predict(in.past, in.points).joints;
-  std::vector<torch::Tensor> found(4);
-  std::vector<std::thread> threads;
-  for (torch::Tensor& out : found) threads.emplace_back([&] { out = forecaster.predict(in.past, in.points).joints; });
-  for (std::thread& thread : threads) thread.join();
-  for (const torch::Tensor& out : found) EXPECT_TRUE(torch::equal(out, expected));
 }
 
 }  // namespace

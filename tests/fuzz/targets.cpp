@@ -29,6 +29,8 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/io/upright.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/train/checkpoint.h"
@@ -112,7 +114,12 @@ bool fuzz_clip_json(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_clip_json(bytes, "fuzz"); });
 }
 bool fuzz_bvh(const uint8_t* data, size_t size) {
-  return survive(data, size, [](std::string_view bytes) { parse_bvh(bytes, "fuzz"); });
+  return survive(data, size, [](std::string_view bytes) {
+    Clip clip = parse_bvh(bytes, "fuzz").clip;
+    if (is_z_up(clip, UpAxis::automatic, "fuzz", nullptr)) turn_upright(clip);
+    carry_by_root(clip);
+    restore_trajectory(clip);
+  });
 }
 bool fuzz_asf_amc(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
@@ -154,26 +161,26 @@ bool fuzz_retarget(const uint8_t* data, size_t size) {
 /// A configuration of any of the systems.
 bool fuzz_config(const uint8_t* data, size_t size) {
   const bool forecast =
-      survive(data, size, [](std::string_view text) { forecast_config_from_json(std::string(text), "fuzz"); });
+      survive(data, size, [](std::string_view text) { forecast::config_from_json(std::string(text), "fuzz"); });
   const bool anticipate =
-      survive(data, size, [](std::string_view text) { anticipate_config_from_json(std::string(text), "fuzz"); });
+      survive(data, size, [](std::string_view text) { anticipate::config_from_json(std::string(text), "fuzz"); });
   const bool inbetween =
-      survive(data, size, [](std::string_view text) { inbetween_config_from_json(std::string(text), "fuzz"); });
+      survive(data, size, [](std::string_view text) { inbetween::config_from_json(std::string(text), "fuzz"); });
   return forecast || anticipate || inbetween;
 }
 bool fuzz_forecast_model(const uint8_t* data, size_t size) {
-  return survive_file(data, size, [](const std::string& path) { load_forecast_networks(path); });
+  return survive_file(data, size, [](const std::string& path) { forecast::load_networks(path); });
 }
 bool fuzz_anticipate_model(const uint8_t* data, size_t size) {
-  return survive_file(data, size, [](const std::string& path) { load_anticipate_networks(path); });
+  return survive_file(data, size, [](const std::string& path) { anticipate::load_networks(path); });
 }
 bool fuzz_inbetween_model(const uint8_t* data, size_t size) {
-  return survive_file(data, size, [](const std::string& path) { load_inbetween_networks(path); });
+  return survive_file(data, size, [](const std::string& path) { inbetween::load_networks(path); });
 }
 bool fuzz_checkpoint(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) {
     torch::nn::Linear layer(3, 2);
-    torch::optim::Adam optimizer(layer->parameters(), torch::optim::AdamOptions(1e-3));
+    torch::optim::AdamW optimizer(layer->parameters(), torch::optim::AdamWOptions(1e-3));
     std::map<std::string, torch::Tensor> average;
     const auto state = load_checkpoint(path, *layer, optimizer, average);
     for (const char* key : {"step", "seconds", "best", "best_step"}) checkpoint_number(state, key, path);
@@ -183,8 +190,8 @@ bool fuzz_checkpoint(const uint8_t* data, size_t size) {
 bool fuzz_keyframes(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view text) {
     const size_t cut = std::min(text.find('\n'), text.size());
-    key_frames(std::string(text.substr(0, cut)), 100);
-    given_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
+    inbetween::key_frames(std::string(text.substr(0, cut)), 100);
+    inbetween::given_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
   });
 }
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.

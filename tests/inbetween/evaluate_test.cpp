@@ -18,13 +18,13 @@ namespace {
 using testing::HasSubstr;
 using torch::Tensor;
 
-using Fill = std::function<Clip(const Window&, const std::vector<int64_t>&, uint64_t)>;
+using Fill = std::function<Clip(const FillTask&, uint64_t)>;
 
 /// A method that gives the truth with its root moved by what `shift` (T, 3) says.
 Method shifted(const std::string& name, const Tensor& shift) {
   return {name,
-          [shift](const Window& window, const std::vector<int64_t>&, uint64_t) {
-            Clip out = window.truth;
+          [shift](const FillTask& task, uint64_t) {
+            Clip out = task.window.truth;
             out.trans = out.trans + shift;
             out.joints = out.joints + shift.unsqueeze(1);
             return out;
@@ -136,7 +136,7 @@ TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
   EXPECT_TRUE(std::isnan(into.close_frame_ratio.mean));
   EXPECT_TRUE(std::isnan(into.fid.mean));  // without an autoencoder
 
-  window.truth = into.method == "aside" ? shifted("", aside).fill(window, {}, 0) : window.truth;
+  window.truth = into.method == "aside" ? shifted("", aside).run({window, {}}, 0) : window.truth;
   const Table near_post = evaluate({window}, {shifted("same", torch::zeros({121, 3})), shifted("back", -aside)},
                                    MotionAutoencoder{nullptr}, {});
   EXPECT_EQ(near_post.close_frames, 20);
@@ -156,8 +156,9 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
   std::map<std::string, Seen> seen;
   const auto watching = [&](const std::string& name, bool random) {
     return Method{name,
-                  [&seen, name](const Window& w, const std::vector<int64_t>& keys, uint64_t seed) {
-                    seen[name].given.emplace_back(keys, w.given.joints);
+                  [&seen, name](const FillTask& task, uint64_t seed) {
+                    const Window& w = task.window;
+                    seen[name].given.emplace_back(task.keys, w.given.joints);
                     seen[name].seeds.insert(seed);
                     Clip out = w.truth;
                     out.trans = out.trans + static_cast<float>(seed % 100) * 1e-3F;
@@ -225,13 +226,13 @@ TEST(EvaluateInbetween, RefusesWhatCannotBeMeasured) {
   const auto refused = [&](const std::vector<Window>& over, const Fill& fill) {
     return refusal_of([&] { evaluate(over, {{"method", fill, true}}, MotionAutoencoder{nullptr}, {}); });
   };
-  const auto truth = [](const Window& w, const std::vector<int64_t>&, uint64_t) { return w.truth; };
+  const auto truth = [](const FillTask& task, uint64_t) { return task.window.truth; };
   EXPECT_THAT(refused({}, truth), HasSubstr("no window"));
-  EXPECT_THAT(refused(windows, [](const Window& w, const auto&, uint64_t) { return slice(w.truth, 0, 60); }),
+  EXPECT_THAT(refused(windows, [](const FillTask& task, uint64_t) { return slice(task.window.truth, 0, 60); }),
               AllOf(HasSubstr("method on walk 0"), HasSubstr("number of frames")));
   EXPECT_THAT(refused(windows,
-                      [](const Window& w, const auto&, uint64_t) {
-                        Clip out = w.truth;
+                      [](const FillTask& task, uint64_t) {
+                        Clip out = task.window.truth;
                         out.joints = out.joints * NAN;
                         return out;
                       }),

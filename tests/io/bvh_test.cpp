@@ -80,7 +80,7 @@ TEST(Bvh, PositionsOfAJointStandInPlaceOfItsOffset) {
                       "0 0 0 0 0 90 5 -95 0 0 0 0\n",
                       six),
                 "a");
-  EXPECT_EQ(motion.notes.size(), 2U);
+  expect_near(motion.clip.translations[2][1], {0.05F, -0.95F, 0});
   expect_near(motion.clip.skeleton.offsets[1], {0, -0.85F, 0});
   expect_near(motion.clip.joints[0][1], {0, -0.80F, 0});
   expect_near(motion.clip.joints[2][1], {0, -0.95F, -0.05F});
@@ -186,9 +186,13 @@ TEST(Bvh, WhatIsWrittenIsReadBackAlike) {
 
 TEST(Bvh, EndSitesStayEndSites) {
   const TempFolder folder;
-  const Clip hanging = parse_bvh(small(kTwoFrames), "walk.bvh").clip;
+  Clip hanging = parse_bvh(small(kTwoFrames), "walk.bvh").clip;
   write_bvh(folder / "a.bvh", hanging);
-  const Clip again = read_bvh(folder / "a.bvh").clip;
+  EXPECT_EQ(read_bvh(folder / "a.bvh").clip.skeleton.names, hanging.skeleton.names) << "as they were read";
+  hanging.file = {};
+  write_bvh(folder / "a.bvh", hanging);
+  Clip again = read_bvh(folder / "a.bvh").clip;
+  again.file = {};
   EXPECT_EQ(again.skeleton.names, (std::vector<std::string>{"Hips", "Left_Leg", "Left_Leg_end"}));
   expect_near(again.skeleton.offsets.flatten(), {0, 0, 0, 0, -0.9F, 0, 0, -0.4F, 0});
   EXPECT_TRUE(torch::allclose(again.joints, hanging.joints, 0, 1e-5));

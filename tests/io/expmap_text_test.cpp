@@ -95,10 +95,9 @@ TEST(ExpmapText, TheRestRowIsLeftOutOfMotionButNotOfChannels) {
 }
 
 TEST(ExpmapText, JointPositionsMatchThePublishedLoaders) {
-  const std::string folder = shared_folder();
-  if (folder.empty()) GTEST_SKIP() << "no reference outputs beside the project";
   for (const auto& [kind, name] : {std::pair{ExpmapSkeleton::cmu, "cmu"}, {ExpmapSkeleton::h36m, "h36m"}}) {
-    const SafeTensors file = read_safetensors(folder + "/parity/" + name + "_forward_kinematics.safetensors");
+    const SafeTensors file = read_safetensors(std::string(INHABIT_SOURCE_DIR "/tests/data/parity/") + name +
+                                              "_forward_kinematics.safetensors");
     const torch::Tensor expected = file.tensors.at("out.joints");
     const torch::Tensor found = expmap_joint_positions(kind, file.tensors.at("in.expmap"));
     EXPECT_LT((found - expected).abs().max().item<double>() / expected.abs().max().item<double>(), 1e-5) << name;

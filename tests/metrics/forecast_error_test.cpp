@@ -21,5 +21,15 @@ TEST(ForecastError, PoseErrorIsTheMeanOverTheOtherJoints) {
   EXPECT_FLOAT_EQ(path_error(moved, truth, 0).item<float>(), 0.F);
 }
 
+TEST(FuturesError, IsOverTheJointsButTheRootAndTheBestIsOneFuture) {
+  torch::Tensor truth = torch::zeros({4, 22, 3}), futures = torch::zeros({3, 4, 22, 3});
+  futures[0].slice(1, 1, 22).select(2, 0).fill_(0.1);                // all of 21 joints by 10 cm
+  futures[1].slice(0, 0, 2).slice(1, 1, 2).select(2, 1).fill_(2.1);  // one by 2.1 m in half of the frames
+  futures[2].slice(1, 1, 22).select(2, 2).fill_(-0.3);
+  const FuturesError error = futures_error(futures, truth);
+  EXPECT_TRUE(torch::allclose(error.each[0], torch::full({4}, 0.1F)));
+  EXPECT_TRUE(torch::allclose(error.best, torch::tensor({0.1F, 0.1F, 0.F, 0.F}))) << "0.05 in the mean over time";
+}
+
 }  // namespace
 }  // namespace inhabit

@@ -109,9 +109,6 @@ TEST(Penetration, LeavesOutWhatIsSatOnWhileItIs) {
   clip.action_names = {"stand_up"};
   clip.action = torch::zeros({6}, torch::kInt64);
   EXPECT_EQ(deepest_penetration(clip, builtin_body(), scene).depth, 0);
-  EXPECT_EQ(object_of_mesh("chair_0.2"), "chair_0");
-  EXPECT_EQ(object_of_mesh("chair_0"), "chair_0");
-  EXPECT_EQ(object_of_mesh("a.b"), "a.b");
 }
 
 TEST(Limits, ExcessIsThatOfTheWorstJoint) {

@@ -34,9 +34,9 @@ TEST(Canonical, TheRootComesToTheOriginAndFacesZ) {
   for (const double yaw : {0.0, 0.7, M_PI / 2, 3.0, -2.5})
     for (const bool rotations : {true, false}) {
       const Clip clip = standing(yaw, rotations);
-      EXPECT_NEAR(facing(clip, 0), yaw, 1e-5);
+      EXPECT_NEAR(heading(clip, 0), yaw, 1e-5);
       const Clip out = transformed(clip, canonical_transform(clip));
-      EXPECT_NEAR(facing(out, 0), 0, 1e-5);
+      EXPECT_NEAR(heading(out, 0), 0, 1e-5);
       const torch::Tensor root = out.joints[0][0];
       EXPECT_NEAR(root[0].item<double>(), 0, 1e-5);
       EXPECT_NEAR(root[1].item<double>(), 1.0, 1e-5);
@@ -58,7 +58,7 @@ TEST(Canonical, WhatBelongsToThePersonMovesAlong) {
   };
   EXPECT_NEAR(distance(out), distance(clip), 1e-5);
   EXPECT_EQ(out.hand_targets[0][0][3].item<float>(), 1);
-  EXPECT_NEAR(facing(out, 1), 0, 1e-5);
+  EXPECT_NEAR(heading(out, 1), 0, 1e-5);
   const Clip back = transformed(out, by.inverse());
   for (const auto& [a, b] : {std::pair{back.joints, clip.joints},
                              {back.trans, clip.trans},
@@ -70,9 +70,9 @@ TEST(Canonical, WhatBelongsToThePersonMovesAlong) {
 TEST(Canonical, OtherSkeletonsFaceAsTheirRoot) {
   Clip clip = standing(0.7);
   clip.skeleton.names = {"a", "b", "c"};
-  EXPECT_NEAR(facing(clip, 0), 0.7, 1e-5);
+  EXPECT_NEAR(heading(clip, 0), 0.7, 1e-5);
   clip.rotations = torch::Tensor();
-  EXPECT_THROW(facing(clip, 0), Error);
+  EXPECT_THROW(heading(clip, 0), Error);
   EXPECT_THROW(canonical_transform(clip, 2), Error);
   EXPECT_THROW(canonical_transform(clip, -1), Error);
 }

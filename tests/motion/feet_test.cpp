@@ -66,13 +66,6 @@ TEST(CleanFeet, FramesOfAnyLength) {
   EXPECT_LT(largest(held - clean_feet(half, {4, 12}).joints), 2e-3);
 }
 
-TEST(CleanFeet, TheFloorIsUnderTheLowestFoot) {
-  const Clip clip = drifting(5, 0);
-  EXPECT_EQ(floor_under(clip), 0);
-  EXPECT_EQ(floor_under(transformed(clip, {0, {0, 0.05, 0}})), 0) << "a floor this near is y = 0";
-  EXPECT_NEAR(floor_under(transformed(clip, {0, {0, 1, 0}})), 1, 1e-3);
-}
-
 TEST(CleanFeet, FixedFramesStayAndSayWhereAFootStands) {
   const Clip clip = drifting(20, 0.005), held = clean_feet(clip, {4, 12});
   for (const int64_t t : {4, 12}) {

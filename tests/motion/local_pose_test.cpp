@@ -87,7 +87,7 @@ TEST(OnSkeleton, KeepsAnglesAndScalesTheWayWithTheLegs) {
 TEST(MirroredFeatures, TwiceAreTheSame) {
   const Tensor features = anticipate::joint_features(turning_walker(20));
   EXPECT_EQ(features.size(1), 67);
-  EXPECT_LT(largest(mirrored_features(mirrored_features(features)) - features), 1e-7);
+  EXPECT_LT(largest(anticipate::mirrored_features(anticipate::mirrored_features(features)) - features), 1e-7);
 }
 
 TEST(MirroredFeatures, AreThoseOfThePersonSeenInAMirror) {
@@ -97,14 +97,14 @@ TEST(MirroredFeatures, AreThoseOfThePersonSeenInAMirror) {
   const std::vector<int64_t> other = {0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20};
   const Tensor seen = joints.index_select(1, torch::tensor(other)) * torch::tensor({-1.F, 1.F, 1.F});
   const Tensor features = anticipate::joint_features(joints), expected = anticipate::joint_features(seen);
-  EXPECT_LT(largest(mirrored_features(features) - expected), 1e-4);
+  EXPECT_LT(largest(anticipate::mirrored_features(features) - expected), 1e-4);
   EXPECT_GT(largest(features - expected), 0.05);
 }
 
 TEST(FeatureJoints, AreTheMotionAgain) {
   const Tensor joints = turning_walker(40), features = anticipate::joint_features(joints);
-  EXPECT_LT(largest(feature_poses(features) - local_poses(joints)), 1e-6);
-  EXPECT_LT(largest(feature_joints(features, joints[0][0], headings(joints)[0]) - joints), 1e-3);
+  EXPECT_LT(largest(anticipate::feature_poses(features) - local_poses(joints)), 1e-6);
+  EXPECT_LT(largest(anticipate::feature_joints(features, joints[0][0], headings(joints)[0]) - joints), 1e-3);
 }
 
 TEST(FeatureScale, StandardisesAndFloorsWhatHardlyMoves) {
@@ -112,7 +112,7 @@ TEST(FeatureScale, StandardisesAndFloorsWhatHardlyMoves) {
   Tensor features = torch::randn({500, 67}) * 2 + 3;
   features.select(1, 7) = 1;
   features.select(1, 66) = 1;
-  const FeatureScale scale = feature_scale(features);
+  const FeatureScale scale = anticipate::feature_scale(features);
   const Tensor x = scale.to_network(features);
   EXPECT_LT(largest(x.mean(0)), 1e-4);
   EXPECT_NEAR(x.select(1, 3).std().item<double>(), 1, 1e-3);

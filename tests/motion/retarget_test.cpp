@@ -12,6 +12,7 @@
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/motion/pose_track.h"
+#include "motion/fit_error.h"
 #include "shared.h"
 
 using namespace inhabit;

@@ -68,6 +68,30 @@ TEST(GridConvolution, OverABackgroundEqualsTheDenseOne) {
   }
 }
 
+// Points several to a voxel: value and gradients of features, weight and bias against the grid stored and convolved
+// densely.
+TEST(GridConvolution, OfPointsEqualsTheDenseOneInValueAndGradients) {
+  torch::manual_seed(8);
+  for (const int64_t channels : {3, 16, 37}) {  // less than a block of channels, one block, several and a rest
+    const int64_t grid = 4;
+    const nn::SparseMap average = nn::voxel_average(nn::voxel_coordinates(torch::randn({2, 50, 3}), grid), grid);
+    const Tensor x = torch::randn({2, channels, 50}), weight = torch::randn({4, channels, 3, 3, 3}),
+                 bias = torch::randn({4}), mix = torch::randn({2, 4, grid, grid, grid});
+    const Gradients got = gradients_of(
+        [&](const Tensor& a, const Tensor& w, const Tensor& b) { return nn::grid_conv3d_of_points(average, a, w, b); },
+        x, weight, bias, mix);
+    const Gradients dense = gradients_of(
+        [&](const Tensor& a, const Tensor& w, const Tensor& b) {
+          return torch::conv3d(nn::scatter(average, a).view({2, channels, grid, grid, grid}), w, b, 1, 1);
+        },
+        x, weight, bias, mix);
+    EXPECT_LT(largest_difference(got.value, dense.value), 1e-4) << channels;
+    EXPECT_LT(largest_difference(got.x, dense.x), 1e-4) << channels;
+    EXPECT_LT(largest_difference(got.weight, dense.weight), 2e-4) << channels;
+    EXPECT_LT(largest_difference(got.bias, dense.bias), 1e-4) << channels;
+  }
+}
+
 // Gradients of every parameter and of the features, skipping empty voxels against not.
 TEST(PointVoxelConvolution, TrainsAsTheDenseOneDoes) {
   torch::manual_seed(2);
@@ -115,6 +139,28 @@ TEST(SetAbstraction, TakesTheLargestResponseAroundEachCentre) {
   }
 }
 
+// The first layer's halves at centres and at points are the layer over both joined at the points.
+TEST(FeaturePropagation, EqualsTheMlpOfJoinedFeaturesInValueAndGradients) {
+  torch::manual_seed(9);
+  nn::FeaturePropagation layer(5 + 3, std::vector<int>{6, 4});
+  const Tensor points = torch::randn({2, 20, 3}), centres = points.slice(1, 0, 7), mix = torch::randn({2, 4, 20});
+  std::vector<Tensor> results[2];
+  for (const bool joined : {false, true}) {
+    torch::manual_seed(10);
+    const Tensor coarse = torch::randn({2, 5, 7}).requires_grad_(true),
+                 fine = torch::randn({2, 3, 20}).requires_grad_(true);
+    layer->zero_grad();
+    const Tensor out =
+        joined ? layer->mlp(torch::cat({nn::gather(nn::nearest_interpolation(points, centres), coarse), fine}, 1))
+               : layer(nn::PointFeatures{coarse, centres}, nn::PointFeatures{fine, points}).features;
+    (out * mix).sum().backward();
+    results[joined] = {out.detach(), coarse.grad(), fine.grad()};
+    for (const auto& parameter : layer->parameters()) results[joined].push_back(parameter.grad().clone());
+  }
+  ASSERT_EQ(results[0].size(), results[1].size());
+  for (size_t i = 0; i < results[0].size(); ++i) EXPECT_LT(largest_difference(results[0][i], results[1][i]), 1e-4) << i;
+}
+
 TEST(RowProducts, GatherMultiplyAndScatterRows) {
   torch::manual_seed(4);
   for (const int64_t out : {1, 64, 70, 130}) {
@@ -144,11 +190,9 @@ TEST(RowGru, EqualsTheModule) {
   torch::nn::Linear encode(4, 5);
   torch::NoGradGuard no_gradients;
   const Tensor x = torch::randn({11, 4});
-  const auto p = gru->named_parameters();
   std::vector<float> state(6);
-  nn::last_gru_state(nn::row_layer(encode->weight, encode->bias),
-                     nn::row_gru(p["weight_ih_l0"], p["weight_hh_l0"], p["bias_ih_l0"], p["bias_hh_l0"]),
-                     x.data_ptr<float>(), 11, state.data());
+  nn::last_gru_state(nn::row_layer(encode->weight, encode->bias), nn::row_gru(*gru), x.data_ptr<float>(), 11,
+                     state.data());
   const Tensor expected = std::get<1>(gru->forward(encode(x).unsqueeze(1))).flatten();
   EXPECT_LT(largest_difference(torch::from_blob(state.data(), {6}), expected), 1e-6);
 }

@@ -21,6 +21,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
+#include "temp_folder.h"
 
 using namespace inhabit;
 using torch::Tensor;
@@ -40,6 +41,12 @@ const Tensor& tensor(const SafeTensors& content, const std::string& name) {
   return found->second;
 }
 
+/// A tensor with `dims` dimensions of a sample and one of the batch before them, which files of one sample may lack.
+Tensor batch_of(const SafeTensors& content, const std::string& name, int64_t dims) {
+  const Tensor t = tensor(content, name);
+  return t.dim() == dims ? t.unsqueeze(0) : t;
+}
+
 void expect_close(const Tensor& got, const Tensor& expected, const std::string& what) {
   ASSERT_EQ(got.sizes(), expected.sizes()) << what;
   const double largest = std::max(expected.abs().max().item<double>(), 1e-12);
@@ -57,33 +64,36 @@ void check_contact_forecast(const std::string& path, const SafeTensors& content)
   const forecast::Config& config = networks.config;
   torch::NoGradGuard no_gradients;
 
-  const Tensor scene = tensor(content, "in.scene").unsqueeze(0);
-  const Tensor past = tensor(content, "in.motion").slice(0, 0, config.past).unsqueeze(0);
+  const auto expected = [&](const char* name, int64_t dims) { return batch_of(content, name, dims); };
+  const Tensor scene = batch_of(content, "in.scene", 2);
+  const Tensor past = batch_of(content, "in.motion", 3).slice(1, 0, config.past);
   const Tensor dct_in = forecast::contact_features(scene, past, config);
-  expect_close(dct_in[0], tensor(content, "out.contact_dct_in"), "contact DCT in");
+  expect_close(dct_in, expected("out.contact_dct_in", 2), "contact DCT in");
   const Tensor dct_out = contact->forward(scene, dct_in, past);
-  expect_close(dct_out[0], tensor(content, "out.contact_dct"), "contact DCT out");
+  expect_close(dct_out, expected("out.contact_dct", 2), "contact DCT out");
   const Tensor points = forecast::contact_points(scene, dct_out, config);
-  expect_close(points[0], tensor(content, "out.contact_points"), "contact points");
+  expect_close(points, expected("out.contact_points", 3), "contact points");
   const forecast::MotionForecast forecast = motion->forward(past, points);
-  expect_close(forecast.root_path[0], tensor(content, "out.root_path"), "root path");
-  expect_close(forecast.local[0], tensor(content, "out.local_pose"), "local poses");
+  expect_close(forecast.root_path, expected("out.root_path", 2), "root path");
+  expect_close(forecast.local, expected("out.local_pose", 3), "local poses");
 
   const Tensor fast_dct = forecast::FastContactNetwork(contact).forward(scene, dct_in, past);
-  expect_close(fast_dct[0], tensor(content, "out.contact_dct"), "contact DCT out, fast");
+  expect_close(fast_dct, expected("out.contact_dct", 2), "contact DCT out, fast");
   const forecast::MotionForecast fast = forecast::FastMotionNetwork(motion).forward(past, points);
-  expect_close(fast.root_path[0], tensor(content, "out.root_path"), "root path, fast");
-  expect_close(fast.local[0], tensor(content, "out.local_pose"), "local poses, fast");
+  expect_close(fast.root_path, expected("out.root_path", 2), "root path, fast");
+  expect_close(fast.local, expected("out.local_pose", 3), "local poses, fast");
 }
 
+void check_kinematics(ExpmapSkeleton skeleton, const SafeTensors& content) {
+  const Tensor channels = batch_of(content, "in.expmap", 2), joints = batch_of(content, "out.joints", 3);
+  for (int64_t b = 0; b < channels.size(0); ++b)
+    expect_close(expmap_joint_positions(skeleton, channels[b]), joints[b], "joints");
+}
 void check_cmu_kinematics(const std::string&, const SafeTensors& content) {
-  expect_close(expmap_joint_positions(ExpmapSkeleton::cmu, tensor(content, "in.expmap")), tensor(content, "out.joints"),
-               "joints");
+  check_kinematics(ExpmapSkeleton::cmu, content);
 }
-
 void check_h36m_kinematics(const std::string&, const SafeTensors& content) {
-  expect_close(expmap_joint_positions(ExpmapSkeleton::h36m, tensor(content, "in.expmap")),
-               tensor(content, "out.joints"), "joints");
+  check_kinematics(ExpmapSkeleton::h36m, content);
 }
 
 void check_motion_scores(const std::string& path, const SafeTensors& content) {
@@ -109,7 +119,7 @@ struct InbetweenCase {
   InbetweenCase(const inbetween::Networks& networks, const SafeTensors& content) : network(networks.network) {
     const Tensor keys = tensor(content, "in.keyframe_mask");
     mask = keys.unsqueeze(1);
-    given = {tensor(content, "in.keyframes"), mask.expand({1, inbetween::kFeatureCount, keys.size(1)}),
+    given = {tensor(content, "in.keyframes"), mask.expand({keys.size(0), inbetween::kFeatureCount, keys.size(1)}),
              networks.config.t_star};
     local = network->embed_offsets(tensor(content, "in.bps"), keys);
     scene = network->embed_scene(tensor(content, "in.occupancy"));
@@ -132,9 +142,17 @@ void check_inbetween_denoiser(const std::string& path, const SafeTensors& conten
   expect_close(c.denoised(x, step, false), tensor(content, "out.x0_uncond"), "without");
   expect_close(c.guided(x, step), tensor(content, "out.x0_guided_w2.5"), "guided");
   inbetween::FastDenoiser fast(c.network);
-  expect_close(fast.guided(inbetween::impute(x, c.given, step), c.mask, c.local, step.item<int64_t>(), c.scene, c.shape,
-                           c.network->config.inference.guidance),
-               tensor(content, "out.x0_guided_w2.5"), "guided, fast");
+  const Tensor imputed = inbetween::impute(x, c.given, step), expected = tensor(content, "out.x0_guided_w2.5");
+  for (int64_t b = 0; b < x.size(0); ++b) {  // a step of its own each
+    const auto own = [&](const Tensor& t) { return t.slice(0, b, b + 1); };
+    expect_close(fast.guided(own(imputed), own(c.mask), own(c.local), step[b].item<int64_t>(), own(c.scene),
+                             own(c.shape), c.network->config.inference.guidance),
+                 own(expected), "guided, fast");
+  }
+  if ((step == step[0]).all().item<bool>())
+    expect_close(fast.guided(imputed, c.mask, c.local, step[0].item<int64_t>(), c.scene, c.shape,
+                             c.network->config.inference.guidance),
+                 expected, "guided, fast, all at once");
 }
 
 void check_inbetween_sampler(const std::string& path, const SafeTensors& content) {
@@ -147,12 +165,13 @@ void check_inbetween_sampler(const std::string& path, const SafeTensors& content
                                      {"posterior_mean_coef_x0", schedule.posterior_mean_x0},
                                      {"posterior_mean_coef_xt", schedule.posterior_mean_xt}})
     expect_close(torch::tensor(values, torch::kFloat64), tensor(content, name), name);
-  const Tensor noise = tensor(content, "in.noise"), expected = tensor(content, "out.sample");
+  const Tensor noise = tensor(content, "in.noise");  // (T + 1, F, N), or (T + 1, B, F, N)
+  const Tensor expected = tensor(content, "out.sample");
   Tensor last;  // the release leaves the ends as the last evaluation has them; ours takes them from the keys
   const Tensor got = sample(
       schedule, inbetween::Sampler::ddpm, schedule.steps(),
-      [&](const Tensor& x, int64_t t) { return last = c.guided(x, torch::full({1}, t, torch::kInt64)); }, c.given,
-      [&](int64_t number) { return noise[number].unsqueeze(0); });
+      [&](const Tensor& x, int64_t t) { return last = c.guided(x, torch::full({x.size(0)}, t, torch::kInt64)); },
+      c.given, [&](int64_t number) { return noise.dim() == 3 ? noise[number].unsqueeze(0) : noise[number]; });
   expect_close(last, expected, "last evaluation of the loop");
   expect_close(got.slice(2, 1, -1), expected.slice(2, 1, -1), "sample, inside");
   EXPECT_TRUE(torch::equal(got.select(2, 0), c.given.values.select(2, 0))) << "the first key holds";
@@ -199,4 +218,26 @@ TEST(Parity, EveryKnownFileAgreesWithItsReference) {
     }
   }
   EXPECT_GT(checked, 0) << folder << " has no file that is known here";
+}
+
+/// The reference files have one sample; those that others make may have any number.
+TEST(Parity, FilesMayHoldAnyBatch) {
+  const TempFolder folder;
+  for (const char* name : {"contact_forecast", "inbetween_denoiser", "inbetween_sampler", "cmu_forward_kinematics"}) {
+    const std::string path = parity_folder() / (std::string(name) + ".safetensors");
+    if (!std::filesystem::exists(path)) continue;
+    SafeTensors content = read_safetensors(path);
+    const bool has_batch = std::string(name).rfind("inbetween", 0) == 0;
+    for (auto& [key, value] : content.tensors) {
+      if (key.rfind("in.", 0) != 0 && key.rfind("out.", 0) != 0) continue;
+      if (key == "in.noise")
+        value = torch::stack({value, value}, 1);
+      else
+        value = has_batch ? torch::cat({value, value}) : torch::stack({value, value});
+    }
+    const std::string doubled = folder / (std::string(name) + ".safetensors");
+    write_safetensors(doubled, content);
+    SCOPED_TRACE(doubled);
+    check_for(name)(doubled, read_safetensors(doubled));
+  }
 }

@@ -24,20 +24,6 @@ TEST(ContactMap, EquationsAtKnownDistances) {
   EXPECT_NEAR(c[0][2].item<float>(), 0, 1e-6);
 }
 
-TEST(ContactMap, FastFormEqualsThePlainOne) {
-  torch::manual_seed(1);
-  for (const double spread : {0.5, 5.0, 500.0}) {
-    for (const double sigma : {0.05, 0.2, 1.0}) {
-      const torch::Tensor points = (torch::rand({777, 3}) - 0.5) * spread;
-      const torch::Tensor joints = (torch::rand({4, 5, 3}) - 0.5) * spread * 1.5;
-      joints[0][0] = points[3];
-      const torch::Tensor fast = contact_map(joints, points, sigma);
-      ASSERT_EQ(fast.sizes(), (torch::IntArrayRef{4, 5, 777}));
-      EXPECT_LT((fast - plain(joints, points, sigma)).abs().max().item<double>(), 1.1e-6) << spread << ' ' << sigma;
-    }
-  }
-}
-
 TEST(ContactMap, Batches) {
   torch::manual_seed(2);
   const torch::Tensor points = torch::rand({3, 50, 3}), joints = torch::rand({3, 7, 22, 3});

@@ -150,8 +150,6 @@ TEST(SceneQuery, Rays) {
   EXPECT_TRUE(torch::allclose(hits.points[0], torch::tensor({0.F, 1.F, 0.F})));
   EXPECT_TRUE(torch::allclose(hits.normals[0], torch::tensor({0.F, 1.F, 0.F})));
   EXPECT_FALSE(query.cast(rows({0, 3, 0}), rows({0, -1, 0}), 1.9).hit.item<bool>());
-  EXPECT_TRUE(torch::equal(query.occluded(rows({-2, 0.5F, 0, -2, 1.5F, 0}), rows({2, 0.5F, 0, 2, 1.5F, 0})),
-                           torch::tensor({true, false})));
   EXPECT_THROW(query.cast(rows({0, 0, 0}), rows({0, 0, 0, 1, 1, 1})), Error);
 }
 

@@ -10,6 +10,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/penetration.h"
+#include "inhabit/motion/floor.h"
 #include "inhabit/synth/person.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -31,9 +32,9 @@ Clip recording(uint64_t seed, double floor) {
   return out;
 }
 
-TEST(FloorHeight, IsFoundUnderTheFeet) {
+TEST(FitRecordings, TheFloorIsFoundUnderTheFeet) {
   for (uint64_t seed = 1; seed <= 4; ++seed)
-    for (const double floor : {0.0, -0.35, 0.8}) EXPECT_NEAR(floor_height(recording(seed, floor)), floor, 0.02) << seed;
+    for (const double floor : {0.0, -0.35, 0.8}) EXPECT_NEAR(floor_under(recording(seed, floor)), floor, 0.02) << seed;
 }
 
 TEST(FitRoom, PutsRoomsAroundMotionWithoutTouchingIt) {
@@ -101,7 +102,7 @@ TEST(FitRecordings, CmuBvhAmcAndAmassBecomeSceneData) {
   const std::string shared = shared_folder();
   if (shared.empty()) GTEST_SKIP() << "no recordings";
   const TempFolder folder;
-  FitOptions options;
+  FittingOptions options;
   options.train = {shared + "/data/cmu/train/walking/walking_1.txt", shared + "/data/bvh/sample.bvh",
                    shared + "/data/asf_amc/02_01.amc"};
   options.test = {shared + "/data/cmu/test/walking/walking_1.txt"};
@@ -114,7 +115,7 @@ TEST(FitRecordings, CmuBvhAmcAndAmassBecomeSceneData) {
     const Clip clip = load_clip(d, entry);
     const Penetration p = deepest_penetration(clip, builtin_body(), load_scene(d, entry.scene));
     EXPECT_LE(p.depth, 0.021) << entry.file << " joint " << p.joint << " in " << p.object;
-    const double floor = floor_height(clip);
+    const double floor = floor_under(clip);
     EXPECT_NEAR(floor, 0, 0.05) << entry.file;
   }
   EXPECT_EQ(sources.size(), 3U);  // walking_1.txt twice
@@ -139,7 +140,7 @@ TEST(FitRecordings, PutsASeatUnderARecordedPersonWhoSits) {
 
 TEST(FitRecordings, BadInputIsRefused) {
   const TempFolder folder;
-  FitOptions options;
+  FittingOptions options;
   EXPECT_THROW(fit_recordings(folder / "a", options), Error);
   options.train = {folder / "missing.bvh"};
   EXPECT_THROW(fit_recordings(folder / "b", options), Error);

@@ -1,0 +1,23 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "inhabit/body/body_model.h"
+
+namespace inhabit {
+
+/// How far each joint of a body can rotate: lowest and highest of the axis-angle components of its local rotation,
+/// radians.
+struct JointLimits {
+  std::vector<Eigen::Vector3d> low, high;  ///< a joint each
+
+  /// What is beyond, component by component, signed; zero within the limits.
+  Eigen::Vector3d beyond(size_t joint, const Eigen::Vector3d& axis_angle) const {
+    return (axis_angle - high[joint]).cwiseMax(0.0) + (axis_angle - low[joint]).cwiseMin(0.0);
+  }
+};
+
+/// Those of a body; wider than a whole turn where it has none.
+JointLimits joint_limits(const BodyModel& model);
+
+}  // namespace inhabit

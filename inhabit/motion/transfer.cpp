@@ -1,0 +1,376 @@
+#include "inhabit/motion/transfer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/body/bones.h"
+#include "inhabit/body/two_bone.h"
+#include "inhabit/error.h"
+#include "inhabit/motion/landmarks.h"
+#include "inhabit/motion/pose_track.h"
+#include "inhabit/motion/resample.h"
+
+namespace inhabit {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kMissed = 1e-6;  // metres that are not worth a correction
+constexpr double kSeam = 0.4;     // seconds over which what a forecast's first frame is off fades
+
+// A joint of the file and the standard rotation that moves it: from that of `low` to that of `high` by `weight`.
+struct Follower {
+  int joint, low, high;
+  double weight;
+};
+
+// Joints of the file for a standard chain of start, middle and end.
+struct SourceLimb {
+  std::array<int, 3> joints, standard;
+};
+
+struct Mapping {
+  std::vector<Follower> followers;  // parents first
+  std::vector<SourceLimb> limbs;
+  int pelvis = 0;
+};
+
+Mapping mapping_of(const Skeleton& skeleton) {
+  const Landmarks marks = find_landmarks(skeleton, "skeleton");
+  Mapping out;
+  out.pelvis = marks.pelvis;
+  const auto follow = [&](int joint, int low, int high, double weight) {
+    const auto known = [joint](const Follower& f) { return f.joint == joint; };
+    if (joint >= 0 && std::none_of(out.followers.begin(), out.followers.end(), known))
+      out.followers.push_back({joint, low, high, weight});
+  };
+  static constexpr std::array<int, 4> kSpine = {0, 3, 6, 9};
+  for (size_t k = 0; k < marks.spine.size(); ++k) {
+    const double along =
+        3.0 * static_cast<double>(k) / static_cast<double>(std::max<size_t>(marks.spine.size() - 1, 1));
+    const auto low = static_cast<size_t>(std::min(2.0, along));
+    follow(marks.spine[k], kSpine[low], kSpine[low + 1], along - static_cast<double>(low));
+  }
+  std::vector<int> neck;
+  for (int j = marks.head; j != marks.thorax; j = skeleton.parents[static_cast<size_t>(j)]) neck.push_back(j);
+  for (size_t k = 0; k < neck.size(); ++k)  // from the head down
+    follow(neck[k], 15, 12, neck.size() == 1 ? 0 : static_cast<double>(k) / static_cast<double>(neck.size() - 1));
+  for (size_t s = 0; s < 2; ++s) {
+    const int side = static_cast<int>(s);
+    for (const auto& [joint, standard] : {std::pair(marks.hip[s], 1),
+                                          {marks.knee[s], 4},
+                                          {marks.ankle[s], 7},
+                                          {marks.toe[s], 10},
+                                          {marks.collar[s], 13},
+                                          {marks.shoulder[s], 16},
+                                          {marks.elbow[s], 18},
+                                          {marks.wrist[s], 20}})
+      follow(joint, standard + side, standard + side, 0);
+    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, {1 + side, 4 + side, 7 + side}});
+    out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, {16 + side, 18 + side, 20 + side}});
+  }
+  std::sort(out.followers.begin(), out.followers.end(),
+            [](const Follower& a, const Follower& b) { return a.joint < b.joint; });
+  return out;
+}
+
+// Rotations and places of a clip, frame by frame, in double precision.
+struct Posed {
+  PoseTrack track;
+  std::vector<Quaterniond> global;
+  std::vector<Vector3d> at;
+
+  explicit Posed(const Clip& clip) : track(pose_track(clip)), global(global_rotations(track, clip.skeleton.parents)) {
+    const torch::Tensor joints = clip.joints.to(torch::kCPU, torch::kDouble).contiguous();
+    const double* p = joints.data_ptr<double>();
+    at.reserve(global.size());
+    for (size_t k = 0; k < global.size(); ++k, p += 3) at.emplace_back(p[0], p[1], p[2]);
+  }
+  size_t index(size_t frame, int joint) const {
+    return frame * static_cast<size_t>(track.joints) + static_cast<size_t>(joint);
+  }
+  const Quaterniond& turned(size_t frame, int joint) const { return global[index(frame, joint)]; }
+  const Vector3d& place(size_t frame, int joint) const { return at[index(frame, joint)]; }
+  Quaterniond followed(size_t frame, const Follower& f) const {
+    return f.low == f.high ? turned(frame, f.low) : turned(frame, f.low).slerp(f.weight, turned(frame, f.high));
+  }
+};
+
+// Between which poses a frame of the result is, and where in the motion.
+struct Between {
+  size_t low = 0, high = 0;
+  double weight = 0, at = 0;
+};
+
+Between between(const SourcePoses& poses, int64_t frame, double step) {
+  const auto above = std::upper_bound(poses.frames.begin(), poses.frames.end(), frame);
+  const auto high = static_cast<size_t>(above - poses.frames.begin());
+  if (high == 0) return {0, 0, 0, poses.at[0] + static_cast<double>(frame - poses.frames[0]) * step};
+  const size_t low = high - 1;
+  const auto since = static_cast<double>(frame - poses.frames[low]);
+  if (high == poses.frames.size()) return {low, low, 0, poses.at[low] + since * step};
+  const double weight = since / static_cast<double>(poses.frames[high] - poses.frames[low]);
+  return {low, high, weight, poses.at[low] + weight * (poses.at[high] - poses.at[low])};
+}
+
+void require_agreement(const Clip& motion, const SourcePoses& poses) {
+  const size_t count = poses.frames.size();
+  if (count == 0 || poses.at.size() != count || poses.source.frames() != static_cast<int64_t>(count) ||
+      poses.standard.frames() != static_cast<int64_t>(count) || (!poses.exact.empty() && poses.exact.size() != count))
+    throw Error("transfer", "poses and their times differ in number");
+  for (size_t k = 1; k < count; ++k)
+    if (poses.frames[k] <= poses.frames[k - 1] || poses.at[k] < poses.at[k - 1])
+      throw Error("transfer", "the poses' times are not in order");
+  for (const Clip* clip : {&motion, &poses.standard})
+    if (clip->skeleton.parents != standard_parents() || !clip->rotations.defined() || !clip->trans.defined())
+      throw Error("transfer", "motion and poses need rotations on the standard skeleton");
+}
+
+// The motion with the pose that stands just before it, where there is one.
+Clip with_pose_before(const Clip& motion, const Clip& pose) {
+  Clip out = person_of(motion);
+  out.joints = torch::cat({pose.joints.slice(0, 0, 1), motion.joints});
+  out.rotations = torch::cat({pose.rotations.slice(0, 0, 1), motion.rotations});
+  out.trans = torch::cat({pose.trans.slice(0, 0, 1), motion.trans});
+  return out;
+}
+
+// One frame of the result while it is found.
+struct Figure {
+  const std::vector<int>& parents;
+  std::vector<Vector3d> places;  // relative to the parents
+  std::vector<Quaterniond> local;
+  Vector3d trans = Vector3d::Zero();
+  BonesPose pose;  // by place_joints
+
+  explicit Figure(const Bones& bones) : parents(bones.parents), places(bones.offsets), local(bones.parents.size()) {
+    pose.positions.resize(parents.size());
+    pose.rotations.resize(parents.size());
+  }
+  void place_joints() {
+    for (size_t j = 0; j < parents.size(); ++j) {
+      const int parent = parents[j];
+      pose.rotations[j] = parent < 0 ? local[j] : turned(parent) * local[j];
+      pose.positions[j] = parent < 0 ? Vector3d(trans + places[j]) : Vector3d(at(parent) + turned(parent) * places[j]);
+    }
+  }
+  const Vector3d& at(int joint) const { return pose.positions[static_cast<size_t>(joint)]; }
+  const Quaterniond& turned(int joint) const { return pose.rotations[static_cast<size_t>(joint)]; }
+  const Quaterniond& above(int joint) const { return turned(parents[static_cast<size_t>(joint)]); }
+  void turn(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
+
+  // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end stays turned.
+  void reach(const std::array<int, 3>& limb, const Vector3d& goal) {
+    const auto [start, mid, end] = limb;
+    const Vector3d upper = at(mid) - at(start), lower = at(end) - at(mid), straight = at(end) - at(start);
+    if ((goal - at(end)).norm() < kMissed || upper.norm() < 1e-6 || lower.norm() < 1e-6) return;
+    const Vector3d pole = upper - straight * (upper.dot(straight) / std::max(1e-12, straight.squaredNorm()));
+    const TwoBone solved = solve_two_bone(at(start), upper.norm(), lower.norm(), goal, pole, 0);
+    const Quaterniond by_upper = Quaterniond::FromTwoVectors(upper, solved.mid - at(start)),
+                      by_lower = Quaterniond::FromTwoVectors(lower, solved.end - solved.mid);
+    turn(start, above(start).conjugate() * by_upper * turned(start));
+    turn(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
+    turn(end, (by_lower * above(end)).conjugate() * turned(end));
+  }
+};
+
+// What follows on the two frames `before`, moved so that it leaves from where these lead at their velocity: the
+// difference of its first frame to that, of joints that follow the standard ones and of ends of limbs, fades.
+Clip without_seam(const Clip& motion, const Clip& before) {
+  const Mapping mapping = mapping_of(motion.skeleton);
+  const Posed from(before), to(motion);
+  const Bones bones = bones_of(motion.skeleton);
+  const auto joints = static_cast<size_t>(bones.size());
+  const auto frames =
+      std::min(static_cast<size_t>(to.track.frames()), static_cast<size_t>(std::ceil(kSeam * motion.rate)));
+  const auto place_frame = [&](Figure& figure, size_t f) {
+    for (size_t j = 0; j < joints && !to.track.places.empty(); ++j) figure.places[j] = to.track.places[f * joints + j];
+  };
+  Figure first(bones), figure(bones);
+  place_frame(first, 0);
+  std::copy(to.track.local.begin(), to.track.local.begin() + static_cast<std::ptrdiff_t>(joints), first.local.begin());
+  for (const Follower& f : mapping.followers) {
+    const auto j = static_cast<size_t>(f.joint);
+    const Quaterniond &a = from.track.local[j], &b = from.track.local[joints + j];
+    first.turn(f.joint, b * (a.conjugate() * b));
+  }
+  first.trans = 2 * from.track.trans[1] - from.track.trans[0];
+  first.place_joints();
+  PoseTrack track = to.track;
+  for (size_t f = 0; f < frames; ++f) {
+    const double u = static_cast<double>(f) / (kSeam * motion.rate), weight = (1 - u) * (1 - u) * (1 + 2 * u);
+    place_frame(figure, f);
+    for (size_t j = 0; j < joints; ++j)
+      figure.local[j] = (Quaterniond::Identity().slerp(weight, first.local[j] * to.track.local[j].conjugate()) *
+                         to.track.local[f * joints + j])
+                            .normalized();
+    figure.trans = to.track.trans[f] + weight * (first.trans - to.track.trans[0]);
+    figure.place_joints();
+    for (const SourceLimb& limb : mapping.limbs) {
+      const int end = limb.joints[2];
+      figure.reach(limb.joints, to.place(f, end) + weight * (first.at(end) - to.place(0, end)));
+    }
+    std::copy(figure.local.begin(), figure.local.end(), track.local.begin() + static_cast<std::ptrdiff_t>(f * joints));
+    track.trans[f] = figure.trans;
+  }
+  Clip out = motion;
+  set_pose(out, track);
+  return out;
+}
+
+}  // namespace
+
+Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t count) {
+  const torch::NoGradGuard no_gradients;
+  require_agreement(motion, poses);
+  const Clip& source = poses.source;
+  const bool before = poses.at.front() < 0;
+  const Clip line = before ? with_pose_before(motion, poses.standard) : motion;
+  std::vector<Between> when;
+  std::vector<double> at;
+  for (int64_t f = 0; f < count; ++f) {
+    when.push_back(between(poses, f, motion.rate / source.rate));
+    at.push_back(when.back().at + (before ? 1 : 0));
+  }
+  const Clip wanted = at_frames(line, at);
+  if (!source.rotations.defined() || !source.trans.defined()) {
+    Clip out = wanted;
+    out.rate = source.rate;
+    out.file = source.file;
+    return out;
+  }
+
+  const Mapping mapping = mapping_of(source.skeleton);
+  const Posed from(source), keys(poses.standard), to(wanted);
+  const Bones bones = bones_of(source.skeleton);
+  const auto joints = static_cast<size_t>(bones.size());
+  const size_t K = poses.frames.size();
+  // How each follower is turned as seen from what it follows, and how far ends are from the standard ones', as seen
+  // from the middle joints.
+  const size_t followers = mapping.followers.size(), limbs = mapping.limbs.size();
+  std::vector<Quaterniond> aligned(K * followers);
+  std::vector<Vector3d> apart(K * limbs), pelvis_apart(K);
+  for (size_t k = 0; k < K; ++k) {
+    for (size_t i = 0; i < followers; ++i) {
+      const Follower& f = mapping.followers[i];
+      aligned[k * followers + i] = keys.followed(k, f).conjugate() * from.turned(k, f.joint);
+    }
+    for (size_t i = 0; i < limbs; ++i) {
+      const SourceLimb& limb = mapping.limbs[i];
+      apart[k * limbs + i] = keys.turned(k, limb.standard[1]).conjugate() *
+                             (from.place(k, limb.joints[2]) - keys.place(k, limb.standard[2]));
+    }
+    pelvis_apart[k] = keys.turned(k, 0).conjugate() * (from.place(k, mapping.pelvis) - keys.place(k, 0));
+  }
+  std::vector<int> follower_of(joints, -1);
+  for (size_t i = 0; i < followers; ++i)
+    follower_of[static_cast<size_t>(mapping.followers[i].joint)] = static_cast<int>(i);
+
+  PoseTrack track;
+  track.joints = bones.size();
+  const bool translates = !from.track.places.empty();
+  Figure figure(bones);
+  std::vector<Quaterniond> global(joints);
+  for (size_t t = 0; t < static_cast<size_t>(count); ++t) {
+    const Between& b = when[t];
+    const auto mixed_place = [&](const std::vector<Vector3d>& values, size_t width, size_t i) {
+      return Vector3d((1 - b.weight) * values[b.low * width + i] + b.weight * values[b.high * width + i]);
+    };
+    for (size_t j = 0; j < joints; ++j) {
+      if (translates) figure.places[j] = mixed_place(from.track.places, joints, j);
+      const auto parent = static_cast<size_t>(std::max(bones.parents[j], 0));
+      if (follower_of[j] < 0) {
+        figure.local[j] = from.track.local[b.low * joints + j].slerp(b.weight, from.track.local[b.high * joints + j]);
+        global[j] = j == 0 ? figure.local[j] : global[parent] * figure.local[j];
+        continue;
+      }
+      const auto i = static_cast<size_t>(follower_of[j]);
+      global[j] = to.followed(t, mapping.followers[i]) *
+                  aligned[b.low * followers + i].slerp(b.weight, aligned[b.high * followers + i]);
+      figure.local[j] = (j == 0 ? global[j] : global[parent].conjugate() * global[j]).normalized();
+    }
+    figure.trans.setZero();
+    figure.place_joints();
+    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(pelvis_apart, 1, 0) - figure.at(mapping.pelvis);
+    figure.place_joints();
+    for (size_t i = 0; i < limbs; ++i) {
+      const SourceLimb& limb = mapping.limbs[i];
+      figure.reach(limb.joints,
+                   to.place(t, limb.standard[2]) + to.turned(t, limb.standard[1]) * mixed_place(apart, limbs, i));
+    }
+    track.trans.push_back(figure.trans);
+    track.local.insert(track.local.end(), figure.local.begin(), figure.local.end());
+    if (translates) track.places.insert(track.places.end(), figure.places.begin(), figure.places.end());
+  }
+  Clip out = person_of(source);
+  set_pose(out, track);
+  for (size_t k = 0; k < K; ++k) {
+    const int64_t f = poses.frames[k];
+    if (f < 0 || f >= count || (!poses.exact.empty() && !poses.exact[k])) continue;
+    for (auto [row, pose] : {std::pair(&out.joints, &source.joints), std::pair(&out.rotations, &source.rotations),
+                             std::pair(&out.trans, &source.trans), std::pair(&out.translations, &source.translations)})
+      if (pose->defined()) (*row)[f].copy_((*pose)[static_cast<int64_t>(k)]);
+  }
+  return out;
+}
+
+SourcePoses poses_of(const Clip& source, const Clip& standard, const std::vector<int64_t>& keys,
+                     const std::vector<int64_t>& kept, const std::vector<int64_t>& at) {
+  if (kept.empty() || kept.size() != at.size()) throw Error("transfer", "poses and their times differ in number");
+  SourcePoses out{frames_at(source, keys), frames_at(standard, keys), {}, {}, {}};
+  for (const int64_t key : keys) {
+    const auto high = std::min<size_t>(
+        static_cast<size_t>(std::upper_bound(kept.begin(), kept.end(), key) - kept.begin()), kept.size() - 1);
+    const size_t low = high > 0 ? high - 1 : 0;
+    const double span = static_cast<double>(std::max<int64_t>(kept[high] - kept[low], 1));
+    const double weight = std::clamp(static_cast<double>(key - kept[low]) / span, 0.0, 1.0);
+    out.frames.push_back(key - keys.front());
+    out.at.push_back(static_cast<double>(at[low]) + weight * static_cast<double>(at[high] - at[low]));
+  }
+  return out;
+}
+
+Clip joined_poses(const std::vector<Clip>& poses) {
+  Clip out = person_of(poses.at(0));
+  const bool translates =
+      std::any_of(poses.begin(), poses.end(), [](const Clip& c) { return c.translations.defined(); });
+  std::vector<torch::Tensor> joints, rotations, trans, translations;
+  for (const Clip& pose : poses) {
+    if (pose.skeleton.names != out.skeleton.names || pose.skeleton.parents != out.skeleton.parents ||
+        !pose.rotations.defined() || !pose.trans.defined())
+      return {};
+    joints.push_back(pose.joints);
+    rotations.push_back(pose.rotations);
+    trans.push_back(pose.trans);
+    translations.push_back(pose.translations.defined()
+                               ? pose.translations
+                               : pose.skeleton.offsets.unsqueeze(0).repeat({pose.frames(), 1, 1}));
+  }
+  out.joints = torch::cat(joints);
+  out.rotations = torch::cat(rotations);
+  out.trans = torch::cat(trans);
+  if (translates) out.translations = torch::cat(translations);
+  return out;
+}
+
+Clip going_on(const Clip& source, int64_t start, const Clip& last, const Clip& future) {
+  const SourcePoses poses{frames_at(source, {start - 1}), last, {-1}, {-1}, {}};
+  const auto count =
+      static_cast<int64_t>(std::floor(static_cast<double>(future.frames()) * source.rate / future.rate + 1e-6));
+  const Clip out = on_source_skeleton(future, poses, std::max<int64_t>(count, 1));
+  if (!source.rotations.defined() || !source.trans.defined()) return out;
+  return without_seam(out, frames_at(source, {std::max<int64_t>(start - 2, 0), start - 1}));
+}
+
+torch::Tensor labels_going_on(const torch::Tensor& labels, double rate, double source_rate) {
+  const int64_t frames = labels.size(-1);
+  const auto count = static_cast<int64_t>(std::floor(static_cast<double>(frames) * source_rate / rate + 1e-6));
+  std::vector<int64_t> at;
+  for (int64_t f = 0; f < std::max<int64_t>(count, 1); ++f)
+    at.push_back(std::clamp<int64_t>(std::llround(static_cast<double>(f + 1) * rate / source_rate) - 1, 0, frames - 1));
+  return labels.index_select(-1, torch::tensor(at));
+}
+
+}  // namespace inhabit

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+// The objects of a scene by name: an object is all meshes of its name, and of its name followed by ".1", ".2", ...
+
+/// "chair_0" of "chair_0.2".
+std::string object_of_mesh(const std::string& mesh_name);
+
+/// True for floors and rugs, which feet stand on and nothing collides with.
+bool is_floor(const std::string& mesh_name);
+
+/// The scene without its floor, its points and, where one is named, an object.
+Scene obstacles_of(const Scene& scene, const std::string& without = "");
+
+}  // namespace inhabit

@@ -1,0 +1,68 @@
+// Protects the fused contact features: the DCT coefficients of the contact map of Eq. 2, at every level of vector
+// instructions.
+#include "inhabit/forecast/contact_kernel.h"
+
+#include <torch/torch.h>
+
+#include "inhabit/math/dct.h"
+#include "inhabit/scene/contact_map.h"
+#include "simd_levels.h"
+
+namespace inhabit::forecast {
+namespace {
+
+using torch::Tensor;
+
+struct Given {
+  static constexpr int64_t kPoints = 300, kFrames = 20, kCoefficients = 7;
+  Tensor points, path, basis, by_axis;
+  std::array<const float*, 3> axes{};
+
+  Given() {
+    torch::manual_seed(7);
+    points = torch::rand({kPoints, 3}) * 4 - 2;
+    path = torch::linspace(-1, 1, kFrames).unsqueeze(1) * torch::tensor({0.6F, 0.1F, -0.4F});
+    basis = dct_matrix(kFrames, kCoefficients).contiguous();
+    by_axis = points.t().contiguous();
+    for (size_t a = 0; a < 3; ++a) axes[a] = by_axis.data_ptr<float>() + static_cast<int64_t>(a) * kPoints;
+  }
+  Tensor coefficients() const {
+    Tensor out = torch::zeros({kCoefficients, kPoints});
+    contact_coefficients_of_joint(axes.data(), kPoints, path.data_ptr<float>(), kFrames, basis.data_ptr<float>(),
+                                  kCoefficients, 0.2F, out.data_ptr<float>(), kPoints);
+    return out;
+  }
+};
+
+TEST(ContactKernel, CoefficientsAreThoseOfTheContactMap) {
+  const Given g;
+  const Tensor expected = g.basis.mm(contact_map(g.path, g.points, 0.2));
+  EXPECT_LT(largest(g.coefficients() - expected), 1e-5);
+  EXPECT_GT(largest(expected), 0.1);
+}
+
+TEST(ContactKernel, LevelsAgree) {
+  const Given g;
+  expect_same_at_all_levels([&] { return g.coefficients(); }, 2e-6, "coefficients");
+  const Tensor c = g.coefficients(), back = g.basis.t().contiguous();
+  expect_same_at_all_levels(
+      [&] {
+        Tensor value = torch::zeros({Given::kFrames}), index = torch::zeros({Given::kFrames}, torch::kInt64);
+        largest_contact_of_joint(c.data_ptr<float>(), Given::kPoints, Given::kPoints, back.data_ptr<float>(),
+                                 Given::kCoefficients, Given::kFrames, value.data_ptr<float>(),
+                                 index.data_ptr<int64_t>());
+        return index;
+      },
+      0, "largest contact");
+  expect_same_at_all_levels(
+      [&] {
+        Tensor squared = torch::zeros({Given::kFrames}), index = torch::zeros({Given::kFrames}, torch::kInt64);
+        closest_point_of_joint(g.axes.data(), Given::kPoints, g.path.data_ptr<float>(), Given::kFrames,
+                               squared.data_ptr<float>(), index.data_ptr<int64_t>());
+        return index;
+      },
+      0, "closest point");
+}
+
+}  // namespace
+}  // namespace inhabit::forecast
