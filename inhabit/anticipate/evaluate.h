@@ -48,9 +48,10 @@ Table evaluate(const Networks& networks, const std::vector<Sequence>& test, cons
 std::string table_text(const Table& table);
 nlohmann::ordered_json table_json(const Table& table);
 
-/// What training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an action.
+/// The score that training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an
+/// action.
 double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
-/// Mean joint error, metres, over the first second of the compared networks.
+/// Mean joint error, metres, of a baseline over the first second.
 double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate
