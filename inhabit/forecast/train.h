@@ -8,9 +8,8 @@ namespace inhabit::forecast {
 /// - "contact", the contact network;
 /// - "motion", the motion network with true contact points;
 /// - "no_contact", the same without contact points;
-/// - "adapt" (not in the paper), which continues "motion" on batches of which half have predicted contact points:
-/// trained
-///   on true ones alone the network trusts every mistake of the contact network;
+/// - "adapt" (not in the paper), which continues "motion" on batches of which half have predicted contact points. A
+///   network trained on true ones alone trusts every mistake of the contact network;
 /// - "ltd", LTD, a baseline; the only stage that must be asked for.
 /// Returns false when it was interrupted.
 bool train(const TrainRun& run, const Config& config);
