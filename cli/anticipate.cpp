@@ -70,6 +70,8 @@ void add_anticipate(CLI::App& app) {
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
   verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->check(whole_number)->capture_default_str();
+  verb->add_flag("--solve", o->anticipate.solve,
+                 "Find the joint rotations over all frames together, seconds a future, instead of frame by frame");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_flag("--standard", o->anticipate.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");

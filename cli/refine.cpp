@@ -14,7 +14,7 @@ namespace {
 
 struct RefineArguments {
   std::string motion, keep;
-  bool contacts = true;
+  bool contacts = true, standard = false;
   double smooth = 1;
   inhabit::ClipReadOptions reading;
   SceneInput scene;
@@ -51,6 +51,7 @@ void add_refine(CLI::App& app) {
   verb->add_option("--smooth", o->smooth, "Factor on the smoothing; 0: none")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  verb->add_flag("--standard", o->standard, "Write the standard 22 joints, not the file's skeleton");
   verb->add_option(
       "-o,--out", o->outputs,
       "Output files: .npz .bvh .glb .json hold the motion, .html is a page with both (default: refined.html)");
@@ -65,18 +66,19 @@ void add_refine(CLI::App& app) {
     options.contacts = o->contacts;
     options.smooth = o->smooth;
     refine::add_kept(o->keep, clip.frames(), options);
-    const refine::Result result = refine::refine(clip, scene, options, o->motion);
-    const Clip& refined = result.clip;  // on the standard skeleton, frame by frame that of the file
+    options.name = o->motion;
+    options.standard = o->standard;
+    const refine::Result result = refine::refine(clip, scene, options);
     say(notes);
     std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",
                 57.29578 * result.noise_rotations, 1e3 * result.noise_root, static_cast<long long>(result.contacts),
                 1e3 * result.moved);
     for (const std::string& out : o->outputs) {
       if (extension_of(out) == "html")
-        write_page(out, refined_page(result.before, refined, scene,
+        write_page(out, refined_page(result.before, result.clip, scene,
                                      "Refined: " + std::filesystem::path(o->motion).filename().string()));
       else
-        write_clip(out, refined, &scene);
+        write_clip(out, o->standard ? result.clip : result.on_source, &scene);
       std::printf("%s\n", out.c_str());
     }
   });

@@ -68,7 +68,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   const Tensor joints =
       feature_joints(futures.features, last[0].expand({options.samples, 3}), headings(last).expand({options.samples}));
   const auto posed = [&](const Tensor& places) {
-    const BodyFit fit = fit_body(impl_->body, places);
+    const BodyFit fit = options.solve ? fit_body(impl_->body, places) : fit_rotations(impl_->body, places);
     Clip on_body;
     on_body.rate = c.rate;
     on_body.skeleton = impl_->body.skeleton;

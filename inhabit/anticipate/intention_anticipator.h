@@ -16,6 +16,7 @@ struct Options {
   uint64_t seed = 1;            ///< a future depends on it and its own number alone
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< futures are wanted on the standard skeleton alone
+  bool solve = false;           ///< rotations by fit_body(), a second each, instead of fit_rotations()
 };
 
 /// Futures of one observation, in its world, at the model's rate.

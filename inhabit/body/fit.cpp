@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 
 #include "inhabit/body/bones.h"
-#include "inhabit/body/two_bone.h"
+#include "inhabit/body/fit_frames.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
 
@@ -17,12 +17,21 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using torch::Tensor;
 
-using Targets = std::array<Vector3d, kStandardJoints>;
+using Targets = FitTargets;
 
+/// As FitFrame, the way pose_bones() wants it.
 struct Frame {
-  std::vector<Quaterniond> local = std::vector<Quaterniond>(kStandardJoints, Quaterniond::Identity());
-  Vector3d trans = Vector3d::Zero();
+  std::vector<Quaterniond> local;
+  Vector3d trans;
 };
+
+std::vector<Frame> closed_form(const Bones& bones, const std::vector<Targets>& targets) {
+  std::vector<Frame> out;
+  out.reserve(targets.size());
+  for (const FitFrame& frame : fit_frames(bones, targets))
+    out.push_back({{frame.local.begin(), frame.local.end()}, frame.trans});
+  return out;
+}
 
 /// Joints whose turning moves another joint. Three unknowns each, then three of the translation.
 constexpr std::array<int, 17> kTurning = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 13, 14, 16, 17, 18, 19};
@@ -35,73 +44,6 @@ Matrix3d cross_matrix(const Vector3d& v) {
   Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return m;
-}
-
-/// The rotation that best carries `from` onto `to` (Kabsch 1976).
-Quaterniond best_rotation(const std::vector<Vector3d>& from, const std::vector<Vector3d>& to) {
-  Matrix3d h = Matrix3d::Zero();
-  for (size_t i = 0; i < from.size(); ++i) h += to[i] * from[i].transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(h, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d flip = Matrix3d::Identity();
-  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  return Quaterniond(Matrix3d(svd.matrixU() * flip * svd.matrixV().transpose())).normalized();
-}
-
-Quaterniond shortest_turn(const Vector3d& from, const Vector3d& to) {
-  return from.squaredNorm() < 1e-12 || to.squaredNorm() < 1e-12 ? Quaterniond::Identity()
-                                                                : Quaterniond::FromTwoVectors(from, to);
-}
-
-/// One frame in closed form.
-Frame closed_form(const Bones& bones, const Targets& y) {
-  const auto& parents = standard_parents();
-  std::array<Quaterniond, kStandardJoints> global;
-  global.fill(Quaterniond::Identity());
-  const auto from_children = [&](int joint, std::initializer_list<int> children) {
-    std::vector<Vector3d> from, to;
-    for (int c : children) {
-      from.push_back(bones.offsets[c]);
-      to.push_back(y[c] - y[joint]);
-    }
-    return best_rotation(from, to);
-  };
-  const auto towards = [&](int joint, int child) {
-    const Quaterniond& parent = global[parents[joint]];
-    return shortest_turn(parent * bones.offsets[child], y[child] - y[joint]) * parent;
-  };
-  const auto limb = [&](const Limb& l, bool knee) {
-    const Vector3d &upper = bones.offsets[l.mid], &lower = bones.offsets[l.end];
-    const Vector3d upper_now = y[l.mid] - y[l.start], lower_now = y[l.end] - y[l.mid];
-    const Vector3d rest_hinge = l.rest_pole.cross(upper).normalized();
-    // A straight limb shows no bending plane: its hinge leans on where the parent and the shortest turn would put it.
-    const Vector3d likely = towards(l.start, l.mid) * rest_hinge;
-    Vector3d hinge = upper_now.cross(lower_now);
-    if (knee && hinge.dot(likely) < 0) hinge.setZero();
-    hinge += 0.1 * upper_now.norm() * lower_now.norm() * likely;
-    if (upper_now.squaredNorm() < 1e-12 || lower_now.squaredNorm() < 1e-12) return;
-    global[l.start] = rotation_between_frames(upper, rest_hinge, upper_now, hinge);
-    global[l.mid] = rotation_between_frames(lower, rest_hinge, lower_now, hinge);
-  };
-  global[0] = from_children(0, {1, 2, 3});
-  global[3] = towards(3, 6);
-  global[6] = towards(6, 9);
-  global[9] = from_children(9, {12, 13, 14});
-  global[12] = towards(12, 15);
-  global[13] = towards(13, 16);
-  global[14] = towards(14, 17);
-  for (Side side : {Side::left, Side::right}) {
-    limb(leg(side), true);
-    limb(arm(side), false);
-  }
-  global[7] = towards(7, 10);
-  global[8] = towards(8, 11);
-  for (int j : {10, 11, 15, 20, 21}) global[j] = global[parents[j]];
-
-  Frame frame;
-  frame.trans = y[0] - bones.offsets[0];
-  for (int j = 0; j < kStandardJoints; ++j)
-    frame.local[j] = j == 0 ? global[0] : (global[parents[j]].conjugate() * global[j]).normalized();
-  return frame;
 }
 
 struct Problem {
@@ -250,38 +192,35 @@ void solve_window(const Problem& problem, const std::vector<Targets>& targets, s
   }
 }
 
-std::vector<Targets> targets_of(const Tensor& joints) {
-  if (!joints.defined() || joints.dim() != 3 || joints.size(0) < 1 || joints.size(1) < kStandardJoints ||
-      joints.size(2) != 3)
-    throw Error("fit", "joints are not (T, 22 or more, 3)");
-  const Tensor rows = joints.detach().narrow(1, 0, kStandardJoints).to(torch::kCPU, torch::kDouble).contiguous();
-  if (!torch::isfinite(rows).all().item<bool>()) throw Error("fit", "a joint position is not finite");
-  const double* p = rows.data_ptr<double>();
-  std::vector<Targets> targets(static_cast<size_t>(rows.size(0)));
-  for (Targets& y : targets)
-    for (Vector3d& v : y) {
-      v = Vector3d(p[0], p[1], p[2]);
-      p += 3;
+BodyFit fit_of(const BodyModel& model, const Bones& bones, const std::vector<FitTargets>& targets,
+               const std::vector<Frame>& frames) {
+  BodyFit fit;
+  const auto count = static_cast<int64_t>(frames.size());
+  fit.rotations = torch::zeros({count, model.joints(), 3});
+  fit.trans = torch::empty({count, 3});
+  BonesPose pose;
+  double sum = 0;
+  for (int64_t t = 0; t < count; ++t) {
+    const Frame& frame = frames[static_cast<size_t>(t)];
+    pose_bones(bones, frame.local, frame.trans, pose);
+    float* r = fit.rotations.data_ptr<float>() + t * model.joints() * 3;
+    for (size_t j = 0; j < kStandardJoints; ++j) {
+      const double error = (pose.positions[j] - targets[static_cast<size_t>(t)][j]).norm();
+      sum += error;
+      fit.max_error = std::max(fit.max_error, error);
+      Eigen::Map<Eigen::Vector3f>(r + 3 * j) = axis_angle_of(frame.local[j]).cast<float>();
     }
-  return targets;
-}
-
-/// The first 22 joints of a body's skeleton.
-Bones standard_bones(const Skeleton& skeleton) {
-  Bones bones = bones_of(skeleton);
-  if (bones.size() < kStandardJoints ||
-      !std::equal(standard_parents().begin(), standard_parents().end(), bones.parents.begin()))
-    throw Error("fit", "the body's first 22 joints are not the standard ones");
-  bones.parents.resize(kStandardJoints);
-  bones.offsets.resize(kStandardJoints);
-  return bones;
+    Eigen::Map<Eigen::Vector3f>(fit.trans.data_ptr<float>() + 3 * t) = frame.trans.cast<float>();
+  }
+  fit.mean_error = sum / static_cast<double>(count * kStandardJoints);
+  return fit;
 }
 
 }  // namespace
 
 Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
-  const std::vector<Targets> targets = targets_of(joints);
-  const Bones bones = standard_bones(model.skeleton);
+  const std::vector<Targets> targets = fit_targets(joints);
+  const Bones bones = fit_bones(model.skeleton);
   std::array<double, kStandardJoints> length{};
   for (int j = 1; j < kStandardJoints; ++j) {
     std::vector<double> all;
@@ -331,12 +270,11 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
 }
 
 BodyFit fit_body(const BodyModel& model, const Tensor& joints, const FitOptions& options) {
-  const std::vector<Targets> targets = targets_of(joints);
-  BodyFit fit;
-  fit.betas = !options.betas.defined() && options.fit_shape ? fit_shape(model, joints) : options.betas;
+  const std::vector<Targets> targets = fit_targets(joints);
+  const Tensor betas = !options.betas.defined() && options.fit_shape ? fit_shape(model, joints) : options.betas;
 
   Problem problem;
-  problem.bones = standard_bones(shaped_skeleton(model, fit.betas));
+  problem.bones = fit_bones(shaped_skeleton(model, betas));
   problem.smoothness = options.smoothness;
   problem.weights.fill(1);
   if (options.weights.defined()) {
@@ -362,32 +300,25 @@ BodyFit fit_body(const BodyModel& model, const Tensor& joints, const FitOptions&
   for (int j : {18, 19}) problem.rest_pull[j] = {0.01, 0.001, 0.01};
   for (int j : {13, 14}) problem.rest_pull[j] = Vector3d::Constant(0.006);
 
+  const std::vector<Frame> start = closed_form(problem.bones, targets);
   std::vector<Frame> frames;
   frames.reserve(targets.size());
   for (size_t begin = 0; begin < targets.size(); begin += kWindow) {
-    std::vector<Frame> window;
-    for (size_t t = begin; t < std::min(targets.size(), begin + kWindow); ++t)
-      window.push_back(closed_form(problem.bones, targets[t]));
+    const size_t end = std::min(targets.size(), begin + kWindow);
+    std::vector<Frame> window(start.begin() + static_cast<int64_t>(begin), start.begin() + static_cast<int64_t>(end));
     solve_window(problem, targets, begin, window, frames.empty() ? nullptr : &frames.back());
     frames.insert(frames.end(), window.begin(), window.end());
   }
+  BodyFit fit = fit_of(model, problem.bones, targets, frames);
+  fit.betas = betas;
+  return fit;
+}
 
-  const int64_t count = static_cast<int64_t>(frames.size());
-  fit.rotations = torch::zeros({count, model.joints(), 3});
-  fit.trans = torch::empty({count, 3});
-  auto r = fit.rotations.accessor<float, 3>();
-  auto x = fit.trans.accessor<float, 2>();
-  BonesPose pose;
-  for (int64_t t = 0; t < count; ++t) {
-    const Frame& frame = frames[t];
-    pose_bones(problem.bones, frame.local, frame.trans, pose);
-    for (int j = 0; j < kStandardJoints; ++j) {
-      fit.mean_error += (pose.positions[j] - targets[t][j]).norm() / static_cast<double>(count * kStandardJoints);
-      const Vector3d a = axis_angle_of(frame.local[j]);
-      for (int i = 0; i < 3; ++i) r[t][j][i] = static_cast<float>(a[i]);
-    }
-    for (int i = 0; i < 3; ++i) x[t][i] = static_cast<float>(frame.trans[i]);
-  }
+BodyFit fit_rotations(const BodyModel& model, const Tensor& joints, const Tensor& betas) {
+  const std::vector<Targets> targets = fit_targets(joints);
+  const Bones bones = fit_bones(shaped_skeleton(model, betas));
+  BodyFit fit = fit_of(model, bones, targets, closed_form(bones, targets));
+  fit.betas = betas;
   return fit;
 }
 

@@ -18,14 +18,22 @@ struct BodyFit {
   torch::Tensor trans;      ///< (T, 3)
   torch::Tensor betas;      ///< as given or found; undefined for the mean shape
   double mean_error = 0;    ///< metres, mean distance of the body's joints from the targets
+  double max_error = 0;     ///< metres, the largest
 };
 
-/// Inverse kinematics of a whole clip: the rotations that bring a body's first 22 joints nearest to `joints`
-/// (T, 22 or more, 3) metres, whose bone lengths may differ from the body's and from frame to frame. Each frame starts
-/// from closed forms (pelvis and chest by Kabsch, limbs by their bending plane, the rest by the smallest rotation).
-/// Levenberg-Marquardt over all frames together then minimises joint error, rotation between frames, rotation beyond
-/// the model's joint limits, and twist, which positions do not determine. End joints (head, wrists, feet) keep their
-/// parents' orientation. Throws Error on wrong shapes or numbers that are not finite.
+/// The rotations that bring a body's first 22 joints nearest to `joints` (T, 22 or more, 3) metres, in closed form,
+/// frame by frame, some ten microseconds each. Pelvis and chest are carried onto their joints as a whole (Kabsch);
+/// every other bone, from where its joint came out, points at its target, so that what its length is wrong by is all
+/// that a joint is off. Spine and neck share the twist between pelvis and chest; thighs and upper arms are twisted so
+/// that knees and elbows bend as hinges do, by the planes of the limbs in this and neighbouring frames, and as at rest
+/// where they are straight. Joints at the ends (head, wrists, balls of the feet) keep their parents' orientation.
+/// @param betas (B) shape of the body; undefined: the mean. Throws Error as fit_body().
+BodyFit fit_rotations(const BodyModel& model, const torch::Tensor& joints, const torch::Tensor& betas = {});
+
+/// The same over all frames of a clip together, some hundred times slower: from fit_rotations() on, Levenberg-Marquardt
+/// minimises joint error, rotation between frames, rotation beyond the model's joint limits, and twist, which positions
+/// do not determine. For joints with noise, whose bone lengths may differ from the body's and from frame to frame.
+/// Throws Error on wrong shapes or numbers that are not finite.
 BodyFit fit_body(const BodyModel& model, const torch::Tensor& joints, const FitOptions& options = {});
 
 /// Shape parameters (B) whose bone lengths come nearest to those of `joints` (T, 22 or more, 3): medians over the clip,

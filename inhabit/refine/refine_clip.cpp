@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/refine/contacts.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
@@ -24,7 +26,7 @@ constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
 constexpr double kRotationJerk = 120, kPlaceJerk = 60;    // rad/s^3, m/s^3: of motion without noise
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
-constexpr double kKept = 0.0003;                          // metres
+constexpr double kKept = 0.0001;                          // metres
 constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
 constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
 constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
@@ -149,7 +151,9 @@ class Refinement {
     if (frames > 3) {
       const double from_root = smooth * (1 - squared(kLeastPlace / root)) * inverse_square(kPlaceJerk);
       problem_.smoothness.push_back({3, 0, smooth * inverse_square(kRotationJerk), {}, false, noisy});
-      problem_.smoothness.push_back({3, from_root, 0, {}, false, {}});
+      std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
+      for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
+      problem_.smoothness.push_back({3, from_root, 0, {}, false, free});
       problem_.smoothness.push_back({2, per_frame * inverse_square(kChange), 0, {}, true, {}});
     }
     const torch::Tensor limits = builtin_body().joint_limits;
@@ -304,15 +308,24 @@ void add_kept(const std::string& what, int64_t frames, Options& options) {
   }
 }
 
-Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject) {
+Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
   for (const int64_t frame : options.keep_frames)
     if (frame < 0 || frame >= clip.frames())
-      throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + subject + ", which has " +
+      throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + options.name + ", which has " +
                               std::to_string(clip.frames()));
   for (const int joint : options.keep_joints)
     if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
-  return Refinement(retarget(clip, subject), scene, options).run();
+  Result out = Refinement(retarget(clip, options.name), scene, options).run();
+  if (!options.standard) {
+    std::vector<int64_t> all(static_cast<size_t>(clip.frames()));
+    std::iota(all.begin(), all.end(), 0);
+    SourcePoses poses = poses_of(clip, out.before, all, all, all);
+    poses.exact.assign(all.size(), false);
+    for (const int64_t frame : options.keep_frames) poses.exact[static_cast<size_t>(frame)] = true;
+    out.on_source = on_source_skeleton(out.clip, poses, clip.frames());
+  }
+  return out;
 }
 
 }  // namespace inhabit::refine

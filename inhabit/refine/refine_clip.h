@@ -11,9 +11,11 @@ namespace inhabit::refine {
 struct Options {
   bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
-  std::vector<int>
-      keep_joints;    ///< joints of the standard skeleton whose places stay as they are (within a millimetre)
-  double smooth = 1;  ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
+  /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.
+  std::vector<int> keep_joints;
+  double smooth = 1;            ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
+  std::string name = "motion";  ///< what errors call the clip
+  bool standard = false;        ///< the motion is wanted on the standard skeleton alone
 };
 
 /// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints of the standard skeleton
@@ -22,8 +24,10 @@ void add_kept(const std::string& what, int64_t frames, Options& options);
 
 /// What was found and done.
 struct Result {
-  Clip before;                 ///< the motion as it was, on the standard skeleton
-  Clip clip;                   ///< on the standard skeleton, at the motion's own rate
+  Clip before;     ///< the motion as it was, on the standard skeleton
+  Clip clip;       ///< on the standard skeleton, at the motion's own rate
+  Clip on_source;  ///< the same on the clip's own skeleton (motion/transfer.h), kept frames bit by bit; empty
+                   ///< where Options::standard is set
   double noise_rotations = 0;  ///< radians, median over the joints: white noise found in the motion
   double noise_root = 0;       ///< metres
   int64_t contacts = 0;        ///< of balls of the feet and heels
@@ -33,8 +37,8 @@ struct Result {
 /// A clean motion from a noisy or sliding one: smooth as far as it is noisy, feet that stand where they are in contact,
 /// no joint beyond its limits, nobody inside the scene.
 /// @param clip on any skeleton that maps to the standard one (retarget), at any rate.
-/// @param scene may be empty: then a flat floor is assumed under the feet. @param subject names the clip in errors
+/// @param scene may be empty: then a flat floor is assumed under the feet.
 /// Throws Error for what cannot be retargeted and options that name no frame or joint.
-Result refine(const Clip& clip, const Scene& scene, const Options& options, const std::string& subject);
+Result refine(const Clip& clip, const Scene& scene, const Options& options = {});
 
 }  // namespace inhabit::refine

@@ -10,6 +10,7 @@
 #include "inhabit/math/rotation.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/scene/objects.h"
 #include "inhabit/scene/shapes.h"
 #include "metrics/standing.h"
 #include "refusal_of.h"
@@ -147,7 +148,7 @@ Collision plainly_measured(const Scene& scene, const Clip& clip) {
   Scene counts = scene;
   counts.meshes.clear();
   for (const Mesh& mesh : scene.meshes)
-    if (object_of_mesh(mesh.name) != "floor" && object_of_mesh(mesh.name) != "rug") counts.meshes.push_back(mesh);
+    if (!is_floor(mesh.name)) counts.meshes.push_back(mesh);
   const SceneQuery query(counts);
   const BodyModel& body = builtin_body();
   const torch::Tensor trans = clip.root_path() - shaped_skeleton(body, clip.betas).offsets[0],

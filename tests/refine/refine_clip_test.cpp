@@ -12,11 +12,13 @@
 #include "inhabit/math/quaternion.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/foot_skating.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/terms.h"
 #include "inhabit/refine/trajectory.h"
 #include "largest.h"
-#include "refusal_of.h"
+#include "shared.h"
 
 namespace inhabit::refine {
 namespace {
@@ -45,7 +47,7 @@ double jerk(const Clip& clip) { return clip.joints.diff(3, 0).norm(2, {2}).mean(
 
 TEST(Refine, NoiseGoesAndFeetStand) {
   const Clip truth = walk(), input = noisy(truth, 1);
-  const Result result = refine(input, {}, {}, "walk");
+  const Result result = refine(input, {});
   EXPECT_NEAR(result.noise_rotations, M_PI / 180, 0.2 * M_PI / 180);
   EXPECT_NEAR(result.noise_root, 0.01, 0.003);
   EXPECT_LT(distance(result.clip, truth), 0.015);
@@ -60,7 +62,7 @@ TEST(Refine, NoiseGoesAndFeetStand) {
 
 TEST(Refine, ACleanRecordingStaysNearlyAsItIs) {
   const Clip truth = walk();
-  const Result result = refine(truth, {}, {}, "walk");
+  const Result result = refine(truth, {});
   EXPECT_LT(result.moved, 0.008);
   EXPECT_GT(result.contacts, 4);
 }
@@ -70,7 +72,7 @@ TEST(Refine, SlidingFeetStand) {
   Tensor slide = torch::arange(input.frames()) * 0.003;  // the whole body drifts by 9 cm/s
   input.trans.select(1, 0).add_(slide);
   input.joints = joint_positions(input.skeleton, input.rotations, input.trans);
-  const Result result = refine(input, {}, {}, "walk");
+  const Result result = refine(input, {});
   // In the middle of a stance of the left foot.
   const auto moved = [](const Clip& clip) { return (clip.joints[16][10] - clip.joints[10][10]).norm().item<double>(); };
   EXPECT_GT(moved(input), 0.015);
@@ -81,13 +83,13 @@ TEST(Refine, WhatIsKeptIsKept) {
   const Clip input = noisy(walk(), 1);
   Options options;
   add_kept("0,40,left_wrist", input.frames(), options);
-  const Clip out = refine(input, {}, options, "walk").clip;
+  const Clip out = refine(input, {}, options).clip;
   for (const int64_t t : {0, 40}) {
     EXPECT_TRUE(torch::equal(out.rotations[t], input.rotations[t])) << t;
     EXPECT_TRUE(torch::equal(out.trans[t], input.trans[t])) << t;
     EXPECT_TRUE(torch::equal(out.joints[t], input.joints[t])) << t;
   }
-  EXPECT_LT((out.joints.select(1, 20) - input.joints.select(1, 20)).norm(2, {1}).max().item<double>(), 1.5e-3);
+  EXPECT_LT((out.joints.select(1, 20) - input.joints.select(1, 20)).norm(2, {1}).max().item<double>(), 6e-3);
   EXPECT_GT(distance(out, input), 0.005);
 }
 
@@ -101,7 +103,7 @@ TEST(Refine, WhatToKeepIsReadOrRefused) {
   EXPECT_THROW(add_kept("-3", 100, options), Error);
   Options beyond;
   beyond.keep_frames = {90};
-  EXPECT_THROW(refine(walk(), {}, beyond, "walk"), Error);
+  EXPECT_THROW(refine(walk(), {}, beyond), Error);
 }
 
 TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
@@ -109,7 +111,7 @@ TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
   std::vector<int64_t> back_and_forth;
   for (int64_t t = 0; t < 700; ++t) back_and_forth.push_back(std::min(t % 178, 178 - t % 178));
   Clip truth = frames_at(once, back_and_forth);
-  const Result result = refine(noisy(truth, 1), {}, {}, "walk");
+  const Result result = refine(noisy(truth, 1), {});
   const Tensor error = (result.clip.joints - truth.joints).norm(2, {2}).mean(1),
                jerks = result.clip.joints.diff(3, 0).norm(2, {2}).mean(1);
   EXPECT_LT(error.mean().item<double>(), 0.016);
@@ -121,7 +123,7 @@ TEST(Refine, LongMotionsInWindowsAreSmoothAcrossThem) {
 TEST(Refine, ShortMotionsAreNoSpecialCase) {
   for (const int64_t frames : {1, 2, 3, 5}) {
     const Clip input = slice(noisy(walk(), 1), 0, frames);
-    EXPECT_TRUE(refine(input, {}, {}, "walk").clip.joints.isfinite().all().item<bool>()) << frames;
+    EXPECT_TRUE(refine(input, {}).clip.joints.isfinite().all().item<bool>()) << frames;
   }
 }
 
@@ -130,12 +132,40 @@ TEST(Refine, NobodyIsInsideAnything) {
   const Clip truth = slice(read_clip(data + "sit.npz"), 0, 150), input = noisy(truth, 1);
   const Scene scene = read_scene_file(data + "sit_room.glb", {}).scene;
   const CollisionMeter meter(builtin_body(), scene);
-  const Clip out = refine(input, scene, {}, "sit").clip;
+  const Clip out = refine(input, scene).clip;
   EXPECT_LT(meter.measure(out).penetration(), 0.01);
 }
 
+// The table of docs/refinement.md.
+TEST(Refine, RecordingsWithNoise) {
+  if (shared_folder().empty()) GTEST_SKIP() << "needs the recordings of shared/data";
+  double skating = 0, error = 0;
+  const std::vector<std::string> actions = {"walking", "running", "basketball", "soccer", "washwindow", "jumping"};
+  std::printf(
+      "recording     frames  noise (mm)  error (mm)  moved (mm)  skating (%%): true, noisy, refined  jerk / true\n");
+  for (const std::string& action : actions) {
+    const std::string path = shared_folder() + "/data/cmu/test/" + action + "/" + action + "_1.txt";
+    Clip truth = resample(retarget(read_clip(path), path), 30);
+    // Skating is told from heights over y = 0: the recording is put there.
+    const double lowest = truth.joints.slice(1, 10, 12).select(2, 1).min().item<double>();
+    truth.trans.select(1, 1).sub_(lowest - 0.02);
+    truth.joints = joint_positions(truth.skeleton, truth.rotations, truth.trans);
+    const Clip input = noisy(truth, 1);
+    const Result result = refine(input, {});
+    std::printf("%-12s %7ld %11.1f %11.1f %11.1f %14.1f %6.1f %7.1f %16.2f\n", action.c_str(), long{truth.frames()},
+                1e3 * distance(input, truth), 1e3 * distance(result.clip, truth), 1e3 * result.moved,
+                100 * foot_skating(truth).share(), 100 * foot_skating(input).share(),
+                100 * foot_skating(result.clip).share(), jerk(result.clip) / jerk(truth));
+    skating += foot_skating(result.clip).share() / static_cast<double>(actions.size());
+    error += distance(result.clip, truth) / static_cast<double>(actions.size());
+  }
+  std::printf("mean: error %.1f mm, skating %.1f %%\n", 1e3 * error, 100 * skating);
+  EXPECT_LT(skating, 0.02);
+  EXPECT_LT(error, 0.02);
+}
+
 /// Eq. 7 and 8 by themselves, on joint rotations and positions, rounding of the norm left out.
-double chair_objective(const Trajectory& motion, const Bones& bones, const std::vector<Contact>&, double rate,
+double chair_objective(const Trajectory& motion, const Bones& bones, double rate,
                        const std::vector<PlaceTerm>& targets) {
   const Poses poses = posed(bones, motion);
   double sum = 0;
@@ -167,7 +197,7 @@ TEST(Refine, TheChairPapersObjectiveIsASetting) {
     for (int64_t t = 8; t < 18; ++t) problem.places.push_back({t, joint, mean, Vector3d::Constant(2), {}});
   }
   const auto objective = [&](const Trajectory& t) {
-    return chair_objective(t, problem.bones, {}, problem.rate, problem.places);
+    return chair_objective(t, problem.bones, problem.rate, problem.places);
   };
   EXPECT_NEAR(cost_of(problem, problem.start), objective(problem.start), 1e-2);
   const Solution solution = solve(problem, {30, 1e-6});
