@@ -27,7 +27,7 @@ TEST(Score, NdmsKnowsNeitherPlaceNorHeadingUnlessTheWorldIsAskedFor) {
   inhabit::Clip walk = inhabit::read_clip(kWalk), still = inhabit::slice(walk, 0, 60), gliding = still;
   still.joints = still.joints[0].unsqueeze(0).repeat({60, 1, 1});
   gliding.joints = still.joints + torch::linspace(0, 2, 60).view({60, 1, 1}) * torch::tensor({0.F, 0.F, 1.F});
-  for (inhabit::Clip* clip : {&still, &gliding}) clip->rotations = clip->trans = {};
+  for (inhabit::Clip* clip : {&still, &gliding}) clip->rotations = clip->trans = torch::Tensor();
   inhabit::write_clip_npz(folder / "still.npz", still);
   inhabit::write_clip_npz(folder / "gliding.npz", gliding);
   const auto ndms = [&](const std::string& words) {
