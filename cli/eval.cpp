@@ -131,7 +131,7 @@ void add_eval_inbetween(CLI::App& verb) {
       ->capture_default_str();
   inbetween
       ->add_option("--joints", o->joints,
-                   "Joints that the keys between the ends give, such as pelvis,left_wrist; MPJE Key is over these "
+                   "Joints that the keys between the ends constrain, such as pelvis,left_wrist; MPJE Key is over these "
                    "(default: whole poses)")
       ->check(not_empty);
   inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")

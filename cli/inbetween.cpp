@@ -92,12 +92,13 @@ void add_inbetween(CLI::App& app) {
   add_reading(*verb, o->reading, "the motions");
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--keyframes", o->keys,
-                   "Frames of the file that are given: every:N, a list such as 0,30,95, random:P, or ends (default)")
+                   "Key frames of the file: every:N, a list such as 0,30,95, random:P, or ends (default)")
       ->check(not_empty);
   verb->add_option("--times", o->times, "Seconds at which several files' poses stand")->delimiter(',');
-  verb->add_option("--joints", o->joints,
-                   "Joints that the keys between the ends give, such as pelvis,left_wrist; root is the root's path "
-                   "(default: whole poses)")
+  verb->add_option(
+          "--joints", o->joints,
+          "Joints that the keys between the ends constrain, such as pelvis,left_wrist; root is the root's path "
+          "(default: whole poses)")
       ->check(not_empty);
   verb->add_flag("--noisy", o->noisy, "Key frames are noisy: they are cleaned, but for the ends");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");

@@ -1,5 +1,5 @@
 // Headers that nearly every source needs and that are slow to parse. <torch/torch.h> is not among them: its templates
-// cost every source three seconds; the rooms of networks have it in a precompiled header of their own.
+// cost every source three seconds; modules with networks have it in a precompiled header of their own.
 #pragma once
 #include <torch/types.h>
 #include <torch/utils.h>

@@ -10,8 +10,8 @@ mkdir -p "$out"
 configurations=(
   "full"
   "no_intention intention=false"
-  "no_label_adversary training.label_discriminator=false"
-  "no_pose_adversary training.pose_discriminator=false"
+  "no_label_discriminator training.label_discriminator=false"
+  "no_pose_discriminator training.pose_discriminator=false"
   "rec_30 training.rec_frames=30"
   "rec_always training.rec_frames=0"
   "naive_clusters naive_clusters=true"
@@ -26,11 +26,11 @@ for configuration in "${configurations[@]}"; do
     resume=""
     [ -e "$model.checkpoint.safetensors" ] && resume=--resume
     $inhabit train anticipate --data "$data" --stage intention --out "$model" $resume \
-      --set training.steps="$steps" $setting
+      --set "training.steps=$steps" training.batch=32 ${setting:+"$setting"}
     $inhabit eval anticipate --data "$data" --model "$model" --seconds 10 --json "$out/$name.json"
   fi
 done
-node scripts/plot_ndms.mjs "$out/ablation-losses.svg" "Loss terms (Fig. 4)" "$out"/{full,no_intention,no_label_adversary,no_pose_adversary}.json
+node scripts/plot_ndms.mjs "$out/ablation-losses.svg" "Loss terms (Fig. 4)" "$out"/{full,no_intention,no_label_discriminator,no_pose_discriminator}.json
 node scripts/plot_ndms.mjs "$out/ablation-rec.svg" "tau_rec (Fig. 5a)" "$out"/{full,rec_30,rec_always}.json
 node scripts/plot_ndms.mjs "$out/ablation-clusters.svg" "Clustering (Fig. 5b)" "$out"/{full,naive_clusters}.json
 node scripts/plot_ndms.mjs "$out/ablation-gamma.svg" "gamma (Fig. 5c)" "$out"/{gamma_1,gamma_5,full,gamma_20}.json

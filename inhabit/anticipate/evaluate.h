@@ -41,16 +41,17 @@ struct Evaluation {
 };
 
 /// The paper's protocol (4, 4.2, 5): futures of every test window scored against the motion words of the test
-/// recordings of the same action, for ours and those it is compared with. Poses are local; the root's way is scored
-/// by itself.
+/// recordings of the same action, for ours and those it is compared with. Poses are local; root motion is
+/// scored by itself.
 Table evaluate(const Networks& networks, const std::vector<Sequence>& test, const Evaluation& options);
 
 std::string table_text(const Table& table);
 nlohmann::ordered_json table_json(const Table& table);
 
-/// What training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an action.
+/// The score that training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an
+/// action.
 double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
-/// Mean joint error, metres, over the first second of the compared networks.
+/// Mean joint error, metres, of a baseline over the first second.
 double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate

@@ -25,7 +25,7 @@ class FastFutures {
   FeatureScale scale_;
   nn::RowGru intention_encoder_, intention_decoder_, pose_encoder_, layers_[3];
   nn::RowLayer intention_out_, pose_out_;
-  std::vector<float> pull_;                          ///< (F) share
+  std::vector<float> pull_;                          ///< (F) weight of the target pose
   std::vector<float> look_ahead_, look_ahead_bias_;  ///< (gamma, C, features), (features)
 };
 

@@ -6,7 +6,7 @@
 
 namespace inhabit::anticipate {
 
-/// What the networks see of joints (..., T, 22, 3): (..., T, F) local poses without the root, then the root's way
+/// What the networks see of joints (..., T, 22, 3): (..., T, F) local poses without the root, then the root motion
 /// (motion/local_pose.h), in metres and radians.
 torch::Tensor joint_features(const torch::Tensor& joints);
 

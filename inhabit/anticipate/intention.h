@@ -6,8 +6,8 @@
 
 namespace inhabit::anticipate {
 
-// Intention labels (3.3): k-means over poses gives every frame a cluster; clusters that follow each other round and
-// round become one label, so that walking is one intention and not a fast alternation. docs/anticipation.md says how.
+// Intention labels (3.3): k-means over poses gives every frame a cluster; clusters that repeat in
+// a cycle become one label, so that walking is one intention and not a fast alternation. docs/anticipation.md says how.
 
 /// k-means with k-means++ seeding; the same seed gives the same centres.
 /// @param points (N, D) float32, N >= k. @return centres (k, D), ordered by how many points they have.

@@ -13,7 +13,7 @@ struct LabelSummary {
   double share = 0;                                     ///< of all frames
   int64_t segments = 0;                                 ///< how many there are
   double seconds = 0;                                   ///< their mean length
-  std::vector<std::pair<std::string, double>> actions;  ///< shares of the label's frames, largest first
+  std::vector<std::pair<std::string, double>> actions;  ///< fractions of the label's frames, largest first
   /// Frames [first, last) of recordings[recording] that show the label: of the quarter of its segments that are nearest
   /// to its centre, the longest. Empty (first = last) for a label without frames.
   size_t recording = 0;

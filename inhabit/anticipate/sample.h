@@ -26,8 +26,8 @@ torch::Tensor intention_poses(const torch::Tensor& features);
 /// Intention labels clustered from recordings and their mirror images, as `config` has it.
 IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed);
 
-/// An observation (`observed`, F) of the frames before `now`; where the recording begins later its first frame is
-/// repeated in front.
+/// An observation (`observed`, F) of the frames before `now`, left-padded with the recording's first frame where it
+/// begins later.
 torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t observed);
 
 /// Where sequences are cut into windows: `now` is the first future frame.
@@ -37,8 +37,8 @@ struct Cut {
 };
 
 /// Windows for a test: up to `per_action` of every action, spread evenly over its recordings. Each is observed for
-/// config.observed frames and has a second of future; recordings too short for that are observed for as long as 0.4 s
-/// of future leave, and such with less than kappa frames then are left out.
+/// config.observed frames and has a second of future. Of shorter recordings all but the last 0.4 s are observed; those
+/// that leave fewer than kappa frames are left out.
 std::vector<Cut> test_windows(const std::vector<Sequence>& sequences, const Config& config, int64_t per_action);
 
 /// Training data: every recording and its mirror image, with intention labels.

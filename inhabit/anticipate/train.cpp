@@ -18,13 +18,13 @@ namespace F = torch::nn::functional;
 
 // The reconstruction's errors are centimetres where the discriminators' losses are about 1.
 constexpr double kPoseWeight = 40, kRootWeight = 1;
-// With every batch some of its forecasts, two of an observation, run on without gradients for up to ten seconds before
-// they are judged: the decoder must stand on its own predictions for as long as users ask for, the discriminator must
-// know what they look like then, and the two must have parted.
+// In every batch some forecasts, two of each observation, run on without gradients for up to ten seconds before the
+// discriminator sees them: the decoder must be stable on its own predictions for as long as users ask for, the
+// discriminator must know such forecasts, and the two futures must differ by then (diversity loss).
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
-constexpr double kApart = 1.5;  // two futures have parted that differ so much more than two poses of the recording do
-constexpr int64_t kViews = 8;   // stretches of each sequence that the pose discriminator sees
-constexpr double kVelocityScale = 5;       // standardised poses change by some 0.2 a frame
+constexpr double kApart = 1.5;        // two futures differ enough at so many times the pose spread of the recording
+constexpr int64_t kViews = 8;         // stretches of each sequence that the pose discriminator sees
+constexpr double kVelocityScale = 5;  // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
 
 /// Ours with its discriminators, which live only while it is trained.
@@ -83,7 +83,7 @@ void let_learn(torch::nn::Module& module, bool learn) {
   for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
 }
 
-/// Adds to `total` what one discriminator and the forecast it judges lessen; named for the log.
+/// Adds a discriminator's loss and the generator loss of its forecast to `total`; named for the log.
 void add_discriminator(Discriminator discriminator, const std::string& name, const Tensor& real, const Tensor& forecast,
                        double weight, Tensor& total, Losses& losses) {
   if (forecast.requires_grad()) {
@@ -112,7 +112,7 @@ struct IntentionBatch {
   Tensor label_weights;    // (B, label_frames) likewise
   Tensor z, gumbel;        // noise of the forecasts (futures.h)
   Tensor real_starts;      // (B, V) where the pose discriminator looks at real motion,
-  Tensor forecast_starts;  // (B, V) at the forecast, which the frames before it lead,
+  Tensor forecast_starts;  // (B, V) at the forecast, behind the frames before it,
   Tensor run_starts;       // (B, V) and at forecasts that ran on for
   int64_t run = 0;         // frames
 

@@ -31,9 +31,9 @@ struct BodyFit {
 BodyFit fit_rotations(const BodyModel& model, const torch::Tensor& joints, const torch::Tensor& betas = {});
 
 /// The same over all frames of a clip together, some hundred times slower: from fit_rotations() on, Levenberg-Marquardt
-/// lessens joint error plus turning between frames, rotations beyond the model's joint limits, and rotations that
-/// positions cannot tell (twist), which go to the smallest. For joints with noise in them, whose bone lengths need not
-/// be the body's nor stay the same. Throws Error on wrong shapes or numbers that are not finite.
+/// minimises joint error, rotation between frames, rotation beyond the model's joint limits, and twist, which positions
+/// do not determine. For joints with noise, whose bone lengths may differ from the body's and from frame to frame.
+/// Throws Error on wrong shapes or numbers that are not finite.
 BodyFit fit_body(const BodyModel& model, const torch::Tensor& joints, const FitOptions& options = {});
 
 /// Shape parameters (B) whose bone lengths come nearest to those of `joints` (T, 22 or more, 3): medians over the clip,

@@ -36,7 +36,7 @@ struct LimbPose {
   Eigen::Quaterniond start_global, mid_global;      ///< the same, to world
 };
 
-/// Two-bone inverse kinematics of a limb. The middle joint turns about its hinge only: the bones' rest directions and
+/// Two-bone inverse kinematics of a limb. The middle joint rotates about its hinge only: the bones' rest directions and
 /// the rest pole are carried onto the solved bones and the bending plane.
 /// @param parent_rotation world rotation of the start joint's parent; @param start world position of the start joint.
 LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaterniond& parent_rotation,

@@ -8,8 +8,8 @@
 
 namespace inhabit {
 
-/// Windows of equal length, one every `stride` frames, of the clips in rooms of native data sets. Only their places are
-/// held. Safe to use from several threads.
+/// Windows of equal length, one every `stride` frames, of the clips in rooms of native data sets. Only their
+/// places are in memory. Safe to use from several threads.
 class WindowSet {
  public:
   struct Place {
@@ -32,7 +32,7 @@ class WindowSet {
   /// "FOLDER/clips/000012.npz 30", for errors and tables.
   std::string name(int64_t index) const;
 
-  /// What caches know a window's clip and its scene by, and what stands under such a key.
+  /// Keys of a window's clip and scene in caches, and what they name.
   std::string clip_key(int64_t index) const;
   std::string scene_key(int64_t index) const;
   std::string scene_key_of_clip(const std::string& clip_key) const;

@@ -23,7 +23,7 @@ struct Table {
 };
 
 /// The model, its variants without contact points and with the true ones, two baselines (the last pose held; the
-/// root going on at its last velocity with the last pose), and LTD, on every window of `data`.
+/// root at its last velocity with the last pose), and LTD, on every window of `data`.
 Table evaluate(const Networks& networks, const Data& data);
 
 /// Laid out as the paper's Tables 1 and 2.

@@ -42,13 +42,13 @@ struct Config {
   bool global_scene = true;    ///< the occupancy is seen (Table 1)
   bool local_scene = true;     ///< the offsets at key frames are seen (Table 1)
   bool body_shape = true;      ///< the body-shape features are seen (Table 8)
-  bool partial_keys = false;   ///< parts of a key pose can be given: kMaskChannels channels of mask instead of one
+  bool partial_keys = false;   ///< keys may constrain parts of a pose: kMaskChannels channels of mask instead of one
 
-  /// The denoiser also sees the keys' linear interpolation, feature by feature, and says what that lacks: trained on
-  /// two CPU cores it then starts where simple in-betweening ends. (Not in the paper.)
+  /// The denoiser also sees the interpolated baseline of the keys and predicts the difference from it, so that a short
+  /// training need not learn to interpolate first. (Not in the paper.)
   bool from_interpolation = false;
-  /// That interpolation goes around what stands between the keys (way_around.h), also where scene_dropout and guidance
-  /// hide the scene from the network. (Not in the paper.)
+  /// The interpolated baseline goes around obstacles between the keys (way_around.h), also where scene_dropout or
+  /// guidance hide the scene from the network. (Not in the paper.)
   bool around_obstacles = false;
 
   /// How the denoiser is trained.

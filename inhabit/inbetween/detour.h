@@ -3,7 +3,7 @@
 
 namespace inhabit::inbetween {
 
-/// Somebody stands before a table and, when the clip ends, behind it: the straight way is blocked.
+/// Somebody stands before a table and, when the clip ends, behind it: the straight path is blocked.
 struct Detour {
   Clip ends;   ///< the first and the last frame count
   Scene room;  ///< floor and table
@@ -16,8 +16,8 @@ bool crosses_table(const Clip& clip);
 /// In how many of `runs` a model's person goes around.
 struct DetourScores {
   int64_t runs = 0;
-  int64_t around = 0;         ///< with the room before its eyes
-  int64_t around_unseen = 0;  ///< the table there, but not shown to it
+  int64_t around = 0;         ///< with the room shown to the model
+  int64_t around_unseen = 0;  ///< without: the table is there, but hidden from the model
 };
 
 /// Fills table_detour for `runs` seeds from request.seed on; request.keys are set to its ends.

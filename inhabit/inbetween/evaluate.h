@@ -38,7 +38,7 @@ struct Scores {
   std::string keyframes;  ///< as key_frames takes it; empty for the real motion and the noisy input
   int64_t runs = 1;       ///< seeds
   Estimate fid;           ///< Frechet distance of motion features; NaN without an autoencoder or for other lengths
-  Estimate skating;       ///< share of frames with a sliding foot
+  Estimate skating;       ///< fraction of frames with a skating foot
   Estimate jerk;          ///< of the joints, m/s^3
   Estimate jerk_ratio;    ///< over that of the real motion
   Estimate key_error;     ///< mm, mean distance of joints from the true ones at key frames
@@ -53,7 +53,7 @@ struct Table {
   int64_t windows = 0, close_frames = 0;
   double noise = 0;
   std::vector<Scores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
-                             ///< frames as they are; then each way of choosing keys with each method
+                             ///< frames as they are; then each choice of keys with each method
 };
 
 struct Evaluation {
@@ -61,7 +61,7 @@ struct Evaluation {
   int64_t seeds = 1;                                  ///< runs of what depends on a seed
   uint64_t seed = 1;
   double noise = 0;                 ///< level of noise on the key frames, see noisy_keys
-  std::vector<int64_t> key_joints;  ///< joints that the keys between the ends give, for MPJE Key; empty: whole poses
+  std::vector<int64_t> key_joints;  ///< joints that keys between the ends constrain, for MPJE Key; empty: whole poses
   std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window
 };
 

@@ -38,7 +38,7 @@ struct Rotations {
   }
 };
 
-/// Matrices (B, 22, T, 3, 3) that hold in given frames, by slerp in those between.
+/// Matrices (B, 22, T, 3, 3) of constrained frames, interpolated by slerp in the others.
 Tensor between_given(const Tensor& matrices, const GivenNeighbours& n) {
   const Tensor turns = matrix_to_quaternion(matrices);
   const auto at = [&](const Tensor& frames) {

@@ -18,33 +18,34 @@ inline constexpr int64_t kOrientFeature = 3, kBodyFeature = 9, kJointFeature = 1
 /// (T, 201) of a clip on the standard skeleton, which has rotations; in the frame that the clip is in.
 torch::Tensor clip_features(const Clip& clip);
 
-/// Local rotations (..., 22, 3, 3) that features (..., 201) name.
+/// Local rotations (..., 22, 3, 3) of features (..., 201).
 torch::Tensor feature_rotations(const torch::Tensor& features);
 
 /// Joint positions (..., T, 22, 3) by forward kinematics from the features' rotations and root.
 /// @param features (..., T, 201); @param offsets (..., 22, 3) metres, the bones of each person.
 torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor& offsets);
 
-/// `like` with the motion that `features` (T, 201) name: rotations, trans, and joints by forward kinematics.
+/// `like` with the motion of `features` (T, 201): rotations, trans, and joints by forward kinematics.
 Clip clip_of_features(const torch::Tensor& features, const Clip& like);
 
-/// The same motion of somebody whose joints' frames are turned by `turns` (22, 3, 3) at rest, as another body model or
-/// recording may have them: R_j becomes A_parent^T R_j A_j, and so do `bones` (22, 3), which become A_parent^T bone_j.
-/// Joint positions stay.
+/// The same motion with other rest frames: the frame of joint j at rest is rotated by A_j = turns[j] (22, 3, 3), as
+/// another body model or recording may define it. R_j becomes A_parent^T R_j A_j; `bones` (22, 3) are changed to
+/// A_parent^T bone_j. Joint positions stay.
 torch::Tensor with_rest_turned(const torch::Tensor& features, const torch::Tensor& turns, torch::Tensor& bones);
 
-/// interpolate_given (sampler.h) with rotations by slerp, the short way round: 6D numbers on straight lines all but
-/// vanish between poses that are turned far from each other, and name any rotation there. @param scale what `given` is
-/// standardised by.
+/// interpolate_given (sampler.h) with rotations by slerp over the shorter arc. Linear interpolation of 6D features
+/// degenerates between rotations that are far apart: the result is near zero and stands for an arbitrary rotation.
+/// @param scale what `given` is standardised by.
 torch::Tensor interpolate_given_poses(const GivenFeatures& given, const FeatureScale& scale);
 
-/// lead_to_given (sampler.h) over `lead` frames, with what a rotation is missed by made up for as a turn.
+/// lead_to_given (sampler.h) with blend radius `lead`, with residuals of rotations corrected as rotations, not as 6D
+/// differences.
 torch::Tensor lead_poses_to_given(const torch::Tensor& found, GivenFeatures given, int64_t lead,
                                   const FeatureScale& scale);
 
-/// Features (T, 201) of noise level `level`: every rotation turned by `level` degrees and the root moved by `level`
-/// centimetres (standard deviations of each component), joints by forward kinematics; first and last frame stay clean
-/// (section 4). @param bones (22, 3) metres.
+/// Adds noise of `level` to features (T, 201): normal, with a standard deviation of `level` degrees for every component
+/// of a rotation and `level` centimetres for every component of the root; joints by forward kinematics. The first and
+/// the last frame stay clean (section 4). @param bones (22, 3) metres.
 torch::Tensor noisy_features(const torch::Tensor& features, const torch::Tensor& bones, double level,
                              std::mt19937_64& random);
 

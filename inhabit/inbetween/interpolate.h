@@ -6,12 +6,12 @@
 
 namespace inhabit::inbetween {
 
-// What scene-aware in-betweening is compared with: motion that follows from the key frames by arithmetic alone. Both
-// read frames `keys` of `clip` only (in order, the first and the last frame among them, as key_frames gives them), meet
-// their rotations and translations exactly, and place the joints by forward kinematics. Labels, contacts and objects
-// between keys are not known and are left out. Throw Error where the clip has no rotations or the keys are not such.
+// Interpolation, the baselines of scene-aware in-betweening. Both functions read frames `keys` of `clip` only (in
+// order, with the first and the last frame, as from key_frames). They meet the keys' rotations and translations exactly
+// and place joints by forward kinematics. Labels, contacts and objects between keys are unknown and left out. Both
+// throw Error where the clip has no rotations or the keys are not such.
 
-/// The root on straight lines, rotations by slerp, the short way round.
+/// The root linearly, rotations by slerp over the shorter arc.
 Clip interpolate_linear(const Clip& clip, const std::vector<int64_t>& keys);
 
 /// Natural cubic splines through the keys: of the root, and of each joint's quaternion, whose sign is chosen nearest to

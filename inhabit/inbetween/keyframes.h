@@ -11,7 +11,7 @@
 
 namespace inhabit::inbetween {
 
-/// Which frames of a clip are given, in order, each once, the first and the last always among them. `text` is one of
+/// The key frames of a clip, in order, each once; the first and the last frame are always among them. `text` is one of
 ///   every:N        frames 0, N, 2N, ...
 ///   0,30,95        these frames
 ///   random:P       each frame with probability P in (0, 1], drawn from `seed`
@@ -20,30 +20,30 @@ namespace inhabit::inbetween {
 /// frames.
 std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0);
 
-/// Key poses that stand at times, as a clip with nothing but them: frames between repeat the pose before.
+/// Key poses at given times as a clip; frames between them repeat the pose before.
 struct PosesInTime {
   Clip clip;                  ///< on the poses' skeleton, or the standard one where they have several or no rotations
   std::vector<int64_t> keys;  ///< its frames that are poses
 };
 
-/// @param poses clips on any skeleton, whose first frames count; @param seconds when each stands, in order; @param
+/// @param poses clips on any skeleton, whose first frames count; @param seconds the time of each, in order; @param
 /// names what errors call them. Throws Error where times are not a frame apart, more than 55 minutes apart or not one
 /// for each pose, or a pose is of a person with other bones than the first's (2 cm).
 PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate,
                            const std::vector<std::string>& names);
 
-/// Groups of a frame's features that a partial key gives or leaves open as a whole: root translation, root orientation,
-/// body rotations, then the place of each standard joint.
+/// Groups of a frame's features; a partial key constrains a group as a whole or not at all: root translation, root
+/// orientation, body rotations, then the position of each standard joint.
 inline constexpr int64_t kRootTranslationGroup = 0, kRootOrientationGroup = 1, kBodyRotationsGroup = 2,
                          kJointGroups = 3, kKeyGroups = kMaskChannels;
 static_assert(kKeyGroups == kJointGroups + kStandardJoints);
 
-/// (25) float: 1 for the groups that `joints` give. "pelvis,left_wrist": the places of these joints, and with the
-/// pelvis the root's translation, which is the same place; "root": the root's path alone, another name of the pelvis.
-/// An empty text gives whole poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
+/// (25) float: 1 for the groups that `joints` constrain. "pelvis,left_wrist": the positions of these joints; the pelvis
+/// includes the root translation, which is the same point. "root" is another name of the pelvis. An empty text: whole
+/// poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
 torch::Tensor given_groups(const std::string& joints);
 
-/// The joints whose places groups (25) give, standard order; none where `groups` is undefined (whole poses).
+/// The joints whose positions groups (25) constrain, standard order; none where `groups` is undefined (whole poses).
 std::vector<int64_t> given_joints(const torch::Tensor& groups);
 
 /// (..., kFeatureCount) from groups (..., 25): each feature takes its group's value.

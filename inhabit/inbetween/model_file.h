@@ -14,7 +14,7 @@ struct Networks {
   FeatureScale scale;         ///< (201)
 };
 
-/// What files of this system say they are of.
+/// The system's name in its files.
 inline constexpr const char* kSystem = "scene-inbetweening";
 /// Such a file without the network: what run_stages writes beside it.
 SafeTensors model_header(const Config& config, const FeatureScale& scale);

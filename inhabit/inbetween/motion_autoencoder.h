@@ -12,16 +12,15 @@ namespace inhabit::inbetween {
 /// are.
 inline constexpr int64_t kFeatureFrames = 121, kMotionFeatures = 64;
 
-/// Channels (N, 154, T) of joint windows (N, T, 22, 3): of the window moved and turned as a whole, so that in its first
-/// frame the root is above the origin and faces +Z, the root's place (3), the other joints relative to it (63), every
-/// joint's step since the frame before (66), and the length of that step's change (22; steps and changes before the
-/// first frame are 0). Metres. The lengths are there for motion that shakes: a code as short as this cannot hold the
-/// shaking itself, but it can hold how much there is.
+/// Channels (N, 154, T) of joint windows (N, T, 22, 3), metres, in the canonical frame of the first pose (root above
+/// the origin, facing +Z): root position (3), the other joints relative to it (63), every joint's displacement since
+/// the frame before (66), and the length of that displacement's change (22); both are 0 before the first frame. The
+/// lengths are for jitter: so short a code cannot represent the jitter itself, but its amount.
 torch::Tensor motion_channels(const torch::Tensor& joints);
 
-/// Squeezes a window of motion into 64 features, and back: what the Frechet distance ("FID") of in-betweening is taken
-/// over. 1D convolutions over time, each halving it. Features of the motion it was trained on have mean 0 and deviation
-/// 1 each, so that distances can be compared between trainings.
+/// Encodes a window of motion as 64 features, and decodes them: what the Frechet distance ("FID") of in-betweening is
+/// taken over. 1D convolutions over time, each halving it. Features of the motion it was trained on have mean 0 and
+/// deviation 1 each, so that distances can be compared between trainings.
 struct MotionAutoencoderImpl : torch::nn::Module {
   MotionAutoencoderImpl();
 

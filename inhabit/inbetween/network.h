@@ -7,8 +7,8 @@
 
 namespace inhabit::inbetween {
 
-/// The denoiser (3.2): from a noisy clip, what of it is given, and what is known of scene, body and diffusion step, the
-/// clean clip. Parts that the config leaves out have no parameters; their embeddings are zero or empty.
+/// The denoiser (3.2): predicts the clean clip from a noisy one, conditioned on key frames, scene, body shape and
+/// diffusion step. Parts that the config leaves out have no parameters; their embeddings are zero or empty.
 struct DenoiserImpl : torch::nn::Module {
   explicit DenoiserImpl(const Config& network_config);
 
@@ -21,9 +21,9 @@ struct DenoiserImpl : torch::nn::Module {
   /// they are seen at; elsewhere they count as zero. @return (B, 32, T), or (B, 0, T) without local_scene
   torch::Tensor embed_offsets(const torch::Tensor& offsets, const torch::Tensor& keys);
 
-  /// @param x (B, 201, T) standardised features, imputed, T at most `padded`. @param mask (B, M, T) what is given.
-  /// @param local from embed_offsets(); with from_interpolation, interpolate_given() behind it in the same dimension,
-  /// and what comes out is to be added to that. @param steps (B) int64, 0 the cleanest. @param embedding (B, width):
+  /// @param x (B, 201, T) standardised features, imputed, T at most `padded`. @param mask (B, M, T) key mask.
+  /// @param local from embed_offsets(); with from_interpolation, the interpolated baseline follows in the same
+  /// dimension and the output is relative to it. @param steps (B) int64, 0 the cleanest. @param embedding (B, width):
   /// those of scene and shape, summed. @return (B, 201, T), the clean clip
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local,
                         const torch::Tensor& steps, const torch::Tensor& embedding);

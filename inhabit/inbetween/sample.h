@@ -25,9 +25,9 @@ struct Sample {
 
 /// A stretch of recorded motion in its scene.
 struct Window {
-  std::string name;  ///< "clips/000012.npz 30", in errors
-  Clip truth;        ///< on the standard skeleton, with rotations
-  Clip given;        ///< what methods take key frames from: the truth, or noisy poses. The evaluation sets it
+  std::string name;                    ///< "clips/000012.npz 30", in errors
+  Clip truth;                          ///< on the standard skeleton, with rotations
+  Clip given;                          ///< source of the key frames: the truth, or noisy poses; set by the evaluation
   std::shared_ptr<const Scene> scene;  ///< none: nothing to collide with
 };
 

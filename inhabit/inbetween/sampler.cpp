@@ -15,8 +15,8 @@ using torch::Tensor;
 
 namespace {
 
-/// Of every place in a mask (B, F, T) the frame of the last set one up to it, -1 where there is none, and of the next
-/// from it on, T where there is none; int64.
+/// For every entry of a mask (B, F, T) the frame of the last set entry up to it (-1: none) and of the next from it on
+/// (T: none); int64.
 std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
   const int64_t frames = mask.size(2);
   const Tensor here = torch::arange(frames).expand(mask.sizes()), set = mask > 0;
@@ -25,9 +25,8 @@ std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
           std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2)};
 }
 
-/// By how much each feature of a prediction is off all along (B, F, 1), told by the noisy keys, which hold at some
-/// steps only: the mean of what it misses them by, as far as that is more than noise would make it (James and Stein's
-/// estimate).
+/// Bias of each feature of a prediction (B, F, 1) against the noisy keys, those imputed at some steps only: the mean
+/// residual, shrunk as far as noise explains it (James and Stein's estimate).
 Tensor bias_at_noisy_keys(const Tensor& predicted, const GivenFeatures& given) {
   const Tensor noisy = given.mask * (1 - held_places(given)), count = noisy.sum(2, true);
   const Tensor missed = (given.values - predicted) * noisy, mean = missed.sum(2, true) / count.clamp_min(1);

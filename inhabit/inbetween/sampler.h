@@ -8,44 +8,48 @@
 
 namespace inhabit::inbetween {
 
-/// What of a clip is given, in standardised features.
+/// The hard constraints of a clip: features whose values are known, standardised.
 struct GivenFeatures {
   torch::Tensor values;       ///< (B, F, T)
-  torch::Tensor mask;         ///< (B, F, T), 1 where `values` hold, else 0
-  int64_t t_star = 0;         ///< T*: they hold at steps t >= T* only,
-  torch::Tensor always = {};  ///< (B, F, T), but where this is 1 at every step; undefined: at the clip's two ends
-  int64_t lead = 1;  ///< frames from what holds at every step to the first that it does not move; 1: none is moved, 0:
-                     ///< not even the given ones, so that what the samples miss them by can be seen
+  torch::Tensor mask;         ///< (B, F, T), 1 where a value is known, else 0
+  int64_t t_star = 0;         ///< T*: values are imputed at diffusion steps t >= T* only (0: at all steps)
+  torch::Tensor always = {};  ///< (B, F, T), 1 where a value is imputed at every step whatever T* is; undefined: in the
+                              ///< clip's first and last frame
+  /// Blend radius, frames: a correction at a constraint fades to zero over so many. 1: the constrained frames alone are
+  /// corrected; 0: not even they, so that the residual can be measured.
+  int64_t lead = 1;
 };
 
-/// Where what is given holds at every step (B, F, T).
+/// Mask of the constraints that are imputed at every step (B, F, T).
 torch::Tensor held_places(const GivenFeatures& given);
 
-/// x' = m s + (1 - m) x_t (3.2, 3.2.1). @param x (B, F, T). @param steps (B) int64
+/// Imputation: x' = m s + (1 - m) x_t (3.2, 3.2.1), s the values, m the mask at these steps.
+/// @param x (B, F, T). @param steps (B) int64
 torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const torch::Tensor& steps);
 
-/// Where between given frames each place of a mask (B, F, T) lies.
+/// For each entry of a mask (B, F, T) the constrained frames before and after it.
 struct GivenNeighbours {
   torch::Tensor before,
-      after;            ///< (B, F, T) int64: the given frames around it, one twice beyond the first and the last
-  torch::Tensor share;  ///< (B, F, T) in [0, 1], how far from the one to the other
+      after;            ///< (B, F, T) int64 frame indices; equal outside the first and the last constrained frame
+  torch::Tensor share;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
 };
 GivenNeighbours given_neighbours(const torch::Tensor& mask);
 
-/// Each feature of each clip between the frames that give it, on straight lines, and held before the first and behind
-/// the last: (B, F, T). A feature that no frame gives is 0.
+/// The interpolated baseline (B, F, T): each feature linear between the frames that constrain it, constant before the
+/// first and after the last. A feature that no frame constrains is 0.
 torch::Tensor interpolate_given(const GivenFeatures& given);
 
-/// How much of a correction in the places set in a mask (B, F, T) each place takes: 1 in them, smoothly less with the
-/// frames to the nearest, none from `lead` on.
+/// Blend weights (B, F, T) of corrections at the entries of a mask: 1 at the entries, falling smoothly with the
+/// distance in frames to the nearest one, 0 from the blend radius `lead` on.
 torch::Tensor lead_share(const torch::Tensor& mask, int64_t lead);
 
-/// With t_star > 0, `found` (B, F, T) moved, all frames alike, by what it misses the noisy keys by in the mean.
+/// With t_star > 0: removes the bias against the noisy keys. The mean residual at those keys, shrunk as far as noise
+/// explains it (James and Stein), is added to all frames of `found` (B, F, T).
 torch::Tensor nearer_to_noisy_keys(const torch::Tensor& found, const GivenFeatures& given);
 
-/// What is given in the places where it holds at every step; the frames around them are moved along by what the
-/// prediction missed it by, less and less. With t_star > 0 all frames are moved first by what the prediction misses the
-/// noisy keys by in the mean. With lead = 1 nothing is moved. @param found (B, F, T)
+/// Imposes the hard constraints on a prediction. Entries that are imputed at every step take their values; the residual
+/// there is also added to the frames within the blend radius, weighted by lead_share. With t_star > 0 the bias against
+/// the noisy keys is removed first. With lead = 1 no other frame changes. @param found (B, F, T)
 torch::Tensor lead_to_given(const torch::Tensor& found, const GivenFeatures& given);
 
 enum class Sampler {
@@ -54,21 +58,22 @@ enum class Sampler {
   dpm_solver  ///< DPM-Solver++ (2M), Lu et al. 2022: second order, data prediction
 };
 
-/// The steps, falling, that `count` evaluations out of `total` are spent on: evenly spread, from the noisiest on. Where
-/// t_star > 0, one of them at least, where there are two, is below it, so that keys are denoised too.
+/// The diffusion steps at which the denoiser is evaluated: `count` of `total`, evenly spread, the noisiest first. With
+/// t_star > 0 and two evaluations or more, at least one is below t_star, so that the keys are denoised too.
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star);
 
 /// The clean clip (B, F, T) from an imputed x_t and its step.
 using Denoise = std::function<torch::Tensor(const torch::Tensor& x, int64_t t)>;
-/// Normal noise (B, F, T). Of n evaluations, x_T is number n - 1, and what is drawn behind evaluation i (n - 1 the
-/// first, 1 the last but one) is number i - 1; only ddpm asks for the latter.
+/// Normal noise (B, F, T) by number. With n evaluations, number n - 1 is x_T. DDPM also draws after every evaluation
+/// but the last: number n - 2 after the first, down to number 0.
 using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 
-/// Numbers that depend on seed, place in the batch and number alone.
+/// Noise that depends on the seed, the index in the batch and the number alone.
 NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
 
-/// Clips (B, F, T) by `count` evaluations. What is given holds in the result too: all of it where t_star is 0, else at
-/// the ends. @param progress called behind every evaluation with how many are done; may be empty
+/// Samples clips (B, F, T) with `count` evaluations. The result meets the hard constraints: all of them where t_star is
+/// 0, else those imputed at every step; none where lead is 0. @param progress called after each evaluation with the
+/// number done; may be empty
 torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
                      const GivenFeatures& given, const NoiseSource& noise,
                      const std::function<void(int64_t)>& progress = {});

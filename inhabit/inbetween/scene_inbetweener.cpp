@@ -34,9 +34,9 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr int64_t kBlendRadius = 60;  // frames around a clean key that make up for what was missed of it
-constexpr double kFootNoise = 0.05;   // metres from where a noisy key has it that a foot may be put, at least
-constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key is kept as noisy as it was given
+constexpr int64_t kBlendRadius = 60;  // frames around a clean key that its residual is blended over
+constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
+constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
 /// Key poses on the standard skeleton and where they stand at a model's rate.
 struct KeyedClip {
@@ -107,7 +107,7 @@ struct Filling {
   int64_t last_frame() const { return motion.frames() - 1; }
 };
 
-/// What is conditioned on in a window: frames that stand already, then key frames.
+/// The conditioning of a window: frames that are known already, then key frames.
 struct WindowConditioning {
   Conditioning conditioning;
   GroundTransform to_canonical;
@@ -185,7 +185,7 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
     to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
 }
 
-/// Feet of a filled clip stand; those that clean keys give stay.
+/// Footskate cleanup of a filled clip; the feet of clean keys stay.
 Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vector<int64_t>& keys, const Tensor& given,
                      bool noisy, double floor) {
   const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;

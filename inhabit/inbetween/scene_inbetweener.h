@@ -13,12 +13,12 @@
 namespace inhabit::inbetween {
 
 struct Options {
-  std::vector<int64_t> keys;  ///< frames of the clip that are given, in order (see key_frames); empty: its ends
-  torch::Tensor given;        ///< (25) groups that the keys between the ends give; undefined: whole poses
+  std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
+  torch::Tensor given;        ///< (25) groups that keys between the ends constrain; undefined: whole poses
   int64_t steps = 0;          ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
-  bool clean_feet = true;                                   ///< feet stand, step and are lifted (motion/feet.h)
+  bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
   bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
@@ -30,7 +30,7 @@ struct Result {
   Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h);
                    ///< empty where Options::standard is set or the clip has no rotations
   std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
-  Clip key_poses;             ///< (K frames) what was given there
+  Clip key_poses;             ///< (K frames) the poses asked for there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;
   torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene

@@ -19,21 +19,21 @@ struct ConvNormImpl : torch::nn::Module {
 };
 TORCH_MODULE(ConvNorm);
 
-/// Two convolutions and a way round them; the first one's norm is scaled and shifted by the embedding (adaptive group
-/// norm). Starts as the way round alone.
+/// Residual block of two convolutions; the first one's norm is scaled and shifted by the embedding (adaptive group
+/// norm). Starts as the skip connection alone.
 struct TemporalBlockImpl : torch::nn::Module {
   TemporalBlockImpl(int64_t in, int64_t out, int64_t embedding);
-  /// @param embedding (B, E), behind its activation.
+  /// @param embedding (B, E), after its activation.
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& embedding);
 
   ConvNorm first{nullptr}, second{nullptr};
   torch::nn::Linear scale_shift{nullptr};  ///< (2 C'): scales less one, then shifts
-  torch::nn::Conv1d around{nullptr};       ///< where channels change; else the input itself
+  torch::nn::Conv1d around{nullptr};       ///< the skip connection where channels change; else it is the input itself
 };
 TORCH_MODULE(TemporalBlock);
 
-/// 1D U-Net over time. Levels down halve the frames, levels up double them; each level up sees what left the level of
-/// its own length on the way down.
+/// 1D U-Net over time. Levels down halve the frames, levels up double them; each level up also sees the output of the
+/// level down of its own length (skip connection).
 struct TemporalUnetImpl : torch::nn::Module {
   /// @param in, out channels; @param width of the embedding and of a level with multiplier 1.
   TemporalUnetImpl(int64_t in, int64_t out, int64_t width, const std::vector<int>& multipliers);

@@ -25,10 +25,10 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kOpenEnds = 0.25;    // share of the windows whose last frame is not given
-constexpr double kPartialKeys = 0.3;  // share of the windows some of whose keys are partial
-constexpr double kAllPartial = 0.3;   // share of these in which all keys but the ends are
-constexpr double kContinued = 0.3;    // share of the windows that go on from known frames, as those of long clips do
+constexpr double kOpenEnds = 0.25;    // fraction of windows whose last frame is not a key
+constexpr double kPartialKeys = 0.3;  // fraction of windows with partial keys
+constexpr double kAllPartial = 0.3;   // of these, fraction in which all keys but the ends are partial
+constexpr double kContinued = 0.3;    // fraction of windows that begin with known frames, as those of long clips do
 constexpr int kLeastKnown = 8, kMostKnown = 100;  // frames of these
 constexpr int64_t kValidationWindows = 192;
 constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
@@ -50,7 +50,7 @@ struct WindowBatch {
   }
 };
 
-/// What is given of a window.
+/// The key frames of a window.
 struct Keys {
   Tensor groups;  // (T, 25)
   Tensor ends;    // (T) 1 at the first and the last key frame, and at frames that are known
@@ -72,8 +72,7 @@ Keys draw_keys(int64_t frames, bool partial, std::mt19937_64& random) {
     out.groups[end].fill_(1);
     out.ends[end].fill_(1);
   }
-  // The same joints in all partial keys of a window, as somebody gives them who
-  // draws a hand's path.
+  // The same joints in all partial keys of a window, as for a drawn hand path.
   const bool some_partial = partial && chance(random, kPartialKeys);
   const double share = chance(random, kAllPartial) ? 1 : uniform(random, 0, 1);
   Tensor given = torch::zeros({kKeyGroups});
@@ -168,7 +167,7 @@ Losses window_losses(const Networks& networks, const DiffusionSchedule& schedule
 }
 
 /// Mean and deviation of every feature over `data`; at least kLeastDeviation, as the first root stands at the origin in
-/// every window, and kLeastTurn for rotations, as joints that hardly turn here do so elsewhere.
+/// every window, and kLeastTurn for rotations, as joints that hardly rotate here may elsewhere.
 FeatureScale scale_of(const Data& data) {
   FeatureStatistics statistics;
   const int64_t stride = std::max<int64_t>(1, data.size() / 1000);

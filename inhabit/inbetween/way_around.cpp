@@ -20,9 +20,9 @@ namespace {
 
 constexpr int64_t kSide = 96;
 constexpr double kCell = 0.1;                  // metres
-constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a way is blocked that comes nearer; what a new one keeps
-constexpr double kAtEnds = 0.45;               // metres around given places that may be occupied: somebody sits there
-constexpr double kQuickest = 0.08;             // metres a frame: nobody hurries more to get around
+constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a path closer than kWide is blocked; clearance of the new one
+constexpr double kAtEnds = 0.45;               // metres around key frames that may be occupied: somebody sits there
+constexpr double kQuickest = 0.08;             // metres a frame: a path that needs a higher speed is not taken
 
 /// Distance from every place of the floor to the nearest occupied square, drawn finer for find_way.
 FreeSpace clearance_of(const Tensor& floor) {

@@ -5,21 +5,22 @@
 
 namespace inhabit::inbetween {
 
-/// Where nobody can walk: (96, 96) 1 or -1 of 0.1 m squares, along the person's left and ahead, about the root joint of
-/// the first frame. Occupied is what has something from 0.2 to 1.7 m above the floor.
-/// @param root (3) metres; @param yaw radians that it faces; @param height metres, the floor's.
+/// The floor plan around the first frame's root joint: (96, 96) squares of 0.1 m, axes along the person's left and
+/// ahead; 1 occupied, -1 free. A square is occupied where the scene has something 0.2 to 1.7 m above the floor.
+/// @param root (3) metres, the first frame's; @param yaw its heading, radians; @param height of the floor, metres.
 torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, double yaw, double height = 0);
 
-/// How far the root is to leave the straight lines between its given places so that it goes around what stands in them,
-/// by A* over the floor: (T, 2) metres along x and z; zero in key frames, between two of which one does not give the
-/// root, where the straight way is free, where there is no other, and beyond the floor known. In the canonical frame of
-/// the first pose.
-/// @param floor (96, 96) of scene_floor. @param root (T, 3) metres, looked at in key frames. @param groups (T, 25) what
-/// key frames give (keyframes.h).
+/// Detours of the root trajectory around obstacles, found by A* over the floor plan: offsets (T, 2) in metres along x
+/// and z from the straight line between key frames, in the canonical frame of the first pose. An offset is zero in key
+/// frames, and between two key frames where one of them does not constrain the root, where the straight line is free,
+/// where there is no path or none that can be walked in the time, or outside the floor plan.
+/// @param floor (96, 96) of scene_floor. @param root (T, 3) metres, read in key frames only. @param groups (T, 25)
+/// which feature groups each key frame constrains (keyframes.h).
 torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups);
 
-/// Standardised features (B, 201, T) between the given ones moved by `ways` (B, T, 2): root and joints.
-/// @param mask (B, 201, T) 1 for given features, which stay. @param deviation (201)
+/// Moves the interpolated baseline along the detours: root and joint positions of standardised features (B, 201, T) are
+/// shifted by `ways` (B, T, 2), metres. @param between the baseline. @param mask (B, 201, T) 1 for constrained
+/// features, which stay. @param deviation (201) of the standardisation.
 torch::Tensor along_detours(const torch::Tensor& between, const torch::Tensor& ways, const torch::Tensor& mask,
                             const torch::Tensor& deviation);
 

@@ -7,13 +7,13 @@ namespace inhabit::inbetween {
 /// A stretch of a clip that one run of the sampler fills.
 struct FillWindow {
   int64_t first, last;  ///< frames of the clip, both included; `last` is a key frame
-  int64_t known;        ///< frames up to this one stand already: the first key frame, or what the window before filled
+  int64_t known;        ///< frames up to this one are known: the first key frame, or what the window before filled
 };
 
-/// Windows of at most `frames` frames that fill a clip between `keys` (in order, the first being frame 0). Each goes on
-/// from the last `overlap` frames of the one before, or fewer where the next key frame would be out of reach, but from
-/// at least `least`. The last `redone` frames of a window are filled again by the next. Throws Error("key frames", ...)
-/// naming two key frames that are too far apart.
+/// Windows of at most `frames` frames that fill a clip between `keys` (in order, the first being frame 0). Each
+/// continues from the last `overlap` frames of the one before, from fewer where the next key frame would be out of
+/// reach, and from at least `least`. The last `redone` frames of a window are filled again by the next. Throws
+/// Error("key frames", ...) naming two key frames that are too far apart.
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
                                      int64_t redone);
 

@@ -9,7 +9,7 @@ namespace inhabit {
 
 /// How a motion file is to be understood where its format leaves it open. Left alone, everything is detected.
 struct ClipReadOptions {
-  UpAxis up = UpAxis::automatic;  ///< a z-up file is turned by -90 degrees about x
+  UpAxis up = UpAxis::automatic;  ///< a z-up file is rotated by -90 degrees about x
   double rate = 0;                ///< frames a second; 0: what the file says
   double scale = 0;               ///< metres per unit of length of the file; 0: what the format or the file's size says
   std::string asf;                ///< skeleton of an .amc; empty: the .asf that find_asf finds

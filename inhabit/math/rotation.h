@@ -24,7 +24,7 @@ torch::Tensor yaw_matrix(const torch::Tensor& yaw);
 torch::Tensor yaw_matrix(double yaw);  ///< float32
 /// Yaw (...) of somebody whose left is along `left` (..., 3): 0 facing +Z, pi/2 facing +X; 0 where `left` is vertical.
 torch::Tensor yaw_of_left(const torch::Tensor& left);
-/// Spherical interpolation between quaternions (..., 4) at u (...) in [0, 1], the short way round.
+/// Spherical interpolation between quaternions (..., 4) at u (...) in [0, 1], over the shorter arc.
 torch::Tensor slerp(const torch::Tensor& from, const torch::Tensor& to, const torch::Tensor& u);
 
 }  // namespace inhabit

@@ -13,11 +13,11 @@
 
 namespace inhabit {
 
-/// How deep a vertex of the skin must be inside the scene to collide, metres. Skin that is sat, leaned or rested on, or
-/// touches on purpose (that of pelvis, thighs, spine, forearms and hands: supporting_skin) gives way or is meant to be
-/// there: people who sit, lean and touch in generated rooms are up to 4 cm inside what holds them, a forearm on an
-/// armrest now and then more. Elsewhere 1 cm is what meshes leave to chance. By this 1.1 % of the frames of true motion
-/// in generated test rooms collide, none of recordings in rooms fitted around them.
+/// How deep a vertex of the skin must be inside the scene to collide, metres. Skin that carries weight or touches on
+/// purpose (that of pelvis, thighs, spine, forearms and hands: supporting_skin) is soft: people who sit, lean and touch
+/// in generated rooms are up to 4 cm inside what supports them, a forearm on an armrest sometimes more. Elsewhere 1 cm
+/// covers the inaccuracy of meshes. By this measure 1.1 % of the frames of true motion in generated test rooms collide,
+/// none of recordings in rooms fitted around them.
 inline constexpr double kSupportedDepth = 0.04, kCollisionDepth = 0.01;
 
 /// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.
@@ -26,18 +26,18 @@ torch::Tensor supporting_skin(const BodyModel& body);
 /// Frames of a motion against the scene.
 struct Collision {
   torch::Tensor depth;     ///< (T) metres that the deepest vertex that collides is inside; 0 where none does
-  torch::Tensor vertices;  ///< (T) share of all vertices that collide
+  torch::Tensor vertices;  ///< (T) fraction of all vertices that collide
 
   /// Over the frames in `mask` (T) bool, over all where it is undefined; 0 where it has none.
-  double frame_ratio(const torch::Tensor& mask = {}) const;   ///< share of frames with a vertex that collides
+  double frame_ratio(const torch::Tensor& mask = {}) const;   ///< fraction of frames with a vertex that collides
   double vertex_ratio(const torch::Tensor& mask = {}) const;  ///< mean of `vertices`
   double penetration(const torch::Tensor& mask = {}) const;   ///< metres, the largest of `depth`
 };
 
 /// Measures skinned bodies against one scene. Floor and rugs (meshes called so, see object_of_mesh) do not count: feet
 /// stand on them. All else does, seats too, so that no label of who sits where is needed and a body that slides through
-/// a chair on its way to it collides. What is inside is said at Solid; nothing is inside a point cloud. A distance
-/// field around the motion tells of nearly all vertices that they are outside, the exact queries decide about the rest.
+/// a chair on its way to it collides. Solid defines what is inside; nothing is inside a point cloud. A distance
+/// field around the motion shows that nearly all vertices are outside; exact queries decide about the rest.
 class CollisionMeter {
  public:
   /// `body` must outlive this.

@@ -12,8 +12,8 @@ const std::vector<int64_t>& word_joints();
 /// Overlapping motion words (T-kappa+1, kappa, J, 3) of positions (T, J, 3); none where T < kappa.
 torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa);
 
-/// Words (N, kappa, J, 3) each moved on the ground and turned about the vertical as a whole, so that in its first frame
-/// the middle between the hips is above the origin and the line between them along x, the left one at +x.
+/// Words (N, kappa, J, 3) each moved on the ground and rotated about the vertical as a whole, so that in its first
+/// frame the middle between the hips is above the origin and the line between them along x, the left one at +x.
 /// @param left_hip, right_hip rows of the words' joints.
 torch::Tensor placed_words(const torch::Tensor& words, int64_t left_hip, int64_t right_hip);
 

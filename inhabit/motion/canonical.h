@@ -5,7 +5,7 @@
 
 namespace inhabit {
 
-/// A turn about the vertical and a shift: p -> R_y(yaw) p + shift. Metres, radians; yaw turns +Z towards +X.
+/// A rotation about the vertical and a shift: p -> R_y(yaw) p + shift. Metres, radians; yaw rotates +Z towards +X.
 struct GroundTransform {
   double yaw = 0;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
@@ -21,7 +21,8 @@ double heading(const Clip& clip, int64_t frame);
 /// The same for joints (..., 22, 3) of the standard skeleton: (...) radians. Differentiable.
 torch::Tensor headings(const torch::Tensor& joints);
 
-/// What brings `frame` to the canonical place: the root above the origin of the ground plane (heights stay), facing +Z.
+/// The transform that brings `frame` to the canonical frame: the root above the origin of the ground plane (heights
+/// stay), facing +Z.
 GroundTransform canonical_transform(const Clip& clip, int64_t frame = 0);
 
 /// The clip moved as a whole: joints, root, hand targets and objects.

@@ -26,7 +26,7 @@ class DistanceField {
   DistanceField(DistanceField&&) noexcept;
   DistanceField& operator=(DistanceField&&) noexcept;
 
-  /// Trilinear distance. Beyond the grid: that at the grid's nearest place and the way from there.
+  /// Trilinear distance. Beyond the grid: the value at the nearest point of the grid plus the distance from there.
   /// Throws Error when the point is not finite.
   /// @param gradient where not null, that of what is returned (metres a metre; it jumps from cell to cell).
   double distance(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;

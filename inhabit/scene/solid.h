@@ -9,9 +9,9 @@
 namespace inhabit {
 
 /// All triangles of a scene in one list, and what is inside them. Scenes found in the wild have open parts, parts that
-/// run into each other, and faces that look the wrong way; this says which side of each face is out:
+/// run into each other, and faces with the wrong orientation; this decides which side of each face is outside:
 /// - Faces that share an edge are made to agree; the larger part of a connected part's area decides for all of it.
-/// - A closed part whose faces all look inwards is turned, unless it is as large as a room (1.5 x 1.8 x 1.5 m) or lies
+/// - A closed part whose faces all look inwards is flipped, unless it is as large as a room (1.5 x 1.8 x 1.5 m) or lies
 /// in
 ///   another part: people walk about in the one, and the other is a cavity.
 /// A point is inside when the winding number around it exceeds one half for one *body*: a closed part with its

@@ -8,7 +8,7 @@
 
 namespace inhabit {
 
-/// A smooth way over the floor, points 2 cm apart.
+/// A smooth path over the floor, points 2 cm apart.
 struct WalkPath {
   std::vector<Eigen::Vector2d> points;
   std::vector<double> length;  ///< metres from the start to each point
@@ -18,8 +18,8 @@ struct WalkPath {
   double heading(double s) const;
 };
 
-/// A way from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m and then drawn
-/// smooth; at its ends it may come nearer. Nothing when there is none.
+/// A path from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m, then
+/// smoothed; at its ends it may come nearer. Nothing when there is none.
 std::optional<WalkPath> find_way(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                  double margin);
 

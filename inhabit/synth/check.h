@@ -21,9 +21,9 @@ struct Bar {
   bool pass() const { return clips == 0 || (value >= low && value <= high); }
 };
 
-/// The bars of generated motion over clips of `dataset` (of one split, or "all"): share of skating frames, speed, joint
-/// acceleration and jerk while walking (means over frames), and, as the worst of all clips, joint limits, depth in
-/// walls and furniture, distance of labelled hand contacts from the surface (of the point, and of the hand's skin).
+/// The bars of generated motion over clips of `dataset` (of one split, or "all"): fraction of skating frames, speed,
+/// joint acceleration and jerk while walking (means over frames), and, as the worst of all clips, joint limits, depth
+/// in walls and furniture, distance of labelled hand contacts from the surface (of the point, and of the hand's skin).
 std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split = "all");
 
 }  // namespace inhabit

@@ -26,7 +26,7 @@ class KeyCurve {
   std::vector<double> times_, values_;
 };
 
-/// Zero-phase Gaussian smoothing of a track, ends held. @param sigma in frames.
+/// Zero-phase Gaussian smoothing of a track, ends repeated. @param sigma in frames.
 std::vector<double> smoothed(const std::vector<double>& track, double sigma);
 
 /// Slow wandering of about unit deviation: a sum of sinusoids between `low` and `high` Hz.

@@ -21,7 +21,7 @@ std::vector<Clip> prepare_recording(const Clip& source, const std::string& subje
 /// A room around a motion, and the motion in it.
 struct FittedRoom {
   Room room;
-  Clip clip;         ///< turned and moved into the room, with action, contact, hand_targets and object poses
+  Clip clip;         ///< rotated and moved into the room, with action, contact, hand_targets and object poses
   int seats = 0;     ///< put under the pelvis
   int supports = 0;  ///< put under hands
 };

@@ -9,13 +9,13 @@
 
 namespace inhabit {
 
-/// A foot standing still: the ankle's place over the floor (x, z) and the foot's heading.
+/// A foothold: the ankle's position over the floor (x, z) and the foot's heading.
 struct Plant {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
   double yaw = 0;
 };
 
-/// A foot leaves its place at `lift` and stands at `plant` from `land` on. Seconds.
+/// A step: the foot leaves its foothold at `lift` and stands at the foothold `plant` from `land` on. Seconds.
 struct Footstep {
   int side = 0;
   Plant plant;
@@ -29,7 +29,7 @@ struct GaitStyle {
       0.0065;             ///< step length over steps a minute, metres (about 0.0065 in adults, Sekiya & Nagasaki 1998)
   double width = 0.09;    ///< between the ankles' lines, metres
   double toe_out = 0.09;  ///< radians
-  double double_support = 0.22;  ///< share of a step during which both feet stand
+  double double_support = 0.22;  ///< fraction of a step during which both feet stand
   double clearance = 0.035;      ///< lift of the swinging foot, metres
   double push_off = 1.0;         ///< scales heel rise
 };
@@ -47,7 +47,7 @@ class StepPlan {
   void wait(double seconds) { now_ += seconds; }
   /// Walks along `path` from standing to standing; returns when it has all but stopped.
   double walk(const WalkPath& path, double speed, std::mt19937_64& random);
-  /// Turns to `heading` by small steps, the foot of the turn's side first, and comes to stand at `to`, which is near.
+  /// Turns to `heading` by small steps, the foot of that side first, and comes to stand at `to`, which is near.
   void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);
 
   const std::array<Plant, 2>& start() const { return start_; }

@@ -29,7 +29,7 @@ struct Surface {
 struct Furniture {
   std::string kind;  ///< "chair", "armchair", "stool", "sofa", "table", "bed", "shelf"
   Eigen::Isometry3d pose =
-      Eigen::Isometry3d::Identity();  ///< own frame to world; a turn about +Y and a shift on the floor
+      Eigen::Isometry3d::Identity();  ///< own frame to world; a rotation about +Y and a shift on the floor
   std::vector<Box> boxes;             ///< what is solid: collisions and the mesh agree with these
   std::vector<Surface> surfaces;      ///< a sofa has one seat for each cushion
   double back_height = 0;             ///< height of the back rest's top above the floor; 0 without one
@@ -38,7 +38,7 @@ struct Furniture {
 
   /// Smallest box in the own frame around all that is solid.
   Eigen::AlignedBox3d bounds() const;
-  /// Puts the origin at (x, z) on the floor and turns the front from +Z towards +X by `yaw` radians.
+  /// Puts the origin at (x, z) on the floor and rotates the front from +Z towards +X by `yaw` radians.
   void place(double x, double z, double yaw);
 };
 

@@ -9,7 +9,7 @@
 
 namespace inhabit {
 
-/// A rectangle on the floor: half sizes along the x and z of a frame turned by `yaw` from +Z towards +X.
+/// A rectangle on the floor: half sizes along the x and z of a frame rotated by `yaw` from +Z towards +X.
 struct Patch {
   Eigen::Vector2d center, half;
   double yaw = 0;
@@ -37,7 +37,7 @@ class Layout {
   /// `room` has its walls, and maybe furniture already; pieces go into it. @param openings of its walls.
   Layout(Room& room, const std::vector<Opening>& openings);
 
-  /// From now on a piece must also pass this test, and seats need not be within walking reach: somebody's way through
+  /// From now on a piece must also pass this test, and seats need not be within walking reach: somebody's path through
   /// the room is known.
   void require(std::function<bool(const Furniture&)> test) { test_ = std::move(test); }
 

@@ -28,7 +28,7 @@ struct Manner {
 struct SeatStay {
   double down = 0, seated = 0, rise = 0, risen = 0;
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< where the root joint rests, world
-  double deepest_lean = 0.6;                       ///< forward lean of the trunk on the way, radians
+  double deepest_lean = 0.6;  ///< largest forward lean of the trunk on the way down and up, radians
   int furniture = -1;
 };
 
@@ -42,7 +42,7 @@ struct HandTrip {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
 };
 
-/// The trunk and head move out of their way of being and back.
+/// The trunk and head leave their usual posture and return.
 struct TrunkMove {
   Envelope when;
   double tilt = 0, bend = 0, lean = 0, twist = 0;   ///< radians, as in Controls
@@ -82,7 +82,7 @@ struct LifePlan {
 LifePlan plan_life(const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                    std::mt19937_64& random);
 
-/// Goes on with a life in the same room until it lasts `seconds`. What it held before stays.
+/// Extends a life in the same room until it lasts `seconds`. Its earlier part stays.
 void extend_life(LifePlan& life, const Room& room, const FreeSpace& floor, const Figure& figure, double seconds,
                  std::mt19937_64& random);
 

@@ -10,7 +10,7 @@ namespace inhabit {
 struct Seat {
   int furniture = -1;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  double heading = 0;        ///< which way one faces, world
+  double heading = 0;        ///< that a seated person faces, world
   double x = 0, height = 0;  ///< middle of the seat and its height
   double half_width = 0, front = 0, rear = 0;
   bool back = false;  ///< there is a back rest, at back_z

@@ -15,16 +15,16 @@ struct Stepping {
   std::vector<std::array<bool, 2>> heel_down, ball_down;  ///< left, right
   std::vector<Eigen::Vector2d> body;                      ///< the root over the floor (x, z)
   std::vector<double> yaw;                                ///< the pelvis's heading without the rotation of each step
-  std::vector<double> load;                               ///< share of the weight on the left foot, 0 to 1
+  std::vector<double> load;                               ///< fraction of the body's weight on the left foot, 0 to 1
   std::vector<double> stride;                             ///< left foot ahead of the right, metres; 0 at rest
   std::vector<double> stepping;                           ///< 1 while taking steps, 0 at rest, smooth between
-  std::vector<double> jolt;   ///< what a landing foot sends up the body, about 1 at its largest in brisk walking
+  std::vector<double> jolt;   ///< vertical jolt of a landing foot, about 1 at its largest in brisk walking
   std::vector<double> speed;  ///< of the body, metres a second
 };
 
-/// Feet roll from heel to toe over their plants and swing between them; the body follows as a linear inverted pendulum
-/// over the centre of pressure that the plants give: x - (h / g) x'' = p, solved for all frames at once (Kajita et al.
-/// 2003 solve the same relation by preview control), so that it leans into steps before they come.
+/// Feet roll from heel to toe over their footholds and swing between them. The body follows as a linear inverted
+/// pendulum over the centre of pressure p of the footholds: x - (h / g) x'' = p, solved for all frames at once, so that
+/// it leans into steps before they come (Kajita et al. 2003 solve the same relation by preview control).
 /// @param favour  while standing: -1 all weight on the right foot, 0 even, 1 all on the left; sampled by time.
 Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPlan& plan, const KeyCurve& favour,
                      int frames, double rate);

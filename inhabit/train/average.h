@@ -9,7 +9,7 @@ namespace inhabit {
 /// Exponential moving average of a module's parameters and buffers (EMA).
 class WeightAverage {
  public:
-  /// Starts at the module's weights. @param decay share of the average that a step keeps; early steps keep less.
+  /// Starts at the module's weights. @param decay weight of the old average in a step; early steps use a smaller one.
   WeightAverage(std::shared_ptr<torch::nn::Module> module, double decay);
 
   void update(int64_t step);  ///< after optimiser step `step`, counted from 1

@@ -16,14 +16,14 @@ namespace inhabit {
 /// Named scalar losses; the first is the one that is minimised.
 using Losses = std::vector<std::pair<std::string, torch::Tensor>>;
 
-/// One step of a training, as those who make its batch and its losses are told it.
+/// A step of a training, passed to the functions that make its batch and its losses.
 struct TrainStep {
   int64_t number = 0;            ///< 0 is the first
   std::vector<int64_t> indices;  ///< samples of the batch
   uint64_t seed = 0;             ///< of whatever is random in it
 };
 
-/// What a system tells the loop.
+/// What a system gives the loop.
 struct TrainTask {
   std::string name;
   std::string settings;  ///< what else a resumed run must agree on
@@ -39,7 +39,7 @@ struct TrainTask {
   double weight_decay = 0;  ///< AdamW's
   double average = 0;       ///< decay of a moving average of the weights (EMA), which then is what validates; 0: none
 
-  /// What a model file gets of it (train/stages.h): networks by the prefix of their parameters there, and tensors.
+  /// What is written to the model file (train/stages.h): networks by the prefix of their parameters, and tensors.
   std::map<std::string, std::shared_ptr<torch::nn::Module>> networks;
   std::map<std::string, torch::Tensor> tensors;
 };
@@ -67,7 +67,7 @@ struct TrainOptions {
   bool resume = false;
   std::string checkpoint;               ///< file, written atomically; removed when the run completes
   std::string log;                      ///< JSON lines
-  bool append_log = false;              ///< go on in a log that is there
+  bool append_log = false;              ///< append to an existing log
   std::shared_ptr<DataParallel> ranks;  ///< the processes that train together; none: this one alone
 };
 
@@ -80,8 +80,8 @@ struct TrainResult {
 
 /// AdamW with a cosine schedule after a linear warm-up. Every epoch is a permutation drawn from (seed, epoch), every
 /// batch is prepared from (seed, step) and dropout draws from them, so that a resumed run gives the same numbers as one
-/// that was never interrupted. Of several ranks each takes its part of a step's samples and gradients are averaged, as
-/// if one rank had a batch of them all; rank 0 validates, logs and writes. Throws Error when the loss stops being
+/// that was never interrupted. With several ranks each takes its part of a step's samples, and gradients are averaged
+/// as if one rank had the whole batch; rank 0 validates, logs and writes. Throws Error when the loss stops being
 /// finite, or when `resume` finds no checkpoint or one of another run.
 TrainResult train(const TrainTask& task, const TrainOptions& options);
 

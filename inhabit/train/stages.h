@@ -8,7 +8,7 @@
 
 namespace inhabit {
 
-/// What every system's training is told, beside its own configuration.
+/// Arguments of every system's training, beside its own configuration.
 struct TrainRun {
   std::vector<std::string> data;    ///< data sets, as the system takes them
   std::string out;                  ///< model file; its best weights by validation are written as training goes on
@@ -27,7 +27,7 @@ struct TrainStage {
   int64_t steps = 0, batch = 0;
   double learning_rate = 0;
   int64_t validations = 12;         ///< evenly spread over the steps
-  std::function<TrainTask()> task;  ///< makes what the loop is told; called when the stage begins
+  std::function<TrainTask()> task;  ///< makes the loop's task; called when the stage begins
 };
 
 /// Throws Error unless `asked` are among `stages` (all their names, in order); returns them in that order, or `usual`
@@ -35,13 +35,12 @@ struct TrainStage {
 std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, const std::vector<std::string>& stages,
                                        const std::vector<std::string>& usual);
 
-/// Trains stage by stage into one model file, run.out: `header` (system, configuration, and tensors that belong to all
-/// networks) and the networks and tensors of each stage's task, written each time it validates better. What earlier
-/// stages, of this run or another, left in the file is kept, unless the run has more than one stage and is not resumed:
-/// that begins the file anew. The log is `out`.log.jsonl; an interrupted run, whichever stage it was in, goes on from
-/// `out`.checkpoint.safetensors. Returns false when it was interrupted.
-/// Throws Error where there is no checkpoint to resume from or it is of another stage, or where the file holds networks
-/// of another configuration or header.
+/// Trains stage by stage into one model file, run.out. The file holds `header` (system, configuration, and tensors that
+/// belong to all networks) and the networks and tensors of each stage's task; it is written each time the stage
+/// validates better. Networks of earlier stages, of this run or another, are kept. A run of several stages that is not
+/// resumed begins the file anew. The log is `out`.log.jsonl; an interrupted run, whichever stage it was in, goes on
+/// from `out`.checkpoint.safetensors. Returns false when it was interrupted. Throws Error where there is no checkpoint
+/// to resume from or it is of another stage, or where the file holds networks of another configuration or header.
 bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run);
 
 }  // namespace inhabit
