@@ -104,7 +104,7 @@ void clip(benchmark::State& state) {
   Input in(state);
   const inbetween::Config& config = in.network->config;
   const inbetween::DiffusionSchedule schedule = inbetween::cosine_schedule(config.diffusion_steps);
-  const inbetween::GivenFeatures given{in.x, in.keys.unsqueeze(1).expand_as(in.x), config.t_star};
+  const inbetween::KeyConstraints given{in.x, in.keys.unsqueeze(1).expand_as(in.x), config.t_star};
   for (auto _ : state) {
     inbetween::FastDenoiser denoiser(in.network);
     const Tensor local = in.local(), around = in.network->embed_scene(in.occupancy),

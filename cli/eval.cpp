@@ -164,10 +164,10 @@ void add_eval_inbetween(CLI::App& verb) {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
-    if (!o->joints.empty()) o->options.given = inbetween::given_groups(o->joints);
-    o->evaluation.key_joints = inbetween::given_joints(o->options.given);
+    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
+    o->evaluation.key_joints = inbetween::key_joints_of(o->options.key_groups);
     std::vector<inbetween::Method> methods;
-    if (!o->options.given.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
+    if (!o->options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
     inbetween::Config config;
     for (const std::string& file : o->models) {
       inbetween::Networks networks = inbetween::load_networks(file);

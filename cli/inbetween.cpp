@@ -76,8 +76,8 @@ Page inbetween_page(const inbetween::Result& r, const InbetweenArguments& o) {
   page.scene = &r.scene;
   PagePerson person{r.motion, "filled in", PagePerson::Role::filled};
   person.keys = r.keys;
-  if (o.noisy || o.options.given.defined()) person.given = r.key_poses;
-  person.given_joints = inbetween::given_joints(o.options.given);
+  if (o.noisy || o.options.key_groups.defined()) person.given = r.key_poses;
+  person.given_joints = inbetween::key_joints_of(o.options.key_groups);
   person.collides = r.collides;
   page.people.push_back(person);
   return page;
@@ -124,7 +124,7 @@ void add_inbetween(CLI::App& app) {
     const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
     Scene scene;
     if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
-    if (!o->joints.empty()) o->options.given = inbetween::given_groups(o->joints);
+    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
     o->options.name = o->motions[0];
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
                                         [](const std::string& out) { return extension_of(out) == "html"; });

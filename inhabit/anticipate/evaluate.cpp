@@ -297,7 +297,7 @@ double validation_ndms(const Networks& networks, const std::vector<Sequence>& se
   return mean.value();
 }
 
-double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences) {
+double validation_error(const Networks& networks, bool ltd, const std::vector<Sequence>& sequences) {
   const Config& c = networks.config;
   Mean mean;
   for (const Cut& window : test_windows(sequences, c, 32)) {

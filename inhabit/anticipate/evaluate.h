@@ -52,6 +52,6 @@ nlohmann::ordered_json table_json(const Table& table);
 /// action.
 double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
 /// Mean joint error, metres, of a baseline over the first second.
-double validation_error(const Networks& networks, bool trajectory, const std::vector<Sequence>& sequences);
+double validation_error(const Networks& networks, bool ltd, const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate

@@ -43,7 +43,7 @@ Tensor discriminator_loss(const Tensor& real, const Tensor& forecast) {
 
 Tensor generator_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
 
-Tensor sameness_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, const Tensor& enough) {
+Tensor diversity_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, const Tensor& enough) {
   return (1 - pose_distance(a, b, scale) / enough).clamp_min(0).mean();
 }
 

@@ -28,8 +28,8 @@ torch::Tensor generator_loss(const torch::Tensor& forecast);
 /// Diversity loss, so that the network does not ignore the noise z (not in the paper): mean of max(0, 1 - d / enough),
 /// where d (N) is the mean pose distance in metres (as in APD) between futures a and b (N, T, F) of the same
 /// observation.
-torch::Tensor sameness_loss(const torch::Tensor& a, const torch::Tensor& b, const FeatureScale& scale,
-                            const torch::Tensor& enough);
+torch::Tensor diversity_loss(const torch::Tensor& a, const torch::Tensor& b, const FeatureScale& scale,
+                             const torch::Tensor& enough);
 
 /// Spread of the poses in recordings (N, T, F): (N) metres, the mean distance of poses T/3 frames apart.
 torch::Tensor pose_spread(const torch::Tensor& frames, const FeatureScale& scale);

@@ -63,13 +63,13 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
                 ->forward(intention.slice(1, 0, frames + look_ahead->options.kernel_size()->at(0) - 1).transpose(1, 2))
                 .permute({2, 0, 1})
                 .contiguous();
-  const Tensor share = pull.sigmoid();
+  const Tensor target_weight = pull.sigmoid();
   std::vector<Tensor> poses;
   for (int64_t t = 0; t < frames; ++t) {
     Tensor x = intention_features > 0 ? torch::cat({state.pose, ahead[t]}, 1) : state.pose;
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
     const Tensor y = out->forward(x);
-    state.pose = state.pose + y.slice(1, 0, kFeatureCount) + share * (y.slice(1, kFeatureCount) - state.pose);
+    state.pose = state.pose + y.slice(1, 0, kFeatureCount) + target_weight * (y.slice(1, kFeatureCount) - state.pose);
     poses.push_back(state.pose);
   }
   return torch::stack(poses, 1);

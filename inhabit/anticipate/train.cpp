@@ -79,7 +79,7 @@ struct OnCpu {
   }
 };
 
-void let_learn(torch::nn::Module& module, bool learn) {
+void set_trainable(torch::nn::Module& module, bool learn) {
   for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
 }
 
@@ -87,9 +87,9 @@ void let_learn(torch::nn::Module& module, bool learn) {
 void add_discriminator(Discriminator discriminator, const std::string& name, const Tensor& real, const Tensor& forecast,
                        double weight, Tensor& total, Losses& losses) {
   if (forecast.requires_grad()) {
-    let_learn(*discriminator, false);
+    set_trainable(*discriminator, false);
     const Tensor generator = generator_loss(discriminator->forward(forecast));
-    let_learn(*discriminator, true);
+    set_trainable(*discriminator, true);
     total = total + weight * generator;
     losses.emplace_back(name + "_generator", generator);
   }
@@ -196,8 +196,8 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
     const Tensor later = labels.slice(1, run);
     const Tensor last = model->pose->roll(state, later, kRunFrames);
     const Tensor run_views = discriminator_views(last, later, some(b.run_starts), c.training.discriminator_frames);
-    const Tensor sameness = sameness_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
-                                          kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
+    const Tensor sameness = diversity_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
+                                           kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
     add_discriminator(

@@ -1,7 +1,7 @@
 #include "inhabit/inbetween/conditioning.h"
 
 #include "inhabit/inbetween/features.h"
-#include "inhabit/inbetween/way_around.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 
 namespace inhabit::inbetween {
 
@@ -16,7 +16,7 @@ DenoiserInput denoiser_input(const Networks& networks, const Conditioning& c) {
   out.local = network->embed_offsets(c.offsets, c.groups.amin(2));  // offsets need the whole pose
   out.baseline = torch::zeros({}, c.groups.options());
   if (config.from_interpolation) {
-    out.baseline = along_detours(interpolate_given_poses(c.given, networks.scale), c.detours, c.given.mask,
+    out.baseline = along_detours(interpolated_baseline(c.given, networks.scale), c.detours, c.given.mask,
                                  networks.scale.deviation);
     out.local = torch::cat({out.local, out.baseline}, 1);
   }

@@ -8,7 +8,7 @@ namespace inhabit::inbetween {
 
 /// What the denoiser is conditioned on, for B windows of T frames.
 struct Conditioning {
-  GivenFeatures given;      ///< hard constraints: key frames and known frames, standardised (B, 201, T)
+  KeyConstraints given;     ///< hard constraints: key frames and known frames, standardised (B, 201, T)
   torch::Tensor groups;     ///< (B, T, 25) 1 for the feature groups that are constrained in a frame (keyframes.h)
   torch::Tensor occupancy;  ///< (B, 24, 48, 48) of scene_occupancy
   torch::Tensor offsets;    ///< (B, 64, 3, T) metres, basis points of the bodies in key frames; not read elsewhere

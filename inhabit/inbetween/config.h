@@ -47,7 +47,7 @@ struct Config {
   /// The denoiser also sees the interpolated baseline of the keys and predicts the difference from it, so that a short
   /// training need not learn to interpolate first. (Not in the paper.)
   bool from_interpolation = false;
-  /// The interpolated baseline goes around obstacles between the keys (way_around.h), also where scene_dropout or
+  /// The interpolated baseline goes around obstacles between the keys (obstacle_detours.h), also where scene_dropout or
   /// guidance hide the scene from the network. (Not in the paper.)
   bool around_obstacles = false;
 

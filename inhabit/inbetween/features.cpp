@@ -39,12 +39,12 @@ struct Rotations {
 };
 
 /// Matrices (B, 22, T, 3, 3) of constrained frames, interpolated by slerp in the others.
-Tensor between_given(const Tensor& matrices, const GivenNeighbours& n) {
+Tensor between_keys(const Tensor& matrices, const KeyNeighbours& n) {
   const Tensor turns = matrix_to_quaternion(matrices);
   const auto at = [&](const Tensor& frames) {
     return turns.gather(2, one_of_six(frames).unsqueeze(3).expand(turns.sizes()));
   };
-  return quaternion_to_matrix(slerp(at(n.before), at(n.after), one_of_six(n.share)));
+  return quaternion_to_matrix(slerp(at(n.before), at(n.after), one_of_six(n.weight)));
 }
 
 }  // namespace
@@ -78,35 +78,36 @@ Clip clip_of_features(const Tensor& features, const Clip& like) {
   return out;
 }
 
-Tensor with_rest_turned(const Tensor& features, const Tensor& turns, Tensor& bones) {
+Tensor with_rest_frames_rotated(const Tensor& features, const Tensor& rotations, Tensor& bones) {
   std::vector<int64_t> parents(standard_parents().begin(), standard_parents().end());
   parents[0] = 0;
-  Tensor before = turns.index_select(0, torch::tensor(parents)).transpose(1, 2).clone();  // A_parent^T
+  Tensor before = rotations.index_select(0, torch::tensor(parents)).transpose(1, 2).clone();  // A_parent^T
   before[0].copy_(torch::eye(3));  // the root's parent is the world
   bones = torch::matmul(before, bones.unsqueeze(2)).squeeze(2);
-  const Tensor turned = torch::matmul(torch::matmul(before, feature_rotations(features)), turns);
+  const Tensor turned = torch::matmul(torch::matmul(before, feature_rotations(features)), rotations);
   return torch::cat(
       {features.slice(1, 0, kOrientFeature), matrix_to_rotation6d(turned).flatten(1), features.slice(1, kJointFeature)},
       1);
 }
 
-Tensor interpolate_given_poses(const GivenFeatures& given, const FeatureScale& scale) {
+Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale) {
   const Rotations turns{scale};
-  Tensor out = interpolate_given(given);
-  const Tensor arcs = turns.features(between_given(turns.matrices(given.values), given_neighbours(given.mask)));
+  Tensor out = interpolate_keys(given);
+  const Tensor arcs = turns.features(between_keys(turns.matrices(given.values), key_neighbours(given.mask)));
   rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
   return out;
 }
 
-Tensor lead_poses_to_given(const Tensor& found, GivenFeatures given, int64_t lead, const FeatureScale& scale) {
+Tensor impose_pose_constraints(const Tensor& found, KeyConstraints given, int64_t blend_radius,
+                               const FeatureScale& scale) {
   const Rotations turns{scale};
-  given.lead = lead;
-  const Tensor set = held_places(given), predicted = turns.matrices(nearer_to_noisy_keys(found, given));
+  given.blend_radius = blend_radius;
+  const Tensor set = hard_constraints(given), predicted = turns.matrices(without_key_bias(found, given));
   const Tensor missed = matrix_to_quaternion(
-      between_given(torch::matmul(turns.matrices(given.values), predicted.transpose(-1, -2)), given_neighbours(set)));
+      between_keys(torch::matmul(turns.matrices(given.values), predicted.transpose(-1, -2)), key_neighbours(set)));
   const Tensor none = torch::tensor({1.F, 0.F, 0.F, 0.F}).expand(missed.sizes());
-  const Tensor made_up = quaternion_to_matrix(slerp(none, missed, one_of_six(lead_share(set, lead))));
-  Tensor out = lead_to_given(found, given);
+  const Tensor made_up = quaternion_to_matrix(slerp(none, missed, one_of_six(blend_weights(set, blend_radius))));
+  Tensor out = impose_constraints(found, given);
   rotations_of(out).copy_(torch::where(rotations_of(set) > 0, rotations_of(given.values),
                                        turns.features(torch::matmul(made_up, predicted))));
   return out;

@@ -28,20 +28,21 @@ torch::Tensor feature_joints(const torch::Tensor& features, const torch::Tensor&
 /// `like` with the motion of `features` (T, 201): rotations, trans, and joints by forward kinematics.
 Clip clip_of_features(const torch::Tensor& features, const Clip& like);
 
-/// The same motion with other rest frames: the frame of joint j at rest is rotated by A_j = turns[j] (22, 3, 3), as
+/// The same motion with other rest frames: the frame of joint j at rest is rotated by A_j = rotations[j] (22, 3, 3), as
 /// another body model or recording may define it. R_j becomes A_parent^T R_j A_j; `bones` (22, 3) are changed to
 /// A_parent^T bone_j. Joint positions stay.
-torch::Tensor with_rest_turned(const torch::Tensor& features, const torch::Tensor& turns, torch::Tensor& bones);
+torch::Tensor with_rest_frames_rotated(const torch::Tensor& features, const torch::Tensor& rotations,
+                                       torch::Tensor& bones);
 
-/// interpolate_given (sampler.h) with rotations by slerp over the shorter arc. Linear interpolation of 6D features
+/// interpolate_keys (sampler.h) with rotations by slerp over the shorter arc. Linear interpolation of 6D features
 /// degenerates between rotations that are far apart: the result is near zero and stands for an arbitrary rotation.
 /// @param scale what `given` is standardised by.
-torch::Tensor interpolate_given_poses(const GivenFeatures& given, const FeatureScale& scale);
+torch::Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale);
 
-/// lead_to_given (sampler.h) with blend radius `lead`, with residuals of rotations corrected as rotations, not as 6D
-/// differences.
-torch::Tensor lead_poses_to_given(const torch::Tensor& found, GivenFeatures given, int64_t lead,
-                                  const FeatureScale& scale);
+/// impose_constraints (sampler.h) with blend radius `blend_radius`, with residuals of rotations corrected as rotations,
+/// not as 6D differences.
+torch::Tensor impose_pose_constraints(const torch::Tensor& found, KeyConstraints given, int64_t blend_radius,
+                                      const FeatureScale& scale);
 
 /// Adds noise of `level` to features (T, 201): normal, with a standard deviation of `level` degrees for every component
 /// of a rotation and `level` centimetres for every component of the root; joints by forward kinematics. The first and

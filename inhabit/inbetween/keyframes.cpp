@@ -98,7 +98,7 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   return out;
 }
 
-torch::Tensor given_groups(const std::string& joints) {
+torch::Tensor key_groups(const std::string& joints) {
   if (joints.empty()) return torch::ones({kKeyGroups});
   torch::Tensor groups = torch::zeros({kKeyGroups});
   const std::vector<std::string>& names = standard_joint_names();
@@ -112,7 +112,7 @@ torch::Tensor given_groups(const std::string& joints) {
   return groups;
 }
 
-std::vector<int64_t> given_joints(const torch::Tensor& groups) {
+std::vector<int64_t> key_joints_of(const torch::Tensor& groups) {
   std::vector<int64_t> out;
   for (int64_t j = 0; groups.defined() && j < kStandardJoints; ++j)
     if (groups[kJointGroups + j].item<bool>()) out.push_back(j);

@@ -41,10 +41,10 @@ static_assert(kKeyGroups == kJointGroups + kStandardJoints);
 /// (25) float: 1 for the groups that `joints` constrain. "pelvis,left_wrist": the positions of these joints; the pelvis
 /// includes the root translation, which is the same point. "root" is another name of the pelvis. An empty text: whole
 /// poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
-torch::Tensor given_groups(const std::string& joints);
+torch::Tensor key_groups(const std::string& joints);
 
 /// The joints whose positions groups (25) constrain, standard order; none where `groups` is undefined (whole poses).
-std::vector<int64_t> given_joints(const torch::Tensor& groups);
+std::vector<int64_t> key_joints_of(const torch::Tensor& groups);
 
 /// (..., kFeatureCount) from groups (..., 25): each feature takes its group's value.
 torch::Tensor feature_mask(const torch::Tensor& groups);

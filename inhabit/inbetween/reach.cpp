@@ -111,7 +111,8 @@ Reach reach_at(const Clip& filled, const Clip& given, int64_t key, const std::ve
 
 }  // namespace
 
-Clip reach_given(const Clip& filled, const Clip& given, const std::vector<int64_t>& keys, const torch::Tensor& groups) {
+Clip reach_targets(const Clip& filled, const Clip& given, const std::vector<int64_t>& keys,
+                   const torch::Tensor& groups) {
   const auto is_given = [&](int joint) { return groups[kJointGroups + joint].item<float>() > 0; };
   std::vector<int> trunk;
   for (const int joint : {0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 16, 17})

@@ -17,6 +17,7 @@ namespace inhabit::inbetween {
 /// @param filled,given on the standard skeleton with rotations, of the same frames; `given` is read in key frames only.
 /// @param keys in order; the first and the last are whole poses. @param groups (25) which feature groups the others
 /// constrain (keyframes.h).
-Clip reach_given(const Clip& filled, const Clip& given, const std::vector<int64_t>& keys, const torch::Tensor& groups);
+Clip reach_targets(const Clip& filled, const Clip& given, const std::vector<int64_t>& keys,
+                   const torch::Tensor& groups);
 
 }  // namespace inhabit::inbetween

@@ -8,7 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
-#include "inhabit/inbetween/way_around.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/basis_points.h"

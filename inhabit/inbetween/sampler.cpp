@@ -27,8 +27,8 @@ std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
 
 /// Bias of each feature of a prediction (B, F, 1) against the noisy keys, those imputed at some steps only: the mean
 /// residual, shrunk as far as noise explains it (James and Stein's estimate).
-Tensor bias_at_noisy_keys(const Tensor& predicted, const GivenFeatures& given) {
-  const Tensor noisy = given.mask * (1 - held_places(given)), count = noisy.sum(2, true);
+Tensor bias_at_noisy_keys(const Tensor& predicted, const KeyConstraints& given) {
+  const Tensor noisy = given.mask * (1 - hard_constraints(given)), count = noisy.sum(2, true);
   const Tensor missed = (given.values - predicted) * noisy, mean = missed.sum(2, true) / count.clamp_min(1);
   const Tensor variance = ((missed - mean) * noisy).square().sum(2, true) / (count * (count - 1)).clamp_min(1);
   const Tensor sure = (1 - variance / mean.square().clamp_min(1e-12)).clamp_min(0);
@@ -37,7 +37,7 @@ Tensor bias_at_noisy_keys(const Tensor& predicted, const GivenFeatures& given) {
 
 }  // namespace
 
-Tensor held_places(const GivenFeatures& given) {
+Tensor hard_constraints(const KeyConstraints& given) {
   if (given.t_star == 0) return given.mask;
   if (given.always.defined()) return given.always;
   Tensor ends = torch::zeros_like(given.mask);
@@ -45,12 +45,12 @@ Tensor held_places(const GivenFeatures& given) {
   return ends;
 }
 
-Tensor impute(const Tensor& x, const GivenFeatures& given, const Tensor& steps) {
+Tensor impute(const Tensor& x, const KeyConstraints& given, const Tensor& steps) {
   const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
-  return torch::where(torch::maximum(given.mask * inside, held_places(given)) > 0, given.values, x);
+  return torch::where(torch::maximum(given.mask * inside, hard_constraints(given)) > 0, given.values, x);
 }
 
-GivenNeighbours given_neighbours(const Tensor& mask) {
+KeyNeighbours key_neighbours(const Tensor& mask) {
   const int64_t frames = mask.size(2);
   const auto [last, next] = nearest_set(mask);
   const Tensor before = torch::where(last < 0, next, last).clamp(0, frames - 1),
@@ -58,30 +58,31 @@ GivenNeighbours given_neighbours(const Tensor& mask) {
   return {before, after, (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1)};
 }
 
-Tensor interpolate_given(const GivenFeatures& given) {
-  const auto [before, after, share] = given_neighbours(given.mask);
+Tensor interpolate_keys(const KeyConstraints& given) {
+  const auto [before, after, weight] = key_neighbours(given.mask);
   const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
-  return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, share), torch::zeros({}));
+  return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, weight), torch::zeros({}));
 }
 
-Tensor lead_share(const Tensor& mask, int64_t lead) {
+Tensor blend_weights(const Tensor& mask, int64_t blend_radius) {
   const int64_t frames = mask.size(2);
   const auto [last, next] = nearest_set(mask);
-  const Tensor here = torch::arange(frames), far = torch::full({}, lead, torch::kInt64);
+  const Tensor here = torch::arange(frames), far = torch::full({}, blend_radius, torch::kInt64);
   const Tensor away =
       torch::minimum(torch::where(last < 0, far, here - last), torch::where(next >= frames, far, next - here));
-  const Tensor x = (1 - away.to(torch::kFloat32) / lead).clamp_min(0);
+  const Tensor x = (1 - away.to(torch::kFloat32) / blend_radius).clamp_min(0);
   return x * x * (3 - 2 * x);
 }
 
-Tensor nearer_to_noisy_keys(const Tensor& found, const GivenFeatures& given) {
+Tensor without_key_bias(const Tensor& found, const KeyConstraints& given) {
   return given.t_star > 0 ? found + bias_at_noisy_keys(found, given) : found;
 }
 
-Tensor lead_to_given(const Tensor& found, const GivenFeatures& given) {
-  const Tensor predicted = given.lead > 1 ? nearer_to_noisy_keys(found, given) : found, set = held_places(given);
-  const Tensor missed = interpolate_given({given.values - predicted, set});
-  return torch::where(set > 0, given.values, predicted + lead_share(set, given.lead) * missed);
+Tensor impose_constraints(const Tensor& found, const KeyConstraints& given) {
+  const Tensor predicted = given.blend_radius > 1 ? without_key_bias(found, given) : found,
+               set = hard_constraints(given);
+  const Tensor missed = interpolate_keys({given.values - predicted, set});
+  return torch::where(set > 0, given.values, predicted + blend_weights(set, given.blend_radius) * missed);
 }
 
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
@@ -106,7 +107,7 @@ NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64
 }
 
 Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
-              const GivenFeatures& given, const NoiseSource& noise, const std::function<void(int64_t)>& progress) {
+              const KeyConstraints& given, const NoiseSource& noise, const std::function<void(int64_t)>& progress) {
   const std::vector<int64_t> steps = sampling_steps(schedule.steps(), count, given.t_star);
   // The schedule of the chosen steps alone, 0 the cleanest: a step of it goes to the chosen one before.
   std::vector<double> betas;
@@ -143,7 +144,7 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
     }
     if (progress) progress(count - i);
   }
-  return given.lead == 0 ? x : lead_to_given(x, given);
+  return given.blend_radius == 0 ? x : impose_constraints(x, given);
 }
 
 }  // namespace inhabit::inbetween

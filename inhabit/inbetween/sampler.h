@@ -9,7 +9,7 @@
 namespace inhabit::inbetween {
 
 /// The hard constraints of a clip: features whose values are known, standardised.
-struct GivenFeatures {
+struct KeyConstraints {
   torch::Tensor values;       ///< (B, F, T)
   torch::Tensor mask;         ///< (B, F, T), 1 where a value is known, else 0
   int64_t t_star = 0;         ///< T*: values are imputed at diffusion steps t >= T* only (0: at all steps)
@@ -17,40 +17,40 @@ struct GivenFeatures {
                               ///< clip's first and last frame
   /// Blend radius, frames: a correction at a constraint fades to zero over so many. 1: the constrained frames alone are
   /// corrected; 0: not even they, so that the residual can be measured.
-  int64_t lead = 1;
+  int64_t blend_radius = 1;
 };
 
 /// Mask of the constraints that are imputed at every step (B, F, T).
-torch::Tensor held_places(const GivenFeatures& given);
+torch::Tensor hard_constraints(const KeyConstraints& given);
 
 /// Imputation: x' = m s + (1 - m) x_t (3.2, 3.2.1), s the values, m the mask at these steps.
 /// @param x (B, F, T). @param steps (B) int64
-torch::Tensor impute(const torch::Tensor& x, const GivenFeatures& given, const torch::Tensor& steps);
+torch::Tensor impute(const torch::Tensor& x, const KeyConstraints& given, const torch::Tensor& steps);
 
 /// For each entry of a mask (B, F, T) the constrained frames before and after it.
-struct GivenNeighbours {
+struct KeyNeighbours {
   torch::Tensor before,
-      after;            ///< (B, F, T) int64 frame indices; equal outside the first and the last constrained frame
-  torch::Tensor share;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
+      after;             ///< (B, F, T) int64 frame indices; equal outside the first and the last constrained frame
+  torch::Tensor weight;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
 };
-GivenNeighbours given_neighbours(const torch::Tensor& mask);
+KeyNeighbours key_neighbours(const torch::Tensor& mask);
 
 /// The interpolated baseline (B, F, T): each feature linear between the frames that constrain it, constant before the
 /// first and after the last. A feature that no frame constrains is 0.
-torch::Tensor interpolate_given(const GivenFeatures& given);
+torch::Tensor interpolate_keys(const KeyConstraints& given);
 
 /// Blend weights (B, F, T) of corrections at the entries of a mask: 1 at the entries, falling smoothly with the
-/// distance in frames to the nearest one, 0 from the blend radius `lead` on.
-torch::Tensor lead_share(const torch::Tensor& mask, int64_t lead);
+/// distance in frames to the nearest one, 0 from the blend radius `blend_radius` on.
+torch::Tensor blend_weights(const torch::Tensor& mask, int64_t blend_radius);
 
 /// With t_star > 0: removes the bias against the noisy keys. The mean residual at those keys, shrunk as far as noise
 /// explains it (James and Stein), is added to all frames of `found` (B, F, T).
-torch::Tensor nearer_to_noisy_keys(const torch::Tensor& found, const GivenFeatures& given);
+torch::Tensor without_key_bias(const torch::Tensor& found, const KeyConstraints& given);
 
 /// Imposes the hard constraints on a prediction. Entries that are imputed at every step take their values; the residual
-/// there is also added to the frames within the blend radius, weighted by lead_share. With t_star > 0 the bias against
-/// the noisy keys is removed first. With lead = 1 no other frame changes. @param found (B, F, T)
-torch::Tensor lead_to_given(const torch::Tensor& found, const GivenFeatures& given);
+/// there is also added to the frames within the blend radius, weighted by blend_weights. With t_star > 0 the bias
+/// against the noisy keys is removed first. With blend_radius = 1 no other frame changes. @param found (B, F, T)
+torch::Tensor impose_constraints(const torch::Tensor& found, const KeyConstraints& given);
 
 enum class Sampler {
   ddpm,       ///< ancestral: draws from the posterior of every step
@@ -72,10 +72,10 @@ using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
 
 /// Samples clips (B, F, T) with `count` evaluations. The result meets the hard constraints: all of them where t_star is
-/// 0, else those imputed at every step; none where lead is 0. @param progress called after each evaluation with the
-/// number done; may be empty
+/// 0, else those imputed at every step; none where blend_radius is 0. @param progress called after each evaluation with
+/// the number done; may be empty
 torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
-                     const GivenFeatures& given, const NoiseSource& noise,
+                     const KeyConstraints& given, const NoiseSource& noise,
                      const std::function<void(int64_t)>& progress = {});
 
 }  // namespace inhabit::inbetween

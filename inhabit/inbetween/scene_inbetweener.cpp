@@ -11,9 +11,9 @@
 #include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/reach.h"
 #include "inhabit/inbetween/sample.h"
-#include "inhabit/inbetween/way_around.h"
 #include "inhabit/inbetween/windows.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
@@ -125,8 +125,8 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   for (const int64_t key : f.keys) {
     if (key <= window.known || key > window.last) continue;
     at.push_back(key);
-    if (f.options.given.defined() && key != f.last_frame())
-      groups[key - window.first].copy_(f.options.given);
+    if (f.options.key_groups.defined() && key != f.last_frame())
+      groups[key - window.first].copy_(f.options.key_groups);
     else
       groups[key - window.first].fill_(1);
     if (key == window.last) always[key - window.first].fill_(1);
@@ -145,7 +145,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   on.given.mask = feature_mask(groups).t().unsqueeze(0);
   on.given.always = on.given.mask * always;
   on.given.t_star = c.t_star;
-  on.given.lead = 0;
+  on.given.blend_radius = 0;
   on.shape = f.body_shape;
   if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
   Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
@@ -164,7 +164,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
 void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows) {
   const Config& c = f.config();
   const WindowConditioning on = condition(f, window);
-  const GivenFeatures& given = on.conditioning.given;
+  const KeyConstraints& given = on.conditioning.given;
   const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
   const auto denoise = [&](const Tensor& x, int64_t t) {
     if (c.global_scene)
@@ -176,7 +176,7 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
     if (f.options.progress)
       f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
   });
-  const Tensor met = lead_poses_to_given(sampled, given, kBlendRadius, f.networks.scale);
+  const Tensor met = impose_pose_constraints(sampled, given, kBlendRadius, f.networks.scale);
   const Tensor features = f.networks.scale.from_network(met[0].t());
   const Clip moved = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
   const int64_t from = w == 0 ? 0 : window.known + 1;
@@ -223,7 +223,7 @@ const Config& SceneInbetweener::config() const { return impl_->networks.config; 
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  if (options.given.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
+  if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
   KeyedClip keyed = keyed_clip(clip, asked_keys(clip, options), c.rate, options.name);
@@ -242,15 +242,15 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
   f.floor = floor_under(out.key_poses, query);
   for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
-  if (options.given.defined()) f.motion = reach_given(f.motion, keyed.clip, keyed.keys, options.given);
+  if (options.key_groups.defined()) f.motion = reach_targets(f.motion, keyed.clip, keyed.keys, options.key_groups);
   if (options.clean_feet)
-    f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.given, c.t_star > 0, f.floor);
+    f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
   SourcePoses& source = keyed.source;
   if (!options.standard && source.source.frames() > 0) {
     // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
-    source.exact.assign(source.frames.size(), c.t_star == 0 && !options.given.defined());
+    source.exact.assign(source.frames.size(), c.t_star == 0 && !options.key_groups.defined());
     source.exact.front() = source.exact.back() = true;
     out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
   }

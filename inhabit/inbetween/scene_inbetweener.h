@@ -14,7 +14,7 @@ namespace inhabit::inbetween {
 
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
-  torch::Tensor given;        ///< (25) groups that keys between the ends constrain; undefined: whole poses
+  torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
   int64_t steps = 0;          ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;

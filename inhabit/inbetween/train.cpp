@@ -11,10 +11,10 @@
 #include "inhabit/inbetween/losses.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/motion_autoencoder.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/schedule.h"
-#include "inhabit/inbetween/way_around.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/nn/bfloat16.h"
@@ -108,7 +108,7 @@ WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& 
     if (c.training.rest_rotation > 0) {
       auto draws = at::detail::createCPUGenerator(random());
       const double deviation = uniform(random, 0, c.training.rest_rotation) * M_PI / 180;
-      s.features = with_rest_turned(
+      s.features = with_rest_frames_rotated(
           s.features, axis_angle_to_matrix(torch::randn({kStandardJoints, 3}, draws) * deviation), s.bones);
     }
     features.push_back(scale.to_network(s.features).t());

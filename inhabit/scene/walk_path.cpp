@@ -58,7 +58,7 @@ double WalkPath::heading(double s) const {
   return heading_of(at(std::min(s + 0.06, total())) - at(std::max(s - 0.06, 0.0)));
 }
 
-std::optional<WalkPath> find_way(const FreeSpace& floor, const Vector2d& from, const Vector2d& to, double margin) {
+std::optional<WalkPath> find_path(const FreeSpace& floor, const Vector2d& from, const Vector2d& to, double margin) {
   // Every other point of the grid will do.
   const int columns = (floor.nx + 1) / 2, rows = (floor.nz + 1) / 2, cells = columns * rows;
   auto middle = [&](int cell) { return floor.point(2 * (cell % columns), 2 * (cell / columns)); };

@@ -20,7 +20,7 @@ struct WalkPath {
 
 /// A path from `from` to `to` that keeps about `margin` metres from everything, A* over a grid of 0.1 m, then
 /// smoothed; at its ends it may come nearer. Nothing when there is none.
-std::optional<WalkPath> find_way(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                 double margin);
+std::optional<WalkPath> find_path(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                  double margin);
 
 }  // namespace inhabit

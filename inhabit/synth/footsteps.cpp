@@ -12,22 +12,22 @@ using Eigen::Vector2d;
 
 StepPlan::StepPlan(const Figure& figure, const GaitStyle& style, const Vector2d& place, double heading)
     : figure_(&figure), style_(style), heading_(heading) {
-  for (int side = 0; side < 2; ++side) start_[side] = plant_[side] = rest_plant(side, place, heading);
+  for (int side = 0; side < 2; ++side) start_[side] = foothold_[side] = rest_foothold(side, place, heading);
 }
 
-Plant StepPlan::rest_plant(int side, const Vector2d& place, double heading) const {
+Foothold StepPlan::rest_foothold(int side, const Vector2d& place, double heading) const {
   const double out = (side == 0 ? 1 : -1) * std::max(0.5 * style_.width + 0.035, 0.075);
   return {place + left_of(heading) * out + ahead_of(heading) * figure_->ankle_ahead,
           heading + (side == 0 ? 1 : -1) * style_.toe_out};
 }
 
 Vector2d StepPlan::place() const {
-  return 0.5 * (plant_[0].place + plant_[1].place) - ahead_of(heading_) * figure_->ankle_ahead;
+  return 0.5 * (foothold_[0].place + foothold_[1].place) - ahead_of(heading_) * figure_->ankle_ahead;
 }
 
-void StepPlan::add(int side, const Plant& plant, double lift, double land) {
-  steps_.push_back({side, plant, lift, land});
-  plant_[side] = plant;
+void StepPlan::add(int side, const Foothold& foothold, double lift, double land) {
+  steps_.push_back({side, foothold, lift, land});
+  foothold_[side] = foothold;
   now_ = land;
 }
 
@@ -57,13 +57,13 @@ double StepPlan::walk(const WalkPath& path, double speed, std::mt19937_64& rando
     const double heading = path.heading(s);
     const Vector2d middle = path.at(s);
     const double out = (side == 0 ? 1 : -1) * (0.5 * style_.width + 0.01 * normal(random) * (closing ? 0 : 1));
-    Plant plant{middle + left_of(heading) * out + ahead_of(heading) * figure_->ankle_ahead,
-                heading + (side == 0 ? 1 : -1) * style_.toe_out * (closing ? 1 : 0.8)};
-    if (closing) plant = rest_plant(side, middle, heading);
+    Foothold foothold{middle + left_of(heading) * out + ahead_of(heading) * figure_->ankle_ahead,
+                      heading + (side == 0 ? 1 : -1) * style_.toe_out * (closing ? 1 : 0.8)};
+    if (closing) foothold = rest_foothold(side, middle, heading);
     const double paced = period * (1 + 0.015 * normal(random)) * (k == 0 ? 1.08 : closing ? 0.98 : 1.0);
     const double swing = paced * (1 - style_.double_support);
     if (closing) last_landing = lift + 0.3 * swing;
-    add(side, plant, lift, lift + swing);
+    add(side, foothold, lift, lift + swing);
     lift += paced;
     heading_ = heading;
   }
@@ -81,7 +81,7 @@ void StepPlan::turn(double heading, const Vector2d& to, std::mt19937_64& random)
     // Each step opens a little further; the last closes.
     const double done = std::min(1.0, (k + 1.0) / (count - 1.0));
     const Vector2d middle = here + (to - here) * minimum_jerk(done);
-    add(side, rest_plant(side, middle, from + whole * done), lift, lift + period * 0.78);
+    add(side, rest_foothold(side, middle, from + whole * done), lift, lift + period * 0.78);
     lift += period * (1 + 0.03 * normal(random));
   }
   heading_ = from + whole;

@@ -10,15 +10,15 @@
 namespace inhabit {
 
 /// A foothold: the ankle's position over the floor (x, z) and the foot's heading.
-struct Plant {
+struct Foothold {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
   double yaw = 0;
 };
 
-/// A step: the foot leaves its foothold at `lift` and stands at the foothold `plant` from `land` on. Seconds.
+/// A step: the foot leaves its foothold at `lift` and stands at the foothold `foothold` from `land` on. Seconds.
 struct Footstep {
   int side = 0;
-  Plant plant;
+  Foothold foothold;
   double lift = 0, land = 0;
 };
 
@@ -50,17 +50,17 @@ class StepPlan {
   /// Turns to `heading` by small steps, the foot of that side first, and comes to stand at `to`, which is near.
   void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);
 
-  const std::array<Plant, 2>& start() const { return start_; }
+  const std::array<Foothold, 2>& start() const { return start_; }
   const std::vector<Footstep>& steps() const { return steps_; }
   /// Where the foot of `side` stands when the body stands at `place` with `heading`.
-  Plant rest_plant(int side, const Eigen::Vector2d& place, double heading) const;
+  Foothold rest_foothold(int side, const Eigen::Vector2d& place, double heading) const;
 
  private:
-  void add(int side, const Plant& plant, double lift, double land);
+  void add(int side, const Foothold& foothold, double lift, double land);
 
   const Figure* figure_;
   GaitStyle style_;
-  std::array<Plant, 2> start_, plant_;
+  std::array<Foothold, 2> start_, foothold_;
   std::vector<Footstep> steps_;
   double now_ = 0, heading_ = 0;
 };

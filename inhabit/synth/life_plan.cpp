@@ -168,8 +168,8 @@ class Planner {
   bool go(const Vector2d& place, double least) {
     const Vector2d here = life_->steps.place();
     if ((place - here).norm() < least) return false;
-    auto path = find_way(floor_, here, place, 0.32);
-    if (!path) path = find_way(floor_, here, place, 0.27);  // through a gap
+    auto path = find_path(floor_, here, place, 0.32);
+    if (!path) path = find_path(floor_, here, place, 0.27);  // through a gap
     if (!path || path->total() > 9) return false;
     const double first = path->heading(std::min(0.3, path->total()));
     const double off = wrapped(first - life_->steps.heading());

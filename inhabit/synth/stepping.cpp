@@ -18,17 +18,17 @@ class FootWay {
  public:
   FootWay(const Figure& figure, const GaitStyle& style, const StepPlan& plan, int side)
       : figure_(figure), style_(style), side_(side), start_(plan.start()[side]) {
-    Plant before = start_;
+    Foothold before = start_;
     double stood_from = -1e3;
     pitch_.add(-1e3, 0);
     for (const Footstep& step : plan.steps()) {
       if (step.side != side) continue;
-      const Vector2d way = step.plant.place - before.place;
-      const double ahead = way.dot(ahead_of(before.yaw + 0.5 * wrapped(step.plant.yaw - before.yaw)));
+      const Vector2d way = step.foothold.place - before.place;
+      const double ahead = way.dot(ahead_of(before.yaw + 0.5 * wrapped(step.foothold.yaw - before.yaw)));
       add_pitch(step, std::clamp(ahead / (1.45 * figure.leg()), -0.6, 1.2), stood_from);
       steps_.push_back(step);
       vigour_.push_back(std::clamp(std::abs(ahead) / (1.45 * figure.leg()), 0.0, 1.0));
-      before = step.plant;
+      before = step.foothold;
       stood_from = step.land;
     }
     pitch_.add(1e3, 0);
@@ -36,22 +36,22 @@ class FootWay {
 
   double pitch(double t) const { return pitch_.at(t); }
 
-  /// The plant at time t, or on the way between two: ground place and yaw, and lift of the swing.
+  /// The foothold at time t, or on the way between two: ground place and yaw, and lift of the swing.
   struct Ground {
-    Plant plant;
+    Foothold foothold;
     double lift = 0;
     bool swinging = false;
   };
   Ground ground(double t) const {
     Ground g;
-    g.plant = start_;
+    g.foothold = start_;
     for (size_t k = 0; k < steps_.size(); ++k) {
       const Footstep& step = steps_[k];
       // In long steps the weight has gone before: the foot is drawn up while its toes still brush the floor.
       const double leaves = step.lift - 0.05 * vigour_[k];
       if (t <= leaves) break;
       if (t >= step.land) {
-        g.plant = step.plant;
+        g.foothold = step.foothold;
         continue;
       }
       const double share = (t - leaves) / (step.land - leaves);
@@ -61,8 +61,8 @@ class FootWay {
       // The foot leaves and comes with some speed in long steps.
       const double leave = 0.4 * vigour_[k] * vigour_[k], come = 0.25 * vigour_[k];
       const double f = 3 * u2 - 2 * u3 + leave * (u3 - 2 * u2 + u) + come * (u3 - u2);
-      g.plant.place += f * (step.plant.place - g.plant.place);
-      g.plant.yaw += minimum_jerk(u) * wrapped(step.plant.yaw - g.plant.yaw);
+      g.foothold.place += f * (step.foothold.place - g.foothold.place);
+      g.foothold.yaw += minimum_jerk(u) * wrapped(step.foothold.yaw - g.foothold.yaw);
       // Up quickly, before the foot is fast, and down late.
       g.lift = style_.clearance * Envelope{0, 0.36, 0.6, 1}.at(share);
       // The knee of a long step folds first: the whole foot rises behind the body.
@@ -73,10 +73,10 @@ class FootWay {
     return g;
   }
 
-  /// Foot pose of a plant under pitch: the sole rolls over heel, ball and toe tip.
+  /// Foot pose of a foothold under pitch: the sole rolls over heel, ball and toe tip.
   FootControl control(const Ground& ground, double pitch) const {
     FootControl foot;
-    foot.yaw = ground.plant.yaw;
+    foot.yaw = ground.foothold.yaw;
     foot.pitch = pitch;
     const Eigen::AngleAxisd turn(foot.yaw, Vector3d::UnitY());
     const Vector3d rest = turn * figure_.bones.offsets[10 + side_];
@@ -95,7 +95,7 @@ class FootWay {
       shift = Vector2d(c * arm.x() + s * arm.y(), -s * arm.x() + c * arm.y()) - arm;
       foot.toe_pitch = -tip;
     }
-    const Vector2d ahead = ahead_of(foot.yaw) * shift.x() + Vector2d(rest.x(), rest.z()) + ground.plant.place;
+    const Vector2d ahead = ahead_of(foot.yaw) * shift.x() + Vector2d(rest.x(), rest.z()) + ground.foothold.place;
     foot.ball = Vector3d(ahead.x(), h + shift.y() + ground.lift, ahead.y());
     return foot;
   }
@@ -120,7 +120,7 @@ class FootWay {
   const Figure& figure_;
   const GaitStyle& style_;
   int side_;
-  Plant start_;
+  Foothold start_;
   std::vector<Footstep> steps_;
   std::vector<double> vigour_;
   KeyCurve pitch_;
@@ -199,11 +199,12 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
       busy[i] = 1;
   out.stepping = smoothed(busy, 0.12 * rate);
   out.jolt.assign(n, 0.0);
-  Plant before[2] = {plan.start()[0], plan.start()[1]};
+  Foothold before[2] = {plan.start()[0], plan.start()[1]};
   for (const Footstep& step : plan.steps()) {
     // A damped ring.
-    const double strength = std::min(1.2, (step.plant.place - before[step.side].place).norm() / (1.45 * figure.leg()));
-    before[step.side] = step.plant;
+    const double strength =
+        std::min(1.2, (step.foothold.place - before[step.side].place).norm() / (1.45 * figure.leg()));
+    before[step.side] = step.foothold;
     for (int i = std::max(0, static_cast<int>(std::ceil(step.land * rate)));
          i < std::min(frames, static_cast<int>((step.land + 0.5) * rate)); ++i) {
       const double t = static_cast<double>(i) / rate - step.land;
@@ -220,11 +221,11 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
     // Soften leaving and landing a little, as a shoe does.
     std::array<std::vector<double>, 2> place{std::vector<double>(n), std::vector<double>(n)};
     for (size_t i = 0; i < n; ++i)
-      for (int a = 0; a < 2; ++a) place[a][i] = ground[side][i].plant.place[a];
+      for (int a = 0; a < 2; ++a) place[a][i] = ground[side][i].foothold.place[a];
     for (int a = 0; a < 2; ++a) place[a] = smoothed(place[a], 0.012 * rate);
     for (size_t i = 0; i < n; ++i) {
       FootWay::Ground g = ground[side][i];
-      g.plant.place = {place[0][i], place[1][i]};
+      g.foothold.place = {place[0][i], place[1][i]};
       out.foot[i][side] = way[side].control(g, pitch[side][i]);
       out.heel_down[i][side] = !g.swinging && pitch[side][i] > -0.06;
       out.ball_down[i][side] = !g.swinging && pitch[side][i] < 0.06;
@@ -237,11 +238,11 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
     load += standing * (0.5 + 0.5 * favour.at(t) - load);
     out.load[i] = load;
     Vector2d p(0, 0);
-    heading[i] = ground[0][i].plant.yaw + 0.5 * wrapped(ground[1][i].plant.yaw - ground[0][i].plant.yaw);
+    heading[i] = ground[0][i].foothold.yaw + 0.5 * wrapped(ground[1][i].foothold.yaw - ground[0][i].foothold.yaw);
     for (int side = 0; side < 2; ++side) {
-      const Plant& plant = ground[side][i].plant;
-      const Vector2d center =
-          plant.place + ahead_of(plant.yaw) * pressure.ahead[side].at(t) - ahead_of(heading[i]) * figure.ankle_ahead;
+      const Foothold& foothold = ground[side][i].foothold;
+      const Vector2d center = foothold.place + ahead_of(foothold.yaw) * pressure.ahead[side].at(t) -
+                              ahead_of(heading[i]) * figure.ankle_ahead;
       p += (side == 0 ? load : 1 - load) * center;
     }
     for (int a = 0; a < 2; ++a) px_pz[a][i] = p[a];

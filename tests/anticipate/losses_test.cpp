@@ -69,8 +69,8 @@ TEST(SamenessLoss, IsTheShareThatThePosesDistanceLacks) {
   b.slice(2, 63) = 5;                          // another way of the root counts for nothing
   b[1].slice(1, 0, 63) = 9;                    // further apart than is asked for
   const Tensor enough = torch::tensor({2.F, 4.F});
-  EXPECT_NEAR(sameness_loss(a, b, plain_scale(), enough).item<double>(), (0.75 + 0) / 2, 1e-5);
-  EXPECT_NEAR(sameness_loss(a, a, plain_scale(), enough).item<double>(), 1, 1e-4);
+  EXPECT_NEAR(diversity_loss(a, b, plain_scale(), enough).item<double>(), (0.75 + 0) / 2, 1e-5);
+  EXPECT_NEAR(diversity_loss(a, a, plain_scale(), enough).item<double>(), 1, 1e-4);
 }
 
 TEST(PoseSpread, IsTheDistanceOfPosesAThirdOfTheTimeApart) {
@@ -94,7 +94,7 @@ TEST(Losses, GradientsAreThoseOfFiniteDifferences) {
       {"intention", [&](const Tensor& x) { return intention_loss(x, labels, weights); }},
       {"adversary", [&](const Tensor& x) { return discriminator_loss(x.select(2, 3), x.select(2, 4)); }},
       {"deception", [&](const Tensor& x) { return generator_loss(x.select(2, 4)); }},
-      {"sameness", [&](const Tensor& x) { return sameness_loss(x, other, scale, torch::full({2}, 100.0)); }}};
+      {"sameness", [&](const Tensor& x) { return diversity_loss(x, other, scale, torch::full({2}, 100.0)); }}};
   for (const auto& [name, loss] : losses) {
     const Tensor x = torch::randn({2, 3, 67}, exact).requires_grad_(true), way = torch::randn({2, 3, 67}, exact);
     const Tensor slope = torch::autograd::grad({loss(x)}, {x})[0];

@@ -191,7 +191,7 @@ bool fuzz_keyframes(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view text) {
     const size_t cut = std::min(text.find('\n'), text.size());
     inbetween::key_frames(std::string(text.substr(0, cut)), 100);
-    inbetween::given_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
+    inbetween::key_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
   });
 }
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.

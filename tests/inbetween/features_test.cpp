@@ -84,7 +84,7 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
   const Tensor features = clip_features(clip);
   Tensor bones = clip.skeleton.offsets;
   const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
-  const Tensor turned = with_rest_turned(features, turns, bones);
+  const Tensor turned = with_rest_frames_rotated(features, turns, bones);
   EXPECT_LT(
       (feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
       1e-4);
@@ -116,20 +116,20 @@ Tensor knee_bend(const Tensor& features) {
 const Tensor kMean = torch::full({kFeatureCount}, 0.1), kDeviation = torch::full({kFeatureCount}, 0.3);
 
 TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
-  GivenFeatures given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kFeatureCount, 11})};
+  KeyConstraints given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kFeatureCount, 11})};
   for (const int64_t key : {0, 10}) given.mask.select(2, key).fill_(1);
-  const Tensor between = interpolate_given_poses(given, {kMean, kDeviation});
+  const Tensor between = interpolated_baseline(given, {kMean, kDeviation});
   EXPECT_LT(largest_difference(knee_bend(between), torch::linspace(0, 170, 11)), 0.1);
   EXPECT_LT(
-      largest_difference(between.slice(1, 0, kOrientFeature), interpolate_given(given).slice(1, 0, kOrientFeature)),
+      largest_difference(between.slice(1, 0, kOrientFeature), interpolate_keys(given).slice(1, 0, kOrientFeature)),
       1e-6);
 }
 
 TEST(GivenPoses, WhatAPredictionMissesByMuchIsMadeUpForAsATurn) {
   const Tensor truth = torch::full({61}, 150.F);
-  GivenFeatures given{knee_bent(truth), torch::zeros({1, kFeatureCount, 61})};
+  KeyConstraints given{knee_bent(truth), torch::zeros({1, kFeatureCount, 61})};
   given.mask.select(2, 0).fill_(1);
-  const Tensor led = knee_bend(lead_poses_to_given(knee_bent(torch::zeros({61})), given, 30, {kMean, kDeviation}));
+  const Tensor led = knee_bend(impose_pose_constraints(knee_bent(torch::zeros({61})), given, 30, {kMean, kDeviation}));
   EXPECT_NEAR(led[0].item<double>(), 150, 0.1);
   EXPECT_NEAR(led[15].item<double>(), 75, 0.5) << "half of it half way";
   EXPECT_LT(largest(led.slice(0, 30)), 0.1);

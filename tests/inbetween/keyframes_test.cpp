@@ -56,19 +56,19 @@ TEST(KeyFrames, RefusesWhatGivesNoKeys) {
 }
 
 TEST(GivenGroups, NameJointsAndTheRootsPath) {
-  EXPECT_TRUE(given_groups("").equal(torch::ones({25})));
+  EXPECT_TRUE(key_groups("").equal(torch::ones({25})));
   torch::Tensor expected = torch::zeros({25});
   expected[0] = 1;  // where the pelvis is, the root is
   expected[kJointGroups] = 1;
-  EXPECT_TRUE(given_groups("root").equal(expected));
-  EXPECT_TRUE(given_groups("pelvis").equal(expected));
+  EXPECT_TRUE(key_groups("root").equal(expected));
+  EXPECT_TRUE(key_groups("pelvis").equal(expected));
   expected[kJointGroups + 20] = 1;
-  EXPECT_TRUE(given_groups("pelvis,left_wrist").equal(expected));
+  EXPECT_TRUE(key_groups("pelvis,left_wrist").equal(expected));
   expected.zero_();
   expected[kJointGroups + 15] = 1;
-  EXPECT_TRUE(given_groups("head").equal(expected));
-  EXPECT_THAT(refusal_of([] { given_groups("pelvis,tail"); }), HasSubstr("\"tail\" is no joint"));
-  EXPECT_THAT(refusal_of([] { given_groups("pelvis,"); }), HasSubstr("\"\" is no joint"));
+  EXPECT_TRUE(key_groups("head").equal(expected));
+  EXPECT_THAT(refusal_of([] { key_groups("pelvis,tail"); }), HasSubstr("\"tail\" is no joint"));
+  EXPECT_THAT(refusal_of([] { key_groups("pelvis,"); }), HasSubstr("\"\" is no joint"));
 }
 
 TEST(FeatureMask, SpreadsEachGroupOverItsFeatures) {
@@ -81,7 +81,7 @@ TEST(FeatureMask, SpreadsEachGroupOverItsFeatures) {
   EXPECT_TRUE(one.slice(0, 9, 135).eq(2).all().item<bool>());
   for (int64_t j = 0; j < 22; ++j)
     EXPECT_TRUE(one.slice(0, 135 + 3 * j, 138 + 3 * j).eq(3 + j).all().item<bool>()) << j;
-  EXPECT_EQ(feature_mask(given_groups("root,left_wrist")).sum().item<float>(), 9);
+  EXPECT_EQ(feature_mask(key_groups("root,left_wrist")).sum().item<float>(), 9);
   EXPECT_THAT(refusal_of([] { feature_mask(torch::zeros({24})); }), HasSubstr("(..., 25)"));
 }
 

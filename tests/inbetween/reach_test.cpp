@@ -47,7 +47,7 @@ double missed(const Clip& reached, const Clip& given, int joint) {
 
 TEST(ReachGiven, AHandGoesWhereTheArmReaches) {
   const Clip clip = standing(), given = moved(clip, 20, {-0.1F, 0.25F, 0.3F});
-  const Clip reached = reach_given(clip, given, {0, kKey, 60}, given_groups("pelvis,left_wrist"));
+  const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 1e-3);
   EXPECT_TRUE(torch::equal(reached.rotations.select(1, 3), clip.rotations.select(1, 3))) << "no need to lean";
   EXPECT_TRUE(torch::equal(reached.joints[0], clip.joints[0]));
@@ -57,7 +57,7 @@ TEST(ReachGiven, AHandGoesWhereTheArmReaches) {
 
 TEST(ReachGiven, TheTrunkLeansForAHandOnAPelvisThatStays) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.2F, 0.75F});
-  const Clip reached = reach_given(clip, given, {0, kKey, 60}, given_groups("pelvis,left_wrist"));
+  const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 2e-3);
   EXPECT_LT(missed(reached, given, 0), 1e-4) << "the pelvis is where it was given";
   EXPECT_GT((reached.joints[kKey][15] - clip.joints[kKey][15])[2].item<double>(), 0.05) << "the head comes along";
@@ -69,14 +69,14 @@ TEST(ReachGiven, TheTrunkLeansForAHandOnAPelvisThatStays) {
 
 TEST(ReachGiven, ATrunkThatIsGivenDoesNotLean) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.2F, 0.75F});
-  const Clip reached = reach_given(clip, given, {0, kKey, 60}, given_groups("pelvis,head,left_wrist"));
+  const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,head,left_wrist"));
   EXPECT_LT(missed(reached, given, 15), 1e-4);
   EXPECT_GT(missed(reached, given, 20), 0.05);
 }
 
 TEST(ReachGiven, TheBodyComesAlongWhereTheRootIsFree) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.F, 1.5F});
-  const Clip reached = reach_given(clip, given, {0, kKey, 60}, given_groups("left_wrist"));
+  const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 2e-3);
   EXPECT_GT(reached.joints[kKey][0][2].item<double>(), 0.5);
   EXPECT_LT(largest(joint_positions(reached.skeleton, reached.rotations, reached.trans) - reached.joints), 1e-4);

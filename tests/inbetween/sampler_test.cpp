@@ -47,7 +47,7 @@ struct Normal {
   }
 };
 
-GivenFeatures nothing(int64_t batch, int64_t features, int64_t frames) {
+KeyConstraints nothing(int64_t batch, int64_t features, int64_t frames) {
   return {torch::zeros({batch, features, frames}), torch::zeros({batch, features, frames}), 0};
 }
 
@@ -81,7 +81,7 @@ TEST(Sampler, CleanKeysAreSeenAndHoldExactly) {
     for (const int64_t count : {1, 8, 50}) {
       torch::manual_seed(2);
       // Partial keys too: single features of a frame.
-      GivenFeatures given{torch::randn({2, 4, 9}), torch::rand({2, 4, 9}) < 0.3, 0};
+      KeyConstraints given{torch::randn({2, 4, 9}), torch::rand({2, 4, 9}) < 0.3, 0};
       given.mask = given.mask.to(torch::kFloat32);
       int64_t calls = 0;
       const Tensor got = sample(
@@ -103,7 +103,7 @@ TEST(Sampler, CleanKeysAreSeenAndHoldExactly) {
 TEST(Sampler, NoisyKeysHoldFromTStarOnOnlyAndEndsAlways) {
   const DiffusionSchedule schedule = cosine_schedule(50);
   for (const Sampler sampler : kSamplers) {
-    GivenFeatures given{torch::full({1, 3, 9}, 7.F), torch::zeros({1, 3, 9}), 12};
+    KeyConstraints given{torch::full({1, 3, 9}, 7.F), torch::zeros({1, 3, 9}), 12};
     for (const int64_t key : {0, 4, 8}) given.mask.select(2, key).fill_(1);
     std::set<bool> seen_inside;
     const Tensor got = sample(
@@ -125,12 +125,12 @@ TEST(Sampler, NoisyKeysHoldFromTStarOnOnlyAndEndsAlways) {
 
 TEST(Sampler, ImputationGoesByEachSamplesOwnStep) {
   const Tensor x = torch::zeros({2, 1, 4});
-  const GivenFeatures given{torch::ones({2, 1, 4}), torch::ones({2, 1, 4}), 20};
+  const KeyConstraints given{torch::ones({2, 1, 4}), torch::ones({2, 1, 4}), 20};
   const Tensor got = impute(x, given, torch::tensor({19, 20}));
   EXPECT_TRUE(torch::equal(got[0], torch::tensor({{1.F, 0.F, 0.F, 1.F}})));
   EXPECT_TRUE(torch::equal(got[1], torch::ones({1, 4})));
   // Where it is said what holds at every step, the ends hold no more than others do.
-  GivenFeatures named = given;
+  KeyConstraints named = given;
   named.always = torch::tensor({0.F, 1.F, 0.F, 0.F}).expand({2, 1, 4});
   EXPECT_TRUE(torch::equal(impute(x, named, torch::tensor({19, 20}))[0], torch::tensor({{0.F, 1.F, 0.F, 0.F}})));
 }
@@ -139,7 +139,7 @@ TEST(Sampler, DeterministicSamplersFollowTheFlowOfNormalData) {
   const Normal data;
   const DiffusionSchedule schedule = cosine_schedule(1000);
   const int64_t batch = 64;
-  const GivenFeatures none = nothing(batch, data.kFeatures, data.kFrames);
+  const KeyConstraints none = nothing(batch, data.kFeatures, data.kFrames);
   torch::manual_seed(4);
   const Tensor start = torch::randn({batch, data.kFeatures, data.kFrames});
   const Tensor expected = data.flowed(start, schedule.alphas_cumprod.back());
@@ -167,7 +167,7 @@ TEST(Sampler, AllSamplersDrawNormalDataAsTheyAreDistributed) {
   const Normal data;
   const DiffusionSchedule schedule = cosine_schedule(1000);
   const int64_t batch = 8192;
-  const GivenFeatures none = nothing(batch, data.kFeatures, data.kFrames);
+  const KeyConstraints none = nothing(batch, data.kFeatures, data.kFrames);
   for (const auto& [sampler, count] :
        {std::pair(Sampler::ddpm, 1000), {Sampler::ddim, 200}, {Sampler::dpm_solver, 40}}) {
     SCOPED_TRACE(static_cast<int>(sampler));
@@ -192,7 +192,7 @@ TEST(Sampler, AllSamplersDrawNormalDataGivenTheirKeys) {
   const DiffusionSchedule schedule = cosine_schedule(1000);
   const int64_t batch = 8192, frames = data.kFrames;
   // The first and the last frame are given; what is between them is distributed as Bayes' rule says.
-  GivenFeatures given = nothing(batch, data.kFeatures, frames);
+  KeyConstraints given = nothing(batch, data.kFeatures, frames);
   for (const int64_t end : {int64_t{0}, frames - 1}) {
     given.mask.select(2, end).fill_(1);
     given.values.select(2, end).fill_(0.4F);
@@ -253,7 +253,7 @@ TEST(Sampler, TellsItsProgress) {
 }
 
 TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
-  GivenFeatures given;
+  KeyConstraints given;
   given.values =
       torch::tensor({9.F, 1.F, 9.F, 9.F, 7.F, 9.F, 5.F, 9.F, 9.F, 9.F, 9.F, 9.F, 3.F, 3.F, 3.F, 3.F, 3.F, 3.F})
           .view({1, 3, 6});
@@ -262,16 +262,16 @@ TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
   const Tensor expected =
       torch::tensor({1.F, 1.F, 3.F, 5.F, 7.F, 7.F, 5.F, 5.F, 5.F, 5.F, 5.F, 5.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F})
           .view({1, 3, 6});
-  EXPECT_LT(largest_difference(interpolate_given(given), expected), 1e-6);
+  EXPECT_LT(largest_difference(interpolate_keys(given), expected), 1e-6);
 }
 
 TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
   torch::manual_seed(5);
   const Tensor predicted = torch::randn({2, 3, 20});
-  GivenFeatures given{torch::randn({2, 3, 20}), torch::zeros({2, 3, 20})};
+  KeyConstraints given{torch::randn({2, 3, 20}), torch::zeros({2, 3, 20})};
   given.mask.select(2, 6).fill_(1);
-  given.lead = 4;
-  const Tensor led = lead_to_given(predicted, given), moved = led - predicted;
+  given.blend_radius = 4;
+  const Tensor led = impose_constraints(predicted, given), moved = led - predicted;
   EXPECT_TRUE(torch::equal(led.select(2, 6), given.values.select(2, 6)));
   const std::vector<double> shares = {0.84375, 0.5, 0.15625, 0};  // 1 - smooth step of 1/4, 2/4, ...
   for (int64_t away = 1; away <= 4; ++away)
@@ -280,12 +280,12 @@ TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
                 1e-6)
           << frame;
   EXPECT_EQ(largest(moved.slice(2, 11)), 0);
-  given.lead = 1;
-  EXPECT_EQ(largest((lead_to_given(predicted, given) - predicted).slice(2, 7)), 0);
+  given.blend_radius = 1;
+  EXPECT_EQ(largest((impose_constraints(predicted, given) - predicted).slice(2, 7)), 0);
   given.t_star = 20;  // the key in the middle is cleaned, too: only the ends hold
   given.mask.fill_(1);
-  EXPECT_TRUE(torch::equal(lead_to_given(predicted, given).slice(2, 1, 19), predicted.slice(2, 1, 19)));
-  EXPECT_TRUE(torch::equal(lead_to_given(predicted, given).select(2, 19), given.values.select(2, 19)));
+  EXPECT_TRUE(torch::equal(impose_constraints(predicted, given).slice(2, 1, 19), predicted.slice(2, 1, 19)));
+  EXPECT_TRUE(torch::equal(impose_constraints(predicted, given).select(2, 19), given.values.select(2, 19)));
 }
 
 TEST(LeadToGiven, TakesAwayWhatIsOffAtNoisyKeysAllAlongAndNoNoise) {
@@ -294,14 +294,15 @@ TEST(LeadToGiven, TakesAwayWhatIsOffAtNoisyKeysAllAlongAndNoNoise) {
   const Tensor truth = torch::randn({1, 400, 1}).expand({1, 400, frames}), noise = 0.1 * torch::randn({1, 400, frames});
   Tensor off = torch::zeros({1, 400, 1});
   off.slice(1, 0, 200).fill_(0.5);  // half of the features are half a unit off, the others right
-  GivenFeatures given{truth + noise, torch::zeros({1, 400, frames}), 20};
+  KeyConstraints given{truth + noise, torch::zeros({1, 400, frames}), 20};
   given.mask.slice(2, 0, frames, 5).fill_(1);
-  given.lead = 2;
-  const Tensor left = (lead_to_given(truth + off, given) - truth).slice(2, 10, 110);
+  given.blend_radius = 2;
+  const Tensor left = (impose_constraints(truth + off, given) - truth).slice(2, 10, 110);
   EXPECT_LT(left.slice(1, 0, 200).abs().mean().item<double>(), 0.03) << "25 keys tell the mean to a fiftieth";
   EXPECT_LT(left.slice(1, 200).abs().mean().item<double>(), 0.01) << "and most of chance is not believed";
   given.mask.slice(2, 6, 115).fill_(0);
-  EXPECT_EQ(largest_difference(lead_to_given(truth + off, given).slice(2, 10, 110), (truth + off).slice(2, 10, 110)), 0)
+  EXPECT_EQ(
+      largest_difference(impose_constraints(truth + off, given).slice(2, 10, 110), (truth + off).slice(2, 10, 110)), 0)
       << "three keys tell nothing";
 }
 

@@ -100,7 +100,7 @@ TEST(SceneInbetweener, PartialKeysAndScenesWithNothingNear) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(61, 1, 0, 1);
   Options r = request("every:30", 61);
-  r.given = given_groups("pelvis,left_wrist");
+  r.key_groups = key_groups("pelvis,left_wrist");
   const Clip filled = inbetweener.run(clip, floor_scene(2, 90, 90), r).motion;
   EXPECT_TRUE(filled.joints.isfinite().all().item<bool>());
   EXPECT_LT(largest_difference(filled.joints[30][0], clip.joints[30][0]), 1e-3) << "the root is a feature of its own";
@@ -113,11 +113,11 @@ TEST(SceneInbetweener, JointsThatPartialKeysGiveAreReached) {
   for (const std::string joints :
        {"head", "pelvis,left_wrist", "left_wrist,right_wrist", "left_foot", "right_ankle,left_wrist,neck"}) {
     Options r = request("every:30", 91);
-    r.given = given_groups(joints);
+    r.key_groups = key_groups(joints);
     const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
     for (const int64_t key : {30, 60})
       for (int64_t j = 0; j < kStandardJoints; ++j) {
-        if (r.given[kJointGroups + j].item<float>() == 0) continue;
+        if (r.key_groups[kJointGroups + j].item<float>() == 0) continue;
         EXPECT_LT((filled.joints[key][j] - clip.joints[key][j]).norm().item<double>(), 0.03)
             << joints << ", frame " << key << ", " << standard_joint_names()[static_cast<size_t>(j)];
       }

@@ -113,7 +113,7 @@ void check_motion_scores(const std::string& path, const SafeTensors& content) {
 /// What the in-betweening files give of a clip, and the guided denoiser over it.
 struct InbetweenCase {
   inbetween::Denoiser network;
-  inbetween::GivenFeatures given;
+  inbetween::KeyConstraints given;
   Tensor mask, local, scene, shape;
 
   InbetweenCase(const inbetween::Networks& networks, const SafeTensors& content) : network(networks.network) {

@@ -30,7 +30,7 @@ FreeSpace floor_with_wall(double from, double to) {
 TEST(WalkPath, IsStraightOnAFreeFloor) {
   const FreeSpace floor = floor_with_wall(1, 0);
   for (const Vector2d& to : {Vector2d(2, 0), Vector2d(0, 2), Vector2d(2, 2)}) {
-    const auto path = find_way(floor, -to / 2, to / 2, 0.3);
+    const auto path = find_path(floor, -to / 2, to / 2, 0.3);
     ASSERT_TRUE(path.has_value());
     EXPECT_NEAR(path->total(), to.norm(), 0.03);
     EXPECT_LT((path->at(0) + to / 2).norm(), 1e-9);
@@ -43,7 +43,7 @@ TEST(WalkPath, GoesAroundAWallByTheShorterEnd) {
   const double margin = 0.4;
   const FreeSpace floor = floor_with_wall(-2, 0.5);  // from far left to half a metre right
   const Vector2d from(-0.5, -1.5), to(-0.5, 1.5);
-  const auto path = find_way(floor, from, to, margin);
+  const auto path = find_path(floor, from, to, margin);
   ASSERT_TRUE(path.has_value());
   double nearest = 1e9, most_right = -1e9;
   for (const Vector2d& p : path->points) {
@@ -63,12 +63,12 @@ TEST(WalkPath, GoesAroundAWallByTheShorterEnd) {
 
 TEST(WalkPath, ThereIsNoneThroughAWallFromSideToSide) {
   const FreeSpace floor = floor_with_wall(-5, 5);
-  EXPECT_FALSE(find_way(floor, {0, -1.5}, {0, 1.5}, 0.3).has_value());
-  EXPECT_TRUE(find_way(floor, {-1, -1.5}, {1, -1.5}, 0.3).has_value());
+  EXPECT_FALSE(find_path(floor, {0, -1.5}, {0, 1.5}, 0.3).has_value());
+  EXPECT_TRUE(find_path(floor, {-1, -1.5}, {1, -1.5}, 0.3).has_value());
 }
 
 TEST(WalkPath, PointsLieEvenlyAndLengthsAddUp) {
-  const auto path = find_way(floor_with_wall(-2, 0.5), {-0.5, -1.5}, {-0.5, 1.5}, 0.4);
+  const auto path = find_path(floor_with_wall(-2, 0.5), {-0.5, -1.5}, {-0.5, 1.5}, 0.4);
   ASSERT_TRUE(path.has_value());
   ASSERT_EQ(path->points.size(), path->length.size());
   for (size_t i = 1; i < path->points.size(); ++i) {

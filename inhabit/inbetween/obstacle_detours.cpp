@@ -1,4 +1,4 @@
-#include "inhabit/inbetween/way_around.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,7 +24,7 @@ constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a path closer than kWi
 constexpr double kAtEnds = 0.45;               // metres around key frames that may be occupied: somebody sits there
 constexpr double kQuickest = 0.08;             // metres a frame: a path that needs a higher speed is not taken
 
-/// Distance from every place of the floor to the nearest occupied square, drawn finer for find_way.
+/// Distance from every place of the floor to the nearest occupied square, drawn finer for find_path.
 FreeSpace clearance_of(const Tensor& floor) {
   const Tensor squares = (floor > 0).to(torch::kUInt8).contiguous();  // [x][z]
   const uint8_t* occupied = squares.data_ptr<uint8_t>();
@@ -74,12 +74,12 @@ Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, doub
 
 Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups) {
   const int64_t frames = root.size(0);
-  Tensor ways = torch::zeros({frames, 2});
+  Tensor detours = torch::zeros({frames, 2});
   const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
                keys = groups.amax(1).contiguous();
   const auto place = places.accessor<float, 2>(), gives = given.accessor<float, 2>();
   const auto key = keys.accessor<float, 1>();
-  auto way = ways.accessor<float, 2>();
+  auto detour = detours.accessor<float, 2>();
   const auto ground = [&](int64_t t) { return Vector2d(place[t][0], place[t][2]); };
   const auto gives_root = [&](int64_t t) { return gives[t][kRootTranslationGroup] > 0; };
   std::optional<FreeSpace> clearance;
@@ -93,22 +93,22 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
     if (!clearance) clearance = clearance_of(floor);
     const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
     if (!known(a) || !known(b) || !blocked(*clearance, a, b)) continue;
-    const auto found = find_way(*clearance, a, b, kMargin);
+    const auto found = find_path(*clearance, a, b, kMargin);
     if (!found || found->total() > kQuickest * static_cast<double>(t - from)) continue;
     for (int64_t i = from + 1; i < t; ++i) {
       const double share = static_cast<double>(i - from) / static_cast<double>(t - from);
       const Vector2d aside = found->at(share * found->total()) - (a + share * (b - a));
-      way[i][0] = static_cast<float>(aside.x());
-      way[i][1] = static_cast<float>(aside.y());
+      detour[i][0] = static_cast<float>(aside.x());
+      detour[i][1] = static_cast<float>(aside.y());
     }
   }
-  return ways;
+  return detours;
 }
 
-Tensor along_detours(const Tensor& between, const Tensor& ways, const Tensor& mask, const Tensor& deviation) {
+Tensor along_detours(const Tensor& between, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {
   Tensor moves = torch::zeros_like(between);
   for (const int64_t axis : {0, 2}) {
-    const Tensor move = ways.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)
+    const Tensor move = detours.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)
     moves.slice(1, axis, axis + 1).copy_(move);
     moves.slice(1, kJointFeature + axis, kFeatureCount, 3).copy_(move.expand({-1, 22, -1}));
   }

@@ -1,6 +1,6 @@
 // Protects the way around: bent where the straight one is blocked and there alone, clear of what blocks it, whole
 // bodies moved with their root, given features left.
-#include "inhabit/inbetween/way_around.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 
 #include <gtest/gtest.h>
 
