@@ -332,7 +332,7 @@ json describe_recordings(const PageRecordings& recordings, const std::string& pa
 std::string gzipped(const std::string& bytes) {
   z_stream stream{};
   constexpr int kGzip = 15 + 16;
-  constexpr int kLevel = 6;  // 9 takes three times as long for bytes that are noise
+  constexpr int kLevel = 6;  // with 9 a page of 50 futures takes twice as long for 2.6 % fewer bytes
   if (deflateInit2(&stream, kLevel, Z_DEFLATED, kGzip, 9, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
   if (bytes.size() > std::numeric_limits<uInt>::max()) throw Error("the page's data is beyond 4 GiB");
   std::string out(deflateBound(&stream, bytes.size()), '\0');
