@@ -304,7 +304,7 @@ double validation_error(const Networks& networks, bool ltd, const std::vector<Se
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
-    const Tensor future = trajectory ? ltd_future(networks, past, known) : seq2seq_future(networks, past, known);
+    const Tensor future = ltd ? ltd_future(networks, past, known) : seq2seq_future(networks, past, known);
     const Tensor truth = features.slice(0, window.now, window.now + known);
     mean.add((feature_poses(future[0]) - feature_poses(truth)).norm(2, {2}).mean().item<double>());
   }
