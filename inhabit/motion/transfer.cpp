@@ -18,7 +18,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kMissed = 1e-6;  // metres that are not worth a correction
-constexpr double kSeam = 0.4;     // seconds over which what a forecast's first frame is off fades
 
 // A joint of the file and the standard rotation that moves it: from that of `low` to that of `high` by `weight`.
 struct Follower {
@@ -176,50 +175,6 @@ struct Figure {
   }
 };
 
-// What follows on the two frames `before`, moved so that it leaves from where these lead at their velocity: the
-// difference of its first frame to that, of joints that follow the standard ones and of ends of limbs, fades.
-Clip without_seam(const Clip& motion, const Clip& before) {
-  const Mapping mapping = mapping_of(motion.skeleton);
-  const Posed from(before), to(motion);
-  const Bones bones = bones_of(motion.skeleton);
-  const auto joints = static_cast<size_t>(bones.size());
-  const auto frames =
-      std::min(static_cast<size_t>(to.track.frames()), static_cast<size_t>(std::ceil(kSeam * motion.rate)));
-  const auto place_frame = [&](Figure& figure, size_t f) {
-    for (size_t j = 0; j < joints && !to.track.places.empty(); ++j) figure.places[j] = to.track.places[f * joints + j];
-  };
-  Figure first(bones), figure(bones);
-  place_frame(first, 0);
-  std::copy(to.track.local.begin(), to.track.local.begin() + static_cast<std::ptrdiff_t>(joints), first.local.begin());
-  for (const Follower& f : mapping.followers) {
-    const auto j = static_cast<size_t>(f.joint);
-    const Quaterniond &a = from.track.local[j], &b = from.track.local[joints + j];
-    first.turn(f.joint, b * (a.conjugate() * b));
-  }
-  first.trans = 2 * from.track.trans[1] - from.track.trans[0];
-  first.place_joints();
-  PoseTrack track = to.track;
-  for (size_t f = 0; f < frames; ++f) {
-    const double u = static_cast<double>(f) / (kSeam * motion.rate), weight = (1 - u) * (1 - u) * (1 + 2 * u);
-    place_frame(figure, f);
-    for (size_t j = 0; j < joints; ++j)
-      figure.local[j] = (Quaterniond::Identity().slerp(weight, first.local[j] * to.track.local[j].conjugate()) *
-                         to.track.local[f * joints + j])
-                            .normalized();
-    figure.trans = to.track.trans[f] + weight * (first.trans - to.track.trans[0]);
-    figure.place_joints();
-    for (const SourceLimb& limb : mapping.limbs) {
-      const int end = limb.joints[2];
-      figure.reach(limb.joints, to.place(f, end) + weight * (first.at(end) - to.place(0, end)));
-    }
-    std::copy(figure.local.begin(), figure.local.end(), track.local.begin() + static_cast<std::ptrdiff_t>(f * joints));
-    track.trans[f] = figure.trans;
-  }
-  Clip out = motion;
-  set_pose(out, track);
-  return out;
-}
-
 }  // namespace
 
 Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t count) {
@@ -359,9 +314,7 @@ Clip going_on(const Clip& source, int64_t start, const Clip& last, const Clip& f
   const SourcePoses poses{frames_at(source, {start - 1}), last, {-1}, {-1}, {}};
   const auto count =
       static_cast<int64_t>(std::floor(static_cast<double>(future.frames()) * source.rate / future.rate + 1e-6));
-  const Clip out = on_source_skeleton(future, poses, std::max<int64_t>(count, 1));
-  if (!source.rotations.defined() || !source.trans.defined()) return out;
-  return without_seam(out, frames_at(source, {std::max<int64_t>(start - 2, 0), start - 1}));
+  return on_source_skeleton(future, poses, std::max<int64_t>(count, 1));
 }
 
 torch::Tensor labels_going_on(const torch::Tensor& labels, double rate, double source_rate) {

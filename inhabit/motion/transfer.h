@@ -38,8 +38,7 @@ Clip joined_poses(const std::vector<Clip>& poses);
 /// Throws Error where skeleton, poses and times do not agree.
 Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t count);
 
-/// What follows on frame `start` - 1 of `source`, on its skeleton and at its rate. It leaves from where the last two
-/// frames lead: what its first frame is off from there fades over 0.4 s. @param last that frame on the
+/// What follows on frame `start` - 1 of `source`, on its skeleton and at its rate. @param last that frame on the
 /// standard skeleton, its rotations found as those of `future` were; the first frame of `future` is 1 / future.rate
 /// seconds later.
 Clip going_on(const Clip& source, int64_t start, const Clip& last, const Clip& future);
