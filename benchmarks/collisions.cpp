@@ -33,7 +33,7 @@ Tensor plain_depths(const SceneQuery& query, const Clip& clip) {
 Scene without_floor(const Scene& scene) {
   Scene out;
   for (const Mesh& mesh : scene.meshes)
-    if (object_of_mesh(mesh.name) != "floor" && object_of_mesh(mesh.name) != "rug") out.meshes.push_back(mesh);
+    if (!is_floor(mesh.name)) out.meshes.push_back(mesh);
   return out;
 }
 

@@ -17,12 +17,12 @@ namespace {
 using ::testing::HasSubstr;
 
 /// Two stages of one number each, "a" and "b", that learn to be 1 and 2.
-struct Toy {
+struct ToySystem {
   std::vector<std::string> begun;  ///< stages, as they begin
   std::string interrupt_in;        ///< a stage that SIGTERM ends at its third step
   SafeTensors header;
 
-  Toy() {
+  ToySystem() {
     header.metadata = {{"system", "toy"}, {"config", "{}"}};
     header.tensors["scale"] = torch::ones({2});
   }
@@ -73,7 +73,7 @@ TrainRun run_in(const TempFolder& folder) {
 TEST(Stages, EveryStageLeavesWhatItLearnedAndKeepsTheRest) {
   const TempFolder folder;
   TrainRun run = run_in(folder);
-  Toy toy;
+  ToySystem toy;
   ASSERT_TRUE(toy.run(run));
   EXPECT_EQ(toy.begun, (std::vector<std::string>{"a", "b"}));
   EXPECT_NEAR(made(run.out, "a"), 1, 0.2);
@@ -88,7 +88,7 @@ TEST(Stages, EveryStageLeavesWhatItLearnedAndKeepsTheRest) {
 TEST(Stages, AResumedRunGoesOnInTheStageThatStopped) {
   const TempFolder folder;
   TrainRun run = run_in(folder);
-  Toy whole, cut;
+  ToySystem whole, cut;
   ASSERT_TRUE(whole.run(run));
   const double a = made(run.out, "a"), b = made(run.out, "b");
   run.out = folder / "cut.safetensors";
@@ -105,7 +105,7 @@ TEST(Stages, AResumedRunGoesOnInTheStageThatStopped) {
 TEST(Stages, RefusesOtherCheckpointsAndOtherFiles) {
   const TempFolder folder;
   TrainRun run = run_in(folder);
-  Toy toy;
+  ToySystem toy;
   run.resume = true;
   EXPECT_THAT(refusal_of([&] { toy.run(run); }), HasSubstr("m.safetensors.checkpoint.safetensors"));
   for (const char* of : {"c steps 10", "aa steps 10", ""}) {
@@ -129,7 +129,7 @@ TEST(Stages, RefusesOtherCheckpointsAndOtherFiles) {
 TEST(Stages, TwoTrainingsDoNotWriteOneModel) {
   const TempFolder folder;
   const TrainRun run = run_in(folder);
-  Toy toy;
+  ToySystem toy;
   {
     const FileLock other(run.out + ".log.jsonl", "another training");
     EXPECT_THAT(refusal_of([&] { toy.run(run); }),
