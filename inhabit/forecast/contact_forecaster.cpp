@@ -35,7 +35,10 @@ Clip with_clean_feet(const Clip& past, const Clip& prediction, const SceneQuery&
 
 /// The body of the observed person in predicted joints (T, 22, 3).
 Clip embodied(const Clip& past, const torch::Tensor& joints) {
-  const BodyFit body = fit_rotations(builtin_body(), joints, fit_shape(builtin_body(), past.joints));
+  FitOptions fit;
+  fit.betas = fit_shape(builtin_body(), past.joints);
+  const BodyFit body =
+      fit_body(builtin_body(), joints, fit);  // over all frames: a network's bones change from one to the next
   Clip out;
   out.rate = past.rate;
   out.joints = joints;

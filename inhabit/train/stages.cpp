@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "inhabit/error.h"
@@ -31,11 +32,21 @@ bool alike(const torch::Tensor& a, const torch::Tensor& b) {
   return a.sizes() == b.sizes() && a.to(torch::kFloat32).allclose(b.to(torch::kFloat32), 1e-2, 1e-3);
 }
 
+/// A configuration without how it is trained and used, which may differ from stage to stage.
+nlohmann::json architecture(const std::string& config) {
+  nlohmann::json root = nlohmann::json::parse(config, nullptr, /*allow_exceptions=*/false);
+  if (root.is_object())
+    for (const char* group : {"training", "inference"}) root.erase(group);
+  return root;
+}
+
 /// What the model file holds already. Throws Error where it belongs to another configuration.
 SafeTensors kept_content(const SafeTensors& header, const std::string& path) {
   SafeTensors kept = read_safetensors(path);
-  for (const char* key : {"system", "config"})
-    if (kept.metadata[key] != header.metadata.at(key)) throw Error(path, "holds networks of another configuration");
+  if (kept.metadata["system"] != header.metadata.at("system") ||
+      architecture(kept.metadata["config"]) != architecture(header.metadata.at("config")))
+    throw Error(path, "holds networks of another configuration");
+  kept.metadata = header.metadata;
   for (const auto& [name, tensor] : header.tensors)
     if (const auto found = kept.tensors.find(name); found != kept.tensors.end() && !alike(found->second, tensor))
       throw Error(path, "holds networks that were trained on other data (" + name + " differs)");

@@ -220,7 +220,7 @@ TEST(Forecast, RefusesModelFilesOfAnotherSystemOrDamaged) {
   bad.expect_model_refused(bad / "plain.safetensors", "is not a model of contact-forecast");
   other.metadata = {{"system", "in-betweening"}};
   write_safetensors(bad / "foreign.safetensors", other);
-  bad.expect_model_refused(bad / "foreign.safetensors", "is a model of 'in-betweening'");
+  bad.expect_model_refused(bad / "foreign.safetensors", "but of 'in-betweening'");
 
   const SafeTensors shipped = read_safetensors(kModel);
   for (const char* network : {"contact_net.", "motion_net."}) {

@@ -177,7 +177,7 @@ TEST(Inbetween, TakesPosesAtTimes) {
   EXPECT_LT((filled.joints[45] - walk.joints[40]).norm(2, {1}).max().item<double>(), 0.01);
   EXPECT_LT((filled.joints[60] - walk.joints[80]).norm(2, {1}).max().item<double>(), 0.01);
   std::filesystem::remove(out);
-  expect_refused("inbetween " + poses + " --times 0,1" + end, {"2 times for 3 files"}, folder / "out");
+  expect_refused("inbetween " + poses + " --times 0,1" + end, {"2 are named for 3 poses"}, folder / "out");
   expect_refused("inbetween " + poses + " --times 0,1,1" + end, {"not in order"}, folder / "out");
 }
 

@@ -129,7 +129,7 @@ TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
   quick.rate = 60;
   clips = forecaster.run(quick, scene, {120, 0, 1, true, "walk"});
   ASSERT_EQ(clips.past.frames(), 30);
-  EXPECT_LT(largest(clips.past.joints[29] - quick.joints[118]), 1e-3F);
+  EXPECT_LT(largest(clips.past.joints[29] - quick.joints[119]), 1e-3F);
 }
 
 TEST(ForecastClip, MovesAlongWithClipAndScene) {

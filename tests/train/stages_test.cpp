@@ -40,7 +40,7 @@ struct ToySystem {
       task.module = layer.ptr();
       task.networks[name + "_net."] = layer.ptr();
       task.samples = 4;
-      const auto loss = [=]() mutable { return (layer->forward(torch::ones({1, 1})) - target).square().sum(); };
+      auto loss = [=]() mutable { return (layer->forward(torch::ones({1, 1})) - target).square().sum(); };
       task.prepare = batches([](const TrainStep&) { return 0; },
                              [=, this](int, const TrainStep& step) mutable {
                                if (name == interrupt_in && step.number == 2) std::raise(SIGTERM);
