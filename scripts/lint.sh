@@ -10,7 +10,7 @@ clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
 
 # The bit was lost once, and what calls a script by its path fails then.
-if git ls-files -s scripts .ci/run | grep -v '^100755'; then echo "scripts: not executable in git (chmod +x)" >&2; exit 1; fi
+if git ls-files -s 'scripts/*.sh' 'scripts/*.mjs' .ci/run | grep -v '^100755'; then echo "scripts: not executable in git (chmod +x)" >&2; exit 1; fi
 
 # What changed since the fork from the main branch.
 changed() {
