@@ -7,6 +7,7 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/metrics/collision.h"
+#include "inhabit/scene/objects.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/passive_waiting.h"
