@@ -57,9 +57,9 @@ Vector3d aim_of(const Vector3d& rest, const Vector3d& wanted, const Quaterniond&
 /// Where the middle joint of two bones of lengths `upper` and `lower` from `start` comes nearest to `mid` and its end
 /// to `end`, by the sum of squares: from a guess on, it is put between where each of the two wants it.
 Vector3d between(const Vector3d& start, const Vector3d& mid, const Vector3d& end, double upper, double lower) {
-  constexpr int kRounds = 4;
+  constexpr int kAlternations = 4;
   Vector3d m = mid;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kAlternations; ++round) {
     const Vector3d down = end - m;
     if (down.norm() < kShort) break;
     const Vector3d out = 0.5 * (mid + end - lower * down.normalized()) - start;

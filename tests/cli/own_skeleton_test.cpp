@@ -71,8 +71,8 @@ TEST(OwnSkeleton, StandardMeansTheStandardJointsAtTheModelsRate) {
   const TempFolder folder;
   write_atomically(folder / "walk.bvh", AnimatorFile().text());
   const std::string in = folder / "walk.bvh", out = folder / "standard.npz";
-  for (const std::string& verb : {"inbetween " + in + " --keyframes 31,60,97", "forecast " + in,
-                                  "anticipate " + in + " --samples 1 --seconds 2"}) {
+  for (const std::string verb : {"inbetween " + in + " --keyframes 31,60,97", "forecast " + in,
+                                 "anticipate " + in + " --samples 1 --seconds 2"}) {
     const CommandResult r = run_command(verb + " --standard -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const Clip clip = read_clips(out).at(0);

@@ -44,7 +44,9 @@ TEST(PlacedBody, CapsulePointsLieOnTheAxesThatTurnWithTheirJoints) {
     const torch::Tensor points = found.points.slice(1, found.first[i], found.first[i + 1]);
     const torch::Tensor joint = clip.joints.select(1, c.joint);
     EXPECT_LT(largest((points.select(1, 0) - joint).norm(2, {1}) - a.norm()), 1e-5) << "the first is the end a";
-    if (points.size(1) > 1) EXPECT_LT(largest(points.diff(1, 1).norm(2, {2})), 0.0301);
+    if (points.size(1) > 1) {
+      EXPECT_LT(largest(points.diff(1, 1).norm(2, {2})), 0.0301);
+    }
   }
 }
 
