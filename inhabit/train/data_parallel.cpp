@@ -6,11 +6,15 @@
 #include "inhabit/error.h"
 
 #ifdef INHABIT_C10D
+#ifndef USE_C10D_GLOO
 #define USE_C10D_GLOO  // NOLINT: what LibTorch's own build calls it
+#endif
 #include <torch/csrc/distributed/c10d/ProcessGroupGloo.hpp>
 #include <torch/csrc/distributed/c10d/TCPStore.hpp>
 #ifdef INHABIT_NCCL
+#ifndef USE_C10D_NCCL
 #define USE_C10D_NCCL  // NOLINT
+#endif
 #include <torch/csrc/distributed/c10d/ProcessGroupNCCL.hpp>
 #endif
 #endif
