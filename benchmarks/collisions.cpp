@@ -7,10 +7,10 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/metrics/collision.h"
-#include "inhabit/scene/objects.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/passive_waiting.h"
+#include "inhabit/scene/objects.h"
 
 namespace {
 
