@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${1:-release}
 scripts/dependencies.sh "$([ "$preset" = coverage ] && echo coverage || echo test)"
-cmake --preset "$preset" >/dev/null
+cmake --preset "$preset" ${CI:+-DINHABIT_WERROR=ON} >/dev/null
 cmake --build --preset "$preset"
 # The glTF validator; without a network its test is skipped.
 [ -d tests/gltf_validator/node_modules ] || npm ci --silent --no-audit --no-fund --prefix tests/gltf_validator || true
