@@ -45,12 +45,16 @@ int body_joint(const Skeleton& skeleton) {
   try {
     return find_landmarks(skeleton, "skeleton").pelvis;
   } catch (const Error&) {
-    std::vector<std::vector<int>> children(skeleton.parents.size());
+    std::vector<int> children(skeleton.parents.size(), 0);
+    for (int j = 1; j < skeleton.size(); ++j) ++children[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])];
+    // Branches alone count: a target of inverse kinematics beside the hips is a joint without children.
+    std::vector<std::vector<int>> branches(children.size());
     for (int j = 1; j < skeleton.size(); ++j)
-      children[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])].push_back(j);
+      if (children[static_cast<size_t>(j)] > 0)
+        branches[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])].push_back(j);
     int joint = 0;
-    while (children[static_cast<size_t>(joint)].size() == 1) joint = children[static_cast<size_t>(joint)][0];
-    return children[static_cast<size_t>(joint)].empty() ? 0 : joint;
+    while (branches[static_cast<size_t>(joint)].size() == 1) joint = branches[static_cast<size_t>(joint)][0];
+    return children[static_cast<size_t>(joint)] > 1 ? joint : 0;
   }
 }
 

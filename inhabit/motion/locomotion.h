@@ -4,7 +4,7 @@
 namespace inhabit {
 
 /// The joint that legs, arms and head hang on: the pelvis where find_landmarks knows the skeleton, else the first
-/// joint with several children, else the root.
+/// joint with several branches (children that have children), else the root.
 int body_joint(const Skeleton& skeleton);
 
 /// Where the root stands and a joint between it and the body moves instead (a root "joint_Root" at the origin over

@@ -17,7 +17,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kMissed = 1e-6;  // metres that are not worth a correction
+constexpr double kMissed = 1e-6;    // metres that are not worth a correction
+constexpr double kStraight = 0.05;  // metres of a knee beside the line from hip to ankle: its side is known
+constexpr double kBendByMove = 5;   // metres that a straight limb bends to its own side for one its end is moved
 
 // A joint of the file and the standard rotation that moves it: from that of `low` to that of `high` by `weight`.
 struct Follower {
@@ -25,9 +27,10 @@ struct Follower {
   double weight;
 };
 
-// Joints of the file for a standard chain of start, middle and end.
+// Joints of the file for a limb of the standard skeleton.
 struct SourceLimb {
-  std::array<int, 3> joints, standard;
+  std::array<int, 3> joints;
+  Limb standard;
 };
 
 struct Mapping {
@@ -67,8 +70,9 @@ Mapping mapping_of(const Skeleton& skeleton) {
                                           {marks.elbow[s], 18},
                                           {marks.wrist[s], 20}})
       follow(joint, standard + side, standard + side, 0);
-    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, {1 + side, 4 + side, 7 + side}});
-    out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, {16 + side, 18 + side, 20 + side}});
+    const Side which = s == 0 ? Side::left : Side::right;
+    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, leg(which)});
+    out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, arm(which)});
   }
   std::sort(out.followers.begin(), out.followers.end(),
             [](const Follower& a, const Follower& b) { return a.joint < b.joint; });
@@ -161,11 +165,14 @@ struct Figure {
   void turn(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
 
   // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end stays turned.
-  void reach(const std::array<int, 3>& limb, const Vector3d& goal) {
+  // A straight one bends to `side` (unit vector), as its own plane says nothing.
+  void reach(const std::array<int, 3>& limb, const Vector3d& goal, const Vector3d& side) {
     const auto [start, mid, end] = limb;
     const Vector3d upper = at(mid) - at(start), lower = at(end) - at(mid), straight = at(end) - at(start);
-    if ((goal - at(end)).norm() < kMissed || upper.norm() < 1e-6 || lower.norm() < 1e-6) return;
-    const Vector3d pole = upper - straight * (upper.dot(straight) / std::max(1e-12, straight.squaredNorm()));
+    const double move = (goal - at(end)).norm();
+    if (move < kMissed || upper.norm() < 1e-6 || lower.norm() < 1e-6) return;
+    const Vector3d bend = upper - straight * (upper.dot(straight) / std::max(1e-12, straight.squaredNorm()));
+    const Vector3d pole = bend + side * kBendByMove * move * std::max(0.0, 1 - bend.norm() / kStraight);
     const TwoBone solved = solve_two_bone(at(start), upper.norm(), lower.norm(), goal, pole, 0);
     const Quaterniond by_upper = Quaterniond::FromTwoVectors(upper, solved.mid - at(start)),
                       by_lower = Quaterniond::FromTwoVectors(lower, solved.end - solved.mid);
@@ -214,8 +221,8 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
     }
     for (size_t i = 0; i < limbs; ++i) {
       const SourceLimb& limb = mapping.limbs[i];
-      apart[k * limbs + i] = keys.turned(k, limb.standard[1]).conjugate() *
-                             (from.place(k, limb.joints[2]) - keys.place(k, limb.standard[2]));
+      apart[k * limbs + i] = keys.turned(k, limb.standard.mid).conjugate() *
+                             (from.place(k, limb.joints[2]) - keys.place(k, limb.standard.end));
     }
     pelvis_apart[k] = keys.turned(k, 0).conjugate() * (from.place(k, mapping.pelvis) - keys.place(k, 0));
   }
@@ -253,7 +260,8 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
     for (size_t i = 0; i < limbs; ++i) {
       const SourceLimb& limb = mapping.limbs[i];
       figure.reach(limb.joints,
-                   to.place(t, limb.standard[2]) + to.turned(t, limb.standard[1]) * mixed_place(apart, limbs, i));
+                   to.place(t, limb.standard.end) + to.turned(t, limb.standard.mid) * mixed_place(apart, limbs, i),
+                   to.turned(t, limb.standard.start) * limb.standard.rest_pole);
     }
     track.trans.push_back(figure.trans);
     track.local.insert(track.local.end(), figure.local.begin(), figure.local.end());
