@@ -158,7 +158,8 @@ void add_eval_inbetween(CLI::App& verb) {
                                                             {"close", inhabit::inbetween::Layout::close},
                                                             {"keys", inhabit::inbetween::Layout::keys},
                                                             {"settings", inhabit::inbetween::Layout::settings},
-                                                            {"seeds", inhabit::inbetween::Layout::seeds}}));
+                                                            {"seeds", inhabit::inbetween::Layout::seeds}}))
+      ->option_text("NAME");
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   inbetween->callback([o] {
     using namespace inhabit;
@@ -201,7 +202,7 @@ void add_eval_detour(CLI::App& verb) {
     std::vector<std::string> settings;
     inhabit::inbetween::Options request;
   };
-  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight way: who goes around");
+  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight path: who goes around");
   auto o = std::make_shared<Options>();
   detour->add_option("--model", o->model, "Model file (default: the one that ships)");
   detour->add_option("--seeds", o->runs, "Runs with different seeds")

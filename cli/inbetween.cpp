@@ -71,7 +71,7 @@ Page inbetween_page(const inbetween::Result& r, const InbetweenArguments& o) {
   Page page;
   page.title = "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string();
   page.note =
-      std::string("Blue: what was given. Purple: filled in. Prints on the floor: where a foot stands. ") +
+      std::string("Blue: key poses. Purple: filled in. Prints on the floor: where a foot stands. ") +
       (r.scene.meshes.empty() ? "The scene is points, which have no inside." : "Red: the body is inside the scene.");
   page.scene = &r.scene;
   PagePerson person{r.motion, "filled in", PagePerson::Role::filled};

@@ -10,5 +10,6 @@ inline void add_sampler(CLI::App& verb, inhabit::inbetween::Sampler& sampler) {
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, inhabit::inbetween::Sampler>{{"ddpm", inhabit::inbetween::Sampler::ddpm},
                                                              {"ddim", inhabit::inbetween::Sampler::ddim},
-                                                             {"dpm", inhabit::inbetween::Sampler::dpm_solver}}));
+                                                             {"dpm", inhabit::inbetween::Sampler::dpm_solver}}))
+      ->option_text("NAME");
 }

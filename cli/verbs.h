@@ -37,7 +37,8 @@ inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& 
                         const std::string& what = "the file") {
   verb.add_option(option, up, "Up axis of " + what + ", y or z (default: detected)")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}));
+          std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}))
+      ->option_text("y|z");
 }
 
 void add_version(CLI::App& app);

@@ -179,7 +179,7 @@ bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const std::st
     const Tensor spread = std::get<0>(root_path.max(0)) - std::get<0>(root_path.min(0));
     z_up = spread[2].item<float>() < spread[1].item<float>();
   }
-  note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+  note(notes, z_up ? "+Z is up in the file (detected): rotated to +Y" : "+Y is up in the file (detected)");
   return z_up;
 }
 
@@ -311,7 +311,7 @@ Clip positions_clip(const Npz& npz, const char* name, const std::string& subject
   clip.file.z_up = z_up;
   if (z_up) turn_upright(clip);
   if (options.up == UpAxis::automatic)
-    note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+    note(notes, z_up ? "+Z is up in the file (detected): rotated to +Y" : "+Y is up in the file (detected)");
   return clip;
 }
 

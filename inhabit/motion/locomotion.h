@@ -7,9 +7,9 @@ namespace inhabit {
 /// joint with several branches (children that have children), else the root.
 int body_joint(const Skeleton& skeleton);
 
-/// Where the root stands and a joint between it and the body moves instead (a root "joint_Root" at the origin over
-/// which "Hips" travel), the root takes that motion over, so that trans is where the person goes: the bones from the
-/// root to that joint become rigid, vertical where they carried the motion, and long as they were high in the median.
+/// In some files the root stands at the origin ("joint_Root") and a joint between it and the body, the carrier, moves
+/// ("Hips"). Here the root takes that motion over, so that trans is where the person goes. The bones from the root to
+/// the carrier become rigid and, where they carried the motion, vertical: as long as they were high in the median.
 /// Joints below the carrier stay exactly where they are, others keep their places by translations. clip.file keeps what
 /// restore_trajectory needs. Nothing happens where the root goes as far as the carrier does relative to it.
 /// @return the carrier, or -1 where nothing happened.

@@ -122,7 +122,7 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     }
     c.foot = steps.foot[i];
 
-    // The head looks where the way goes and stays level.
+    // The head looks where the path goes and stays level.
     const size_t soon = std::min(i + static_cast<size_t>(0.4 * rate), n - 1);
     const double trunk_lean = c.tilt + c.bend;
     c.gaze_yaw =
@@ -132,9 +132,9 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
     for (const Look& look : plan.looks) {
       const double w = look.when.at(t);
       if (w <= 0) continue;
-      const Vector3d way = look.point - eyes;
-      const double toward = wrapped(heading_of(on_ground(way)) - steps.yaw[i]);
-      const double down = -std::atan2(way.y(), Vector2d(way.x(), way.z()).norm());
+      const Vector3d gaze = look.point - eyes;
+      const double toward = wrapped(heading_of(on_ground(gaze)) - steps.yaw[i]);
+      const double down = -std::atan2(gaze.y(), Vector2d(gaze.x(), gaze.z()).norm());
       c.gaze_yaw += w * (steps.yaw[i] + std::clamp(toward, -1.0, 1.0) - c.gaze_yaw);
       c.gaze_pitch += w * (std::clamp(down, -0.5, 0.75) + 0.25 * trunk_lean - c.gaze_pitch);
     }

@@ -178,7 +178,7 @@ TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
   for (const Tensor& out : found) EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
 }
 
-/// A wall across the way ahead, and a block to its left.
+/// A wall across the path ahead, and a block to its left.
 Scene room_ahead() {
   Scene scene = floor_scene();
   MeshBuilder walls;
@@ -189,7 +189,7 @@ Scene room_ahead() {
 }
 
 TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
-  // What is seen of the room must turn with the person: a sign turned round in occupancy, offsets or the way around
+  // What is seen of the room must rotate with the person: a wrong sign in occupancy, offsets or the detour
   // would change the motion.
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 0.5, 0, 1);
