@@ -107,20 +107,61 @@ void add_eval_anticipate(CLI::App& verb) {
   });
 }
 
+struct InbetweenOptions {
+  std::vector<std::string> data, models;
+  std::vector<int> t_star;
+  std::string split = "test", json, joints;
+  std::vector<std::string> settings;
+  int64_t windows = 100;
+  inhabit::inbetween::Options options;
+  inhabit::inbetween::Layout layout = inhabit::inbetween::Layout::methods;
+  inhabit::inbetween::Evaluation evaluation;
+};
+
+/// The interpolated baselines, and the models with each T*. @param config becomes the last model's.
+std::vector<inhabit::inbetween::Method> inbetween_methods(const InbetweenOptions& o,
+                                                          inhabit::inbetween::Config& config) {
+  using namespace inhabit;
+  std::vector<inbetween::Method> methods;
+  if (!o.options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
+  for (const std::string& file : o.models) {
+    inbetween::Networks networks = inbetween::load_networks(file);
+    set_fields(networks.config, o.settings);
+    config = networks.config;
+    if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+    for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
+      networks.config.t_star = t_star;
+      methods.push_back(inbetween::model_method(std::make_shared<inbetween::SceneInbetweener>(networks), o.options));
+    }
+  }
+  return methods;
+}
+
+void eval_inbetween(InbetweenOptions& o) {
+  using namespace inhabit;
+  if (!o.json.empty()) require_writable(o.json);
+  if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
+  if (!o.joints.empty()) o.options.key_groups = inbetween::key_groups(o.joints);
+  o.evaluation.key_joints = inbetween::key_joints_of(o.options.key_groups);
+  inbetween::Config config;
+  const std::vector<inbetween::Method> methods = inbetween_methods(o, config);
+  const inbetween::Data data(o.data, o.split, config, config.frames);
+  if (data.size() == 0)
+    throw Error(o.data.front(), "has no window of " + std::to_string(config.frames) + " frames in split " + o.split);
+  std::vector<inbetween::Window> windows;
+  for (const int64_t i : data.windows().spread(o.windows)) windows.push_back(data.window(i));
+  const inbetween::MotionAutoencoder features =
+      inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+  o.evaluation.progress = progress_lines("windows filled");
+  const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
+  if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
+  std::printf("%s", table_text(table, o.layout).c_str());
+}
+
 void add_eval_inbetween(CLI::App& verb) {
-  struct Options {
-    std::vector<std::string> data, models;
-    std::vector<int> t_star;
-    std::string split = "test", json, joints;
-    std::vector<std::string> settings;
-    int64_t windows = 100;
-    inhabit::inbetween::Options options;
-    inhabit::inbetween::Layout layout = inhabit::inbetween::Layout::methods;
-    inhabit::inbetween::Evaluation evaluation;
-  };
   CLI::App* inbetween = verb.add_subcommand(
       "inbetween", "Frechet distance, foot skating, jerk, joint error and collisions of scene-aware in-betweening");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<InbetweenOptions>();
   inbetween->add_option("--data", o->data, "Native data set folders")->required();
   inbetween->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
@@ -162,38 +203,7 @@ void add_eval_inbetween(CLI::App& verb) {
                                                       {"seeds", inhabit::inbetween::Layout::seeds}}))
       ->option_text("NAME");
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
-  inbetween->callback([o] {
-    using namespace inhabit;
-    if (!o->json.empty()) require_writable(o->json);
-    if (o->models.empty()) o->models.push_back(shipped_model("inbetween-compact.safetensors"));
-    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
-    o->evaluation.key_joints = inbetween::key_joints_of(o->options.key_groups);
-    std::vector<inbetween::Method> methods;
-    if (!o->options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
-    inbetween::Config config;
-    for (const std::string& file : o->models) {
-      inbetween::Networks networks = inbetween::load_networks(file);
-      set_fields(networks.config, o->settings);
-      config = networks.config;
-      if (!o->t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
-      for (const int t_star : o->t_star.empty() ? std::vector<int>{config.t_star} : o->t_star) {
-        networks.config.t_star = t_star;
-        methods.push_back(inbetween::model_method(std::make_shared<inbetween::SceneInbetweener>(networks), o->options));
-      }
-    }
-    const inbetween::Data data(o->data, o->split, config, config.frames);
-    if (data.size() == 0)
-      throw Error(o->data.front(),
-                  "has no window of " + std::to_string(config.frames) + " frames in split " + o->split);
-    std::vector<inbetween::Window> windows;
-    for (const int64_t i : data.windows().spread(o->windows)) windows.push_back(data.window(i));
-    const inbetween::MotionAutoencoder features =
-        inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
-    o->evaluation.progress = progress_lines("windows filled");
-    const inbetween::Table table = inbetween::evaluate(windows, methods, features, o->evaluation);
-    if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
-    std::printf("%s", table_text(table, o->layout).c_str());
-  });
+  inbetween->callback([o] { eval_inbetween(*o); });
 }
 
 void add_eval_detour(CLI::App& verb) {

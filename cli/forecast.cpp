@@ -63,8 +63,7 @@ void add_forecast(CLI::App& app) {
     o->forecast.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     const auto forecaster =
         forecast::ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
     o->forecast.name = o->motion;

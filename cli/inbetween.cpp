@@ -125,8 +125,7 @@ void add_inbetween(CLI::App& app) {
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
     const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
     o->options.name = o->motions[0];
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),

@@ -60,8 +60,7 @@ void add_refine(CLI::App& app) {
     o->standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     refine::Options options;
     options.contacts = o->contacts;
     options.smooth = o->smooth;

@@ -27,10 +27,11 @@ struct Follower {
   double weight;
 };
 
-// Joints of the file for a limb of the standard skeleton.
+// Joints of the file for a limb of the standard skeleton, and for the ball of the foot where it has one.
 struct SourceLimb {
   std::array<int, 3> joints;
   Limb standard;
+  int ball = -1, standard_ball = -1;
 };
 
 struct Mapping {
@@ -71,7 +72,7 @@ Mapping mapping_of(const Skeleton& skeleton) {
                                           {marks.wrist[s], 20}})
       follow(joint, standard + side, standard + side, 0);
     const Side which = s == 0 ? Side::left : Side::right;
-    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, leg(which)});
+    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, leg(which), marks.toe[s], 10 + side});
     out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, arm(which)});
   }
   std::sort(out.followers.begin(), out.followers.end(),
@@ -180,7 +181,56 @@ struct Figure {
     turn(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
     turn(end, (by_lower * above(end)).conjugate() * turned(end));
   }
+
+  // Turns a joint that is to stand at `end` by the least that points a joint below it to `goal`.
+  // @return where it must stand instead for that joint to be at `goal`, as bones keep their lengths.
+  Vector3d point(int joint, const Vector3d& end, int tip, const Vector3d& goal) {
+    const Vector3d now = at(tip) - at(joint), wanted = goal - end;
+    if ((wanted - now).norm() < kMissed || now.norm() < 1e-6 || wanted.norm() < 1e-6) return end;
+    const Quaterniond by = Quaterniond::FromTwoVectors(now, wanted);
+    pose.rotations[static_cast<size_t>(joint)] = by * turned(joint);
+    turn(joint, above(joint).conjugate() * turned(joint));
+    return goal - wanted.normalized() * now.norm();
+  }
 };
+
+// What poses of the file are off the standard ones, as seen from the standard joints. Rows of one pose.
+struct Alignment {
+  size_t followers, limbs;
+  std::vector<Quaterniond> turned;            // followers
+  std::vector<Vector3d> ends, balls, pelvis;  // limbs, limbs, one
+
+  Alignment(const Mapping& mapping, const Posed& from, const Posed& keys)
+      : followers(mapping.followers.size()), limbs(mapping.limbs.size()) {
+    const size_t poses = static_cast<size_t>(from.track.frames());
+    for (size_t k = 0; k < poses; ++k) {
+      for (const Follower& f : mapping.followers)
+        turned.push_back(keys.followed(k, f).conjugate() * from.turned(k, f.joint));
+      const auto off = [&](int joint, int standard, int seen_from) {
+        return joint < 0
+                   ? Vector3d::Zero().eval()
+                   : Vector3d(keys.turned(k, seen_from).conjugate() * (from.place(k, joint) - keys.place(k, standard)));
+      };
+      for (const SourceLimb& limb : mapping.limbs) {
+        ends.push_back(off(limb.joints[2], limb.standard.end, limb.standard.mid));
+        balls.push_back(off(limb.ball, limb.standard_ball, limb.standard.end));
+      }
+      pelvis.push_back(off(mapping.pelvis, 0, 0));
+    }
+  }
+};
+
+// Poses that are to come out as they went in.
+void meet_exactly(Clip& out, const SourcePoses& poses) {
+  const Clip& source = poses.source;
+  for (size_t k = 0; k < poses.frames.size(); ++k) {
+    const int64_t f = poses.frames[k];
+    if (f < 0 || f >= out.frames() || (!poses.exact.empty() && !poses.exact[k])) continue;
+    for (auto [row, pose] : {std::pair(&out.joints, &source.joints), std::pair(&out.rotations, &source.rotations),
+                             std::pair(&out.trans, &source.trans), std::pair(&out.translations, &source.translations)})
+      if (pose->defined()) (*row)[f].copy_((*pose)[static_cast<int64_t>(k)]);
+  }
+}
 
 }  // namespace
 
@@ -208,26 +258,9 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
   const Posed from(source), keys(poses.standard), to(wanted);
   const Bones bones = bones_of(source.skeleton);
   const auto joints = static_cast<size_t>(bones.size());
-  const size_t K = poses.frames.size();
-  // How each follower is turned as seen from what it follows, and how far ends are from the standard ones', as seen
-  // from the middle joints.
-  const size_t followers = mapping.followers.size(), limbs = mapping.limbs.size();
-  std::vector<Quaterniond> aligned(K * followers);
-  std::vector<Vector3d> apart(K * limbs), pelvis_apart(K);
-  for (size_t k = 0; k < K; ++k) {
-    for (size_t i = 0; i < followers; ++i) {
-      const Follower& f = mapping.followers[i];
-      aligned[k * followers + i] = keys.followed(k, f).conjugate() * from.turned(k, f.joint);
-    }
-    for (size_t i = 0; i < limbs; ++i) {
-      const SourceLimb& limb = mapping.limbs[i];
-      apart[k * limbs + i] = keys.turned(k, limb.standard.mid).conjugate() *
-                             (from.place(k, limb.joints[2]) - keys.place(k, limb.standard.end));
-    }
-    pelvis_apart[k] = keys.turned(k, 0).conjugate() * (from.place(k, mapping.pelvis) - keys.place(k, 0));
-  }
+  const Alignment keyed(mapping, from, keys);
   std::vector<int> follower_of(joints, -1);
-  for (size_t i = 0; i < followers; ++i)
+  for (size_t i = 0; i < keyed.followers; ++i)
     follower_of[static_cast<size_t>(mapping.followers[i].joint)] = static_cast<int>(i);
 
   PoseTrack track;
@@ -250,18 +283,22 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
       }
       const auto i = static_cast<size_t>(follower_of[j]);
       global[j] = to.followed(t, mapping.followers[i]) *
-                  aligned[b.low * followers + i].slerp(b.weight, aligned[b.high * followers + i]);
+                  keyed.turned[b.low * keyed.followers + i].slerp(b.weight, keyed.turned[b.high * keyed.followers + i]);
       figure.local[j] = (j == 0 ? global[j] : global[parent].conjugate() * global[j]).normalized();
     }
     figure.trans.setZero();
     figure.place_joints();
-    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(pelvis_apart, 1, 0) - figure.at(mapping.pelvis);
+    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(keyed.pelvis, 1, 0) - figure.at(mapping.pelvis);
     figure.place_joints();
-    for (size_t i = 0; i < limbs; ++i) {
+    for (size_t i = 0; i < keyed.limbs; ++i) {
       const SourceLimb& limb = mapping.limbs[i];
-      figure.reach(limb.joints,
-                   to.place(t, limb.standard.end) + to.turned(t, limb.standard.mid) * mixed_place(apart, limbs, i),
-                   to.turned(t, limb.standard.start) * limb.standard.rest_pole);
+      const auto goal = [&](int joint, int seen_from, const std::vector<Vector3d>& off) {
+        return Vector3d(to.place(t, joint) + to.turned(t, seen_from) * mixed_place(off, keyed.limbs, i));
+      };
+      Vector3d end = goal(limb.standard.end, limb.standard.mid, keyed.ends);
+      if (limb.ball >= 0)
+        end = figure.point(limb.joints[2], end, limb.ball, goal(limb.standard_ball, limb.standard.end, keyed.balls));
+      figure.reach(limb.joints, end, to.turned(t, limb.standard.start) * limb.standard.rest_pole);
     }
     track.trans.push_back(figure.trans);
     track.local.insert(track.local.end(), figure.local.begin(), figure.local.end());
@@ -269,13 +306,7 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
   }
   Clip out = person_of(source);
   set_pose(out, track);
-  for (size_t k = 0; k < K; ++k) {
-    const int64_t f = poses.frames[k];
-    if (f < 0 || f >= count || (!poses.exact.empty() && !poses.exact[k])) continue;
-    for (auto [row, pose] : {std::pair(&out.joints, &source.joints), std::pair(&out.rotations, &source.rotations),
-                             std::pair(&out.trans, &source.trans), std::pair(&out.translations, &source.translations)})
-      if (pose->defined()) (*row)[f].copy_((*pose)[static_cast<int64_t>(k)]);
-  }
+  meet_exactly(out, poses);
   return out;
 }
 
