@@ -187,7 +187,7 @@ TEST(Inbetween, SaysSoWhereItsOutputIsOnAnotherSkeletonThanItsInput) {
   const std::string end = " --steps 2 --model " + model_file(folder) + " -o " + folder / "filled.npz";
   const Clip walk = read_clip(kWalk);
   Clip positions = walk, renamed = slice(walk, 40, 41);
-  positions.rotations = positions.trans = {};
+  positions.rotations = positions.trans = torch::Tensor();
   positions.rate = 50;
   renamed.skeleton.names[3] = "belly";
   write_clip(folder / "positions.npz", positions);
