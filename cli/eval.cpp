@@ -12,6 +12,7 @@
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/atomic_file.h"
+#include "inputs.h"
 #include "models.h"
 #include "outputs.h"
 #include "progress.h"
@@ -113,7 +114,7 @@ void add_eval_anticipate(CLI::App& verb) {
     const anticipate::Table table = anticipate::evaluate(networks, sequences, o->evaluation);
     if (table.actions.empty()) throw Error(o->data, "has no recording long enough in split " + o->split);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
-    for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+    say(notes);
     std::printf("%s", table_text(table).c_str());
   });
 }
@@ -198,7 +199,8 @@ void add_eval_inbetween(CLI::App& verb) {
   add_settings(*inbetween, o->settings);
   inbetween->add_option("--t-star", o->t_star, "T* of noise-aware models, a row each (default: the one of training)")
       ->check(CLI::Range(1, 1000));
-  inbetween->add_flag("!--loose-feet", o->options.clean_feet, "Leave feet as the networks move them");
+  inbetween->add_flag_callback(
+      "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -206,12 +208,11 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween
       ->add_option("--layout", o->layout,
                    "Columns: methods (Tables 1, 3), close (2), keys (6), settings (8), seeds (9)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, inhabit::inbetween::Layout>{{"methods", inhabit::inbetween::Layout::methods},
-                                                            {"close", inhabit::inbetween::Layout::close},
-                                                            {"keys", inhabit::inbetween::Layout::keys},
-                                                            {"settings", inhabit::inbetween::Layout::settings},
-                                                            {"seeds", inhabit::inbetween::Layout::seeds}}))
+      ->transform(one_of<inhabit::inbetween::Layout>({{"methods", inhabit::inbetween::Layout::methods},
+                                                      {"close", inhabit::inbetween::Layout::close},
+                                                      {"keys", inhabit::inbetween::Layout::keys},
+                                                      {"settings", inhabit::inbetween::Layout::settings},
+                                                      {"seeds", inhabit::inbetween::Layout::seeds}}))
       ->option_text("NAME");
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   inbetween->callback([o] { eval_inbetween(*o); });

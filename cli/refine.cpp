@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/view/page.h"
@@ -44,7 +43,7 @@ void add_refine(CLI::App& app) {
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--contacts", o->contacts,
                    "auto: feet stay where they are found to stand; none: they are left alone")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"auto", true}, {"none", false}}))
+      ->transform(one_of<bool>({{"auto", true}, {"none", false}}))
       ->option_text("auto|none [auto]");
   verb->add_option("--keep", o->keep,
                    "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names");
@@ -58,6 +57,7 @@ void add_refine(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "refined.html", "a refined motion");
+    o->standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
     const Scene scene = read_scene(o->scene, notes);
@@ -72,13 +72,12 @@ void add_refine(CLI::App& app) {
     std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",
                 57.29578 * result.noise_rotations, 1e3 * result.noise_root, static_cast<long long>(result.contacts),
                 1e3 * result.moved);
-    for (const std::string& out : o->outputs) {
-      if (extension_of(out) == "html")
-        write_page(out, refined_page(result.before, result.clip, scene,
-                                     "Refined: " + std::filesystem::path(o->motion).filename().string()));
-      else
-        write_clip(out, o->standard ? result.clip : result.on_source, &scene);
-      std::printf("%s\n", out.c_str());
-    }
+    write_outputs(
+        o->outputs,
+        [&] {
+          return refined_page(result.before, result.clip, scene,
+                              "Refined: " + std::filesystem::path(o->motion).filename().string());
+        },
+        [&](const std::string& out) { write_clip(out, o->standard ? result.clip : result.on_source, &scene); });
   });
 }

@@ -16,7 +16,7 @@ int body_joint(const Skeleton& skeleton);
 int carry_by_root(Clip& clip);
 
 /// Undoes carry_by_root: the root stands where its file had it, the carrier translates. The clip as it is where there
-/// is no carrier, or where the root did not stand.
+/// is no carrier, or where in the file the root, or a joint between the two, did not stand.
 Clip restore_trajectory(const Clip& clip);
 
 /// Sets clip.translations from places (T, J, 3) relative to the parents, or leaves it undefined where every joint stays

@@ -11,7 +11,8 @@
 namespace inhabit {
 namespace {
 
-constexpr int64_t kValidateEvery = 500;  // steps at most: a long training that is stopped leaves recent weights
+// Steps between validations, at most: a long training that is interrupted has a best model by then.
+constexpr int64_t kValidateEvery = 500;
 
 std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
 

@@ -51,7 +51,7 @@ TEST(IntentionLoss, IsTheCrossEntropyOverRecordedFrames) {
   EXPECT_EQ(intention_loss(logits, labels, torch::zeros({1, 3})).item<double>(), 0) << "no frame, no loss";
 }
 
-TEST(AdversaryLosses, AreThoseOfProbabilities) {
+TEST(AdversarialLosses, AreThoseOfProbabilities) {
   // Taken for real with probability 0.8 and 0.5 (real input), 0.25 (forecast).
   const auto logit = [](double p) { return std::log(p / (1 - p)); };
   const Tensor real = torch::tensor({logit(0.8), logit(0.5)}), forecast = torch::tensor({logit(0.25)});

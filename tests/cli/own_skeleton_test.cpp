@@ -110,6 +110,28 @@ TEST(OwnSkeleton, ForecastsLeaveFromTheLastPose) {
   EXPECT_EQ(read_npz(folder / "futures.npz").tensors.at("intention").sizes(), (torch::IntArrayRef{2, 180}));
 }
 
+// How high the body hangs on a root that stands is measured in each file, and not at all in one of a single frame.
+TEST(OwnSkeleton, PosesOfSeveralFilesAreMetWhereTheirRootsStand) {
+  const TempFolder folder;
+  AnimatorFile low, high;
+  low.world_root = high.world_root = true;
+  low.hips = 60;
+  const std::string a = folder / "a.bvh", b = folder / "b.bvh", out = folder / "out.bvh";
+  for (const int frames : {1, 61}) {
+    low.frames = high.frames = frames;
+    low.begin = 1;
+    write_atomically(a, high.text());
+    write_atomically(b, low.text());
+    const CommandResult r = run_command("inbetween " + a + " " + b + " --times 0,2 -o " + out);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const std::string own = read_whole_file(out);
+    EXPECT_EQ(hierarchy(own), hierarchy(high.text()));
+    const Places found = places_in_bvh(own);
+    EXPECT_LT(apart(places_in_bvh(high.text()), found, 0, 0), 0.01) << frames;
+    EXPECT_LT(apart(places_in_bvh(low.text()), found, 0, found.at("Hips").size() - 1), 0.01) << frames;
+  }
+}
+
 TEST(OwnSkeleton, ConvertWritesMetresAndUpwardsUnlessAsked) {
   const TempFolder folder;
   AnimatorFile file;

@@ -45,7 +45,7 @@ double missed(const Clip& reached, const Clip& given, int joint) {
   return (reached.joints[kKey][joint] - given.joints[kKey][joint]).norm().item<double>();
 }
 
-TEST(ReachGiven, AHandGoesWhereTheArmReaches) {
+TEST(ReachTargets, AHandGoesWhereTheArmReaches) {
   const Clip clip = standing(), given = moved(clip, 20, {-0.1F, 0.25F, 0.3F});
   const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 1e-3);
@@ -55,7 +55,7 @@ TEST(ReachGiven, AHandGoesWhereTheArmReaches) {
   expect_posed(reached);
 }
 
-TEST(ReachGiven, TheTrunkLeansForAHandOnAPelvisThatStays) {
+TEST(ReachTargets, TheTrunkLeansForAHandOnAPelvisThatStays) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.2F, 0.75F});
   const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 2e-3);
@@ -67,14 +67,14 @@ TEST(ReachGiven, TheTrunkLeansForAHandOnAPelvisThatStays) {
   expect_posed(reached);
 }
 
-TEST(ReachGiven, ATrunkThatIsGivenDoesNotLean) {
+TEST(ReachTargets, ATrunkThatIsATargetDoesNotLean) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.2F, 0.75F});
   const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("pelvis,head,left_wrist"));
   EXPECT_LT(missed(reached, given, 15), 1e-4);
   EXPECT_GT(missed(reached, given, 20), 0.05);
 }
 
-TEST(ReachGiven, TheBodyComesAlongWhereTheRootIsFree) {
+TEST(ReachTargets, TheBodyComesAlongWhereTheRootIsFree) {
   const Clip clip = standing(), given = moved(clip, 20, {0.F, 0.F, 1.5F});
   const Clip reached = reach_targets(clip, given, {0, kKey, 60}, key_groups("left_wrist"));
   EXPECT_LT(missed(reached, given, 20), 2e-3);

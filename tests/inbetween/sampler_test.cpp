@@ -252,7 +252,7 @@ TEST(Sampler, TellsItsProgress) {
   EXPECT_EQ(told, (std::vector<int64_t>{1, 2, 3, 4}));
 }
 
-TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
+TEST(InterpolateKeys, RunsStraightBetweenKeysAndIsConstantOutside) {
   KeyConstraints given;
   given.values =
       torch::tensor({9.F, 1.F, 9.F, 9.F, 7.F, 9.F, 5.F, 9.F, 9.F, 9.F, 9.F, 9.F, 3.F, 3.F, 3.F, 3.F, 3.F, 3.F})
@@ -265,7 +265,7 @@ TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
   EXPECT_LT(largest_difference(interpolate_keys(given), expected), 1e-6);
 }
 
-TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
+TEST(ImposeConstraints, MovesFramesAroundConstraintsAndNoOthers) {
   torch::manual_seed(5);
   const Tensor predicted = torch::randn({2, 3, 20});
   KeyConstraints given{torch::randn({2, 3, 20}), torch::zeros({2, 3, 20})};
@@ -273,10 +273,10 @@ TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
   given.blend_radius = 4;
   const Tensor led = impose_constraints(predicted, given), moved = led - predicted;
   EXPECT_TRUE(torch::equal(led.select(2, 6), given.values.select(2, 6)));
-  const std::vector<double> shares = {0.84375, 0.5, 0.15625, 0};  // 1 - smooth step of 1/4, 2/4, ...
+  const std::vector<double> weights = {0.84375, 0.5, 0.15625, 0};  // 1 - smooth step of 1/4, 2/4, ...
   for (int64_t away = 1; away <= 4; ++away)
     for (const int64_t frame : {6 - away, 6 + away})
-      EXPECT_LT(largest_difference(moved.select(2, frame), moved.select(2, 6) * shares[static_cast<size_t>(away - 1)]),
+      EXPECT_LT(largest_difference(moved.select(2, frame), moved.select(2, 6) * weights[static_cast<size_t>(away - 1)]),
                 1e-6)
           << frame;
   EXPECT_EQ(largest(moved.slice(2, 11)), 0);
@@ -288,7 +288,7 @@ TEST(LeadToGiven, MovesFramesAroundWhatHoldsAndNoOthers) {
   EXPECT_TRUE(torch::equal(impose_constraints(predicted, given).select(2, 19), given.values.select(2, 19)));
 }
 
-TEST(LeadToGiven, TakesAwayWhatIsOffAtNoisyKeysAllAlongAndNoNoise) {
+TEST(ImposeConstraints, TakesAwayTheResidualOfNoisyKeysAllAlongAndNoNoise) {
   torch::manual_seed(6);
   const int64_t frames = 121;
   const Tensor truth = torch::randn({1, 400, 1}).expand({1, 400, frames}), noise = 0.1 * torch::randn({1, 400, frames});

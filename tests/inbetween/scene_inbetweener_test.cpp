@@ -14,6 +14,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -164,6 +165,26 @@ TEST(SceneInbetweener, TakesAnyRateAndPositionsAlone) {
   const Result posed = inbetweener.run(positions, {}, request("every:30", 61));
   EXPECT_TRUE(posed.floor_assumed);
   EXPECT_LT(largest_difference(posed.motion.joints[30], positions.joints[30]), 0.03);
+}
+
+// Of a file on the standard skeleton whose joints translate: the model knows rigid bones, the file's skeleton does not.
+TEST(SceneInbetweener, JointsThatTranslateDoSoOnTheirOwnSkeletonAlone) {
+  const SceneInbetweener inbetweener(networks());
+  Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  Tensor places = clip.skeleton.offsets.unsqueeze(0).repeat({121, 1, 1});
+  places.select(1, 18).add_(0.04 * torch::sin(torch::arange(121) * 0.1).unsqueeze(1));
+  set_translations(clip, places);
+  const Options r = request("every:60", 121);
+  const Result filled = inbetweener.run(clip, floor_scene(), r);
+  EXPECT_FALSE(filled.motion.translations.defined());
+  const Clip& motion = filled.motion;
+  EXPECT_LT(largest_difference(motion.joints, joint_positions(motion.skeleton, motion.rotations, motion.trans)), 1e-5);
+  ASSERT_TRUE(filled.on_source.translations.defined());
+  for (const int64_t key : r.keys) EXPECT_TRUE(torch::equal(filled.on_source.joints[key], clip.joints[key])) << key;
+  const Tensor steps = (filled.on_source.joints.slice(0, 1) - filled.on_source.joints.slice(0, 0, 120) -
+                        motion.joints.slice(0, 1) + motion.joints.slice(0, 0, 120))
+                           .norm(2, {2});
+  EXPECT_LT(steps.max().item<double>(), 0.01) << "no jump at a key that the motion itself has not";
 }
 
 TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
