@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -22,8 +23,19 @@ namespace {
 
 void add_settings(CLI::App& verb, std::vector<std::string>& settings) {
   verb.add_option("--set", settings,
-                  "Settings of the model's configuration that do not change its sizes, KEY=VALUE, such as "
-                  "inference.guidance=0");
+                  "Settings of how the model is used, KEY=VALUE, such as inference.guidance=0 (docs/training.md)");
+}
+
+/// Sets fields of a model that is measured: those that begin with one of `keys`.
+template <class Config>
+void set_used(Config& config, const std::vector<std::string>& settings, const std::vector<std::string>& keys) {
+  std::string there;
+  for (const std::string& key : keys) there += (there.empty() ? "" : ", ") + key;
+  for (const std::string& setting : settings)
+    if (std::none_of(keys.begin(), keys.end(), [&](const auto& key) { return setting.rfind(key, 0) == 0; }))
+      throw inhabit::Error("--set " + setting, "is how the networks were made; eval may change " + there);
+  set_fields(config, settings);
+  validate(config, "--set");
 }
 
 void add_eval_forecast(CLI::App& verb) {
@@ -49,7 +61,7 @@ void add_eval_forecast(CLI::App& verb) {
     if (!o->json.empty()) require_writable(o->json);
     inhabit::forecast::Networks model =
         inhabit::forecast::load_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
-    set_fields(model.config, o->settings);
+    set_used(model.config, o->settings, {"points=", "radius=", "contact_threshold="});
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     if (data.size() == 0)
       throw inhabit::Error(o->data.front(), "has no window of " + std::to_string(model.config.frames()) +
@@ -95,7 +107,7 @@ void add_eval_anticipate(CLI::App& verb) {
     if (!o->json.empty()) require_writable(o->json);
     anticipate::Networks networks =
         anticipate::load_networks(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
-    set_fields(networks.config, o->settings);
+    set_used(networks.config, o->settings, {"inference."});
     Notes notes;
     const auto sequences =
         anticipate::sequences_of(read_motion_set(o->data, networks.config.rate, &notes), o->split, networks.skeleton);
@@ -126,7 +138,7 @@ std::vector<inhabit::inbetween::Method> inbetween_methods(const InbetweenOptions
   if (!o.options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
   for (const std::string& file : o.models) {
     inbetween::Networks networks = inbetween::load_networks(file);
-    set_fields(networks.config, o.settings);
+    set_used(networks.config, o.settings, {"inference."});
     config = networks.config;
     if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
     for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
@@ -226,7 +238,7 @@ void add_eval_detour(CLI::App& verb) {
   detour->callback([o] {
     inhabit::inbetween::Networks networks =
         inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
-    set_fields(networks.config, o->settings);
+    set_used(networks.config, o->settings, {"inference."});
     const inhabit::inbetween::SceneInbetweener model(networks);
     const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
     std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",

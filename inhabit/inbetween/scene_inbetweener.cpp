@@ -66,7 +66,7 @@ KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, doub
   Clip poses_there = standard ? source : retarget(source, name);
   poses_there.file = {};
   if (poses_there.translations.defined()) {  // the model knows rigid bones
-    poses_there.translations = {};
+    poses_there.translations = torch::Tensor();
     poses_there.joints = joint_positions(poses_there.skeleton, poses_there.rotations, poses_there.trans);
   }
   KeyedClip out;

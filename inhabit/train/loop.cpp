@@ -72,9 +72,9 @@ class Order {
 
 double scheduled_rate(const TrainOptions& options, int64_t step) {
   const double progress = static_cast<double>(step) / static_cast<double>(options.steps);
-  const double risen = (progress + 1.0 / static_cast<double>(options.steps)) / std::max(options.warmup, 1e-9);
-  const double cosine = 0.5 * (1 + std::cos(M_PI * progress));
-  return options.learning_rate * std::min(1.0, risen) * (options.floor + (1 - options.floor) * cosine);
+  const double risen = (progress + 1.0 / static_cast<double>(options.steps)) / std::max(options.schedule.warmup, 1e-9);
+  const double floor = options.schedule.floor, cosine = 0.5 * (1 + std::cos(M_PI * progress));
+  return options.learning_rate * std::min(1.0, risen) * (floor + (1 - floor) * cosine);
 }
 
 /// Parameters with the same factor of the learning rate, by the factor.
@@ -252,8 +252,9 @@ class TrainLoop {
   void report(int64_t done, const Losses& losses) {
     const bool aloud = seconds() - last_report_ > 10 || done == options_.steps;
     if (!aloud && done % 20 != 0) return;
+    const int64_t batch = options_.batch * rank_count_;
     const double per_second =
-        static_cast<double>((done - reported_step_) * options_.batch) / std::max(1e-9, seconds() - reported_seconds_);
+        static_cast<double>((done - reported_step_) * batch) / std::max(1e-9, seconds() - reported_seconds_);
     nlohmann::json line = {
         {"stage", task_.name}, {"step", done}, {"seconds", seconds()}, {"rate", scheduled_rate(options_, done - 1)}};
     std::string text;
@@ -267,7 +268,7 @@ class TrainLoop {
     if (log_) log_ << line.dump() << std::endl;
     if (!aloud) return;
     spdlog::info("{} {}/{}{}  {:.1f} samples/s  left {}", task_.name, done, options_.steps, text, per_second,
-                 clock_text(static_cast<double>((options_.steps - done) * options_.batch) / per_second));
+                 clock_text(static_cast<double>((options_.steps - done) * batch) / per_second));
     restart_report(done);
     last_report_ = reported_seconds_;
   }

@@ -103,6 +103,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.steps = stage.steps;
     options.batch = stage.batch;
     options.learning_rate = stage.learning_rate;
+    options.schedule = stage.schedule;
     options.validate_every = std::clamp<int64_t>(stage.steps / stage.validations, 1, kValidateEvery);
     options.seed = run.seed;
     options.ranks = run.ranks;
