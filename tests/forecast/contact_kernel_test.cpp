@@ -61,7 +61,9 @@ TEST(ContactKernel, ContactsEqualThePlainOnesInScenesOfAnySize) {
         const Tensor apart = joints[j].to(torch::kFloat64).unsqueeze(1) - points.to(torch::kFloat64);
         const Tensor plain = torch::exp(-0.5 * apart.square().sum(-1) / (sigma * sigma));
         EXPECT_LT((found - plain).abs().max().item<double>(), 1.1e-6) << spread << ' ' << sigma << ' ' << j;
-        if (j == 0) EXPECT_NEAR(found[0][3].item<double>(), 1, 1.1e-6);
+        if (j == 0) {
+          EXPECT_NEAR(found[0][3].item<double>(), 1, 1.1e-6);
+        }
       }
     }
   }
