@@ -58,8 +58,7 @@ void run_on_depth(const RefineArguments& o) {
     reading.body = &body;
   }
   const Clip clip = read_motion(o.motion, reading, notes);
-  Scene scene;
-  if (!o.scene.file.empty()) scene = read_scene(o.scene, notes);
+  const Scene scene = read_scene(o.scene, notes);
   // The clouds' axes are those of the motion's file.
   const bool z_up = clip.file.z_up;
   const CloudSequence clouds = open_clouds(o.depth, {o.depth_scale, z_up});
