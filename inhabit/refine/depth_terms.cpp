@@ -297,6 +297,7 @@ void add_depth_rows(const Problem& problem, const Unknowns* unknowns, int64_t fr
   if (cloud.seen.empty()) return;
   const std::vector<int>& seen = cloud.seen;
   std::vector<Vector3d> at;
+  at.reserve(at.size() + seen.size());
   for (const int v : seen) at.push_back(posed.vertices[static_cast<size_t>(v)]);
   const torch::Tensor near = cloud.all_points->nearest(floats_of(at)).indices;
   const auto index = near.accessor<int64_t, 2>();
