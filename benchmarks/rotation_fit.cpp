@@ -1,6 +1,6 @@
 // Rotations from joint positions: in closed form against the solver over all frames, on recordings, whose rotations are
-// known, and on the joints of futures, whose bones wobble. Counters: distance of the posed joints from those given, how
-// far joints are turned from the truth, and flips, joints that turn by more than a radian from one frame to the next.
+// known, and on the joints of futures, whose bones wobble. Counters: distance of the posed joints from their targets,
+// angle of rotations to the true ones, and flips, joints that rotate by more than a radian from one frame to the next.
 #include <benchmark/benchmark.h>
 
 #include "inhabit/anticipate/fast_futures.h"

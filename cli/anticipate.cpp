@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/error.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
@@ -34,20 +32,19 @@ std::string numbered(const std::string& path, size_t number, size_t count) {
   return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
 }
 
-void write(const std::string& path, const inhabit::anticipate::Result& a, bool standard, const std::string& title) {
-  const std::string extension = inhabit::extension_of(path);
+void write_futures(const std::string& path, const inhabit::anticipate::Result& a, bool standard) {
   const std::vector<inhabit::Clip>& futures = standard ? a.futures : a.on_source;
-  if (extension == "npz") {
-    inhabit::write_clips_npz(path, futures, {{"intention", standard ? a.labels : a.labels_on_source}});
-  } else if (extension == "html") {
-    std::vector<torch::Tensor> labels;
-    for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
-    inhabit::Page page = inhabit::futures_page(a.past, a.futures, labels);
-    page.title = title;
-    inhabit::write_page(path, page);
-  } else {
-    for (size_t i = 0; i < futures.size(); ++i) inhabit::write_clip(numbered(path, i, futures.size()), futures[i]);
-  }
+  if (inhabit::extension_of(path) == "npz")
+    return inhabit::write_clips_npz(path, futures, {{"intention", standard ? a.labels : a.labels_on_source}});
+  for (size_t i = 0; i < futures.size(); ++i) inhabit::write_clip(numbered(path, i, futures.size()), futures[i]);
+}
+
+inhabit::Page page_of(const inhabit::anticipate::Result& a, const std::string& title) {
+  std::vector<torch::Tensor> labels;
+  for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
+  inhabit::Page page = inhabit::futures_page(a.past, a.futures, labels);
+  page.title = title;
+  return page;
 }
 
 }  // namespace
@@ -81,6 +78,7 @@ void add_anticipate(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "futures.html", "an anticipation");
+    o->anticipate.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
     const auto anticipator = anticipate::IntentionAnticipator::load(
@@ -88,9 +86,8 @@ void add_anticipate(CLI::App& app) {
     o->anticipate.name = o->motion;
     const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
-    for (const std::string& out : o->outputs) {
-      write(out, a, o->anticipate.standard, "Futures of " + fs::path(o->motion).filename().string());
-      std::printf("%s\n", out.c_str());
-    }
+    write_outputs(
+        o->outputs, [&] { return page_of(a, "Futures of " + fs::path(o->motion).filename().string()); },
+        [&](const std::string& out) { write_futures(out, a, o->anticipate.standard); });
   });
 }

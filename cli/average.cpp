@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "inhabit/error.h"
 #include "inhabit/train/model_mean.h"
 #include "verbs.h"
 
@@ -22,6 +23,7 @@ void add_average(CLI::App& app) {
   verb->add_option("--weights", o->weights, "How much each counts (default: all alike)")->expected(1, 100);
   verb->add_option("-o,--out", o->out, "Model file to write (.safetensors)")->required();
   verb->callback([o] {
+    if (o->models.size() < 2) throw inhabit::Error("models", "one is no mean: name two or more files");
     if (o->weights.empty()) o->weights.assign(o->models.size(), 1);
     inhabit::write_safetensors(o->out, inhabit::mean_of_models(o->models, o->weights));
     std::printf("%s: the mean of %zu models\n", o->out.c_str(), o->models.size());

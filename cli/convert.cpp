@@ -83,8 +83,8 @@ void add_convert(CLI::App& app) {
   verb->add_flag("--retarget", given->retarget, "Onto the standard 22 joints");
   add_reading(*verb, given->reading, "the input");
   verb->add_option("--out-up", given->out_up, "Up axis of the output, y (default) or z (.bvh, .npz)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}));
+      ->transform(one_of<inhabit::UpAxis>({{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}))
+      ->option_text("y|z");
   verb->add_option("--scene", given->scene, "Scene to put into a .glb beside the motion");
   verb->add_option("--body", given->body, "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
   verb->callback([given] {

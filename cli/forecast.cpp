@@ -1,11 +1,8 @@
 #include "inhabit/forecast/contact_forecaster.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/error.h"
-#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
@@ -54,7 +51,8 @@ void add_forecast(CLI::App& app) {
   verb->add_option("--points", o->forecast.points, "Scene points to look at (default: as the model was trained)")
       ->check(CLI::Range(16, 60000));
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
-  verb->add_flag("!--loose-feet", o->forecast.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag_callback(
+      "--loose-feet", [o] { o->forecast.clean_feet = false; }, "Leave feet as the network moves them");
   verb->add_flag("--standard", o->forecast.standard,
                  "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
@@ -62,22 +60,19 @@ void add_forecast(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");
+    o->forecast.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     const auto forecaster =
         forecast::ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
     o->forecast.name = o->motion;
     const forecast::Result r = forecaster.run(clip, scene, o->forecast);
     if (r.floor_assumed) notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     say(notes);
-    for (const std::string& out : o->outputs) {
-      if (extension_of(out) == "html")
-        write_page(out, forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string()));
-      else
-        write_clip(out, o->forecast.standard ? r.prediction : r.on_source, &r.scene);
-      std::printf("%s\n", out.c_str());
-    }
+    write_outputs(
+        o->outputs,
+        [&] { return forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string()); },
+        [&](const std::string& out) { write_clip(out, o->forecast.standard ? r.prediction : r.on_source, &r.scene); });
   });
 }

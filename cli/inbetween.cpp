@@ -29,7 +29,7 @@ struct InbetweenArguments {
   std::string model, keys, joints;
   ClipReadOptions reading;
   SceneInput scene;
-  bool noisy = false;
+  bool noisy = false, no_common_skeleton = false;
   inbetween::Options options;
 };
 
@@ -50,6 +50,7 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   for (const std::string& motion : o.motions) poses.push_back(read_motion(motion, o.reading, notes));
   inbetween::PosesInTime in_time = inbetween::poses_at_times(poses, o.times, rate, o.motions);
   o.options.keys = in_time.keys;
+  o.no_common_skeleton = in_time.standard;
   return in_time.clip;
 }
 
@@ -71,7 +72,7 @@ Page inbetween_page(const inbetween::Result& r, const InbetweenArguments& o) {
   Page page;
   page.title = "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string();
   page.note =
-      std::string("Blue: what was given. Purple: filled in. Prints on the floor: where a foot stands. ") +
+      std::string("Blue: key poses. Purple: filled in. Prints on the floor: where a foot stands. ") +
       (r.scene.meshes.empty() ? "The scene is points, which have no inside." : "Red: the body is inside the scene.");
   page.scene = &r.scene;
   PagePerson person{r.motion, "filled in", PagePerson::Role::filled};
@@ -108,13 +109,15 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of the noise and of random key frames")
       ->check(whole_number)
       ->capture_default_str();
-  verb->add_flag("!--loose-feet", o->options.clean_feet, "Leave feet as the network moves them");
+  verb->add_flag_callback(
+      "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the network moves them");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
+    o->options.standard |= pages_alone(o->outputs);
     const std::string model =
         !o->model.empty() ? o->model
                           : shipped_model(o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
@@ -122,8 +125,7 @@ void add_inbetween(CLI::App& app) {
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
     const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
     o->options.name = o->motions[0];
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
@@ -134,16 +136,14 @@ void add_inbetween(CLI::App& app) {
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     else if (scene.meshes.empty())
       notes.push_back(o->scene.file + ": is a point cloud: where a body is inside it cannot be told");
-    if (!o->options.standard && r.on_source.frames() == 0)
-      notes.emplace_back("the files hold no rotations on one skeleton: written on the standard one");
+    if (!o->options.standard && (o->no_common_skeleton || !clip.rotations.defined()))
+      notes.emplace_back(o->motions.size() == 1
+                             ? "the file holds no rotations: written on the standard skeleton"
+                             : "the files hold no rotations on one skeleton: written on the standard one");
     warn_of_collisions(r);
     say(notes);
-    for (const std::string& out : o->outputs) {
-      if (extension_of(out) == "html")
-        write_page(out, inbetween_page(r, *o));
-      else
-        write_clip(out, o->options.standard || r.on_source.frames() == 0 ? r.motion : r.on_source, &r.scene);
-      std::printf("%s\n", out.c_str());
-    }
+    write_outputs(
+        o->outputs, [&] { return inbetween_page(r, *o); },
+        [&](const std::string& out) { write_clip(out, o->options.standard ? r.motion : r.on_source, &r.scene); });
   });
 }

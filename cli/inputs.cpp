@@ -13,6 +13,7 @@ void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise) 
 }
 
 inhabit::Scene read_scene(const SceneInput& input, inhabit::Notes& notes) {
+  if (input.file.empty()) return {};
   inhabit::SceneReadOptions options;
   options.up = input.up;
   if (input.scale > 0) options.scale = input.scale;

@@ -16,7 +16,8 @@ struct SceneInput {
 /// Adds --scene, --scene-up and --scene-scale. @param otherwise what happens without a scene, in brackets, or nothing
 void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise = "");
 
-/// The scene, named after its file. @param notes what was detected of axes and units is added to it
+/// The scene, named after its file; an empty one where none is given. @param notes what was detected of axes and units
+/// is added to it
 inhabit::Scene read_scene(const SceneInput& scene, inhabit::Notes& notes);
 
 /// Adds --up, --scale, --input-rate and --asf: how a verb's user wants its motion files understood.

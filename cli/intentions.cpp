@@ -8,6 +8,7 @@
 #include "inhabit/data/motion_set.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/view/page.h"
+#include "inputs.h"
 #include "outputs.h"
 #include "verbs.h"
 
@@ -92,7 +93,7 @@ void add_intentions(CLI::App& app) {
     page.title = "Intentions of " + std::filesystem::path(o->data + "/").parent_path().filename().string();
     write_page(o->out, page);
     if (!o->json.empty()) write_atomically(o->json, anticipate::summary_json(summary, recordings).dump(1) + "\n");
-    for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+    say(notes);
     std::printf("%s%s\n", anticipate::summary_text(summary).c_str(), o->out.c_str());
   });
 }

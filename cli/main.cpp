@@ -10,6 +10,17 @@ namespace {
 // First line only: LibTorch appends a stack trace to its messages.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
+// Where a verb is missing or wrong: what was said, and what may be.
+std::string without_verb(const CLI::App& app) {
+  const CLI::App* last = &app;
+  while (!last->get_subcommands().empty()) last = last->get_subcommands().front();
+  std::string verbs;
+  for (const CLI::App* verb : last->get_subcommands([](const CLI::App*) { return true; }))
+    verbs += (verbs.empty() ? "" : ", ") + verb->get_name();
+  const std::vector<std::string> unknown = app.remaining(true);
+  return (unknown.empty() ? "a verb is missing" : unknown.front() + ": is no verb") + "; there are " + verbs;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -40,6 +51,10 @@ int main(int argc, char** argv) {
     return app.exit(e);
   } catch (const CLI::RuntimeError& e) {  // a verb that has said what it found, as an exit code
     return e.get_exit_code();
+  } catch (const CLI::RequiredError& e) {
+    const bool no_verb = first_line(e.what()) == CLI::RequiredError::Subcommand(1).what();
+    std::fprintf(stderr, "inhabit: %s\n", no_verb ? without_verb(app).c_str() : first_line(e.what()).c_str());
+    return 2;
   } catch (const CLI::ParseError& e) {
     std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
     return 2;

@@ -1,6 +1,8 @@
 #include "outputs.h"
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -31,5 +33,21 @@ void require_motion_outputs(std::vector<std::string>& outputs, const std::string
         e != "npz" && e != "bvh" && e != "glb" && e != "json" && e != "html")
       throw inhabit::Error(out, "is no output of " + what + ": .npz, .bvh, .glb, .json or .html");
     require_writable(out);
+  }
+}
+
+bool pages_alone(const std::vector<std::string>& outputs) {
+  return std::all_of(outputs.begin(), outputs.end(),
+                     [](const std::string& out) { return inhabit::extension_of(out) == "html"; });
+}
+
+void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
+                   const std::function<void(const std::string& path)>& write_motion) {
+  for (const std::string& out : outputs) {
+    if (inhabit::extension_of(out) == "html")
+      inhabit::write_page(out, page());
+    else
+      write_motion(out);
+    std::printf("%s\n", out.c_str());
   }
 }

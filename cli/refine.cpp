@@ -2,9 +2,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/smpl_model.h"
 #include "inhabit/refine/refine_clip.h"
+#include "inhabit/refine/refine_depth.h"
 #include "inhabit/view/page.h"
 #include "inputs.h"
 #include "outputs.h"
@@ -19,6 +20,9 @@ struct RefineArguments {
   inhabit::ClipReadOptions reading;
   SceneInput scene;
   std::vector<std::string> outputs;
+  std::string depth, body;
+  double depth_scale = 1;
+  std::vector<double> camera;
 };
 
 inhabit::Page refined_page(const inhabit::Clip& before, const inhabit::Clip& after, const inhabit::Scene& scene,
@@ -33,6 +37,47 @@ inhabit::Page refined_page(const inhabit::Clip& before, const inhabit::Clip& aft
   return page;
 }
 
+void write_refined(const RefineArguments& o, const inhabit::Clip& before, const inhabit::Clip& after,
+                   const inhabit::Clip& on_source, const inhabit::Scene& scene) {
+  using namespace inhabit;
+  write_outputs(
+      o.outputs,
+      [&] {
+        return refined_page(before, after, scene, "Refined: " + std::filesystem::path(o.motion).filename().string());
+      },
+      [&](const std::string& out) { write_clip(out, o.standard ? after : on_source, &scene); });
+}
+
+void run_on_depth(const RefineArguments& o) {
+  using namespace inhabit;
+  Notes notes;
+  BodyModel body;
+  ClipReadOptions reading = o.reading;
+  if (!o.body.empty()) {
+    body = read_smpl_model(o.body);
+    reading.body = &body;
+  }
+  const Clip clip = read_motion(o.motion, reading, notes);
+  const Scene scene = read_scene(o.scene, notes);
+  // The clouds' axes are those of the motion's file.
+  const bool z_up = clip.file.z_up;
+  const CloudSequence clouds = open_clouds(o.depth, {o.depth_scale, z_up});
+  refine::DepthOptions options;
+  if (!o.body.empty()) options.body = &body;
+  options.smooth = o.smooth;
+  options.name = o.motion;
+  options.standard = o.standard;
+  if (!o.camera.empty()) {
+    const Eigen::Vector3d at = o.depth_scale * Eigen::Vector3d(o.camera[0], o.camera[1], o.camera[2]);
+    options.camera = z_up ? Eigen::Vector3d(at.x(), at.z(), -at.y()) : at;
+  }
+  const refine::DepthResult result = refine::refine_to_depth(clip, clouds, options);
+  say(notes);
+  std::printf("points %.1f mm from the skin before, %.1f mm after; joints moved by %.1f mm in the mean\n",
+              1e3 * result.distance_before, 1e3 * result.distance_after, 1e3 * result.moved);
+  write_refined(o, result.before, result.clip, result.on_source, scene);
+}
+
 }  // namespace
 
 void add_refine(CLI::App& app) {
@@ -44,13 +89,29 @@ void add_refine(CLI::App& app) {
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--contacts", o->contacts,
                    "auto: feet stay where they are found to stand; none: they are left alone")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"auto", true}, {"none", false}}))
+      ->transform(one_of<bool>({{"auto", true}, {"none", false}}))
       ->option_text("auto|none [auto]");
   verb->add_option("--keep", o->keep,
                    "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names");
   verb->add_option("--smooth", o->smooth, "Factor on the smoothing; 0: none")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  CLI::Option* depth =
+      verb->add_option("--depth", o->depth,
+                       "Fit the motion to what a depth camera saw of the person instead: a folder with a point cloud a "
+                       "frame, or an .npz with points (T, N, 3), in the world of the motion's file");
+  verb->add_option("--body", o->body, "SMPL, SMPL-H or SMPL-X model file (.npz) of who was seen (default: built in)")
+      ->needs(depth);
+  verb->add_option("--camera", o->camera,
+                   "Where the depth camera stands, x,y,z as the points: skin that it sees is pulled to them too")
+      ->expected(3)
+      ->delimiter(',')
+      ->needs(depth);
+  verb->add_option("--depth-scale", o->depth_scale, "Metres per unit of the points (0.001: millimetres)")
+      ->check(positive_number)
+      ->needs(depth)
+      ->capture_default_str();
+  depth->excludes("--contacts", "--keep");
   verb->add_flag("--standard", o->standard, "Write the standard 22 joints, not the file's skeleton");
   verb->add_option(
       "-o,--out", o->outputs,
@@ -58,10 +119,11 @@ void add_refine(CLI::App& app) {
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "refined.html", "a refined motion");
+    o->standard |= pages_alone(o->outputs);
+    if (!o->depth.empty()) return run_on_depth(*o);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
-    Scene scene;
-    if (!o->scene.file.empty()) scene = read_scene(o->scene, notes);
+    const Scene scene = read_scene(o->scene, notes);
     refine::Options options;
     options.contacts = o->contacts;
     options.smooth = o->smooth;
@@ -73,13 +135,6 @@ void add_refine(CLI::App& app) {
     std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",
                 57.29578 * result.noise_rotations, 1e3 * result.noise_root, static_cast<long long>(result.contacts),
                 1e3 * result.moved);
-    for (const std::string& out : o->outputs) {
-      if (extension_of(out) == "html")
-        write_page(out, refined_page(result.before, result.clip, scene,
-                                     "Refined: " + std::filesystem::path(o->motion).filename().string()));
-      else
-        write_clip(out, o->standard ? result.clip : result.on_source, &scene);
-      std::printf("%s\n", out.c_str());
-    }
+    write_refined(*o, result.before, result.clip, result.on_source, scene);
   });
 }

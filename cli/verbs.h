@@ -33,11 +33,28 @@ inline std::string frame_rate(const std::string& text) {
 
 inline std::string not_empty(const std::string& text) { return text.empty() ? "is empty" : ""; }
 
+/// For transform(): one of several names, which stands for a value.
+template <class Value>
+CLI::Validator one_of(const std::map<std::string, Value>& values) {
+  return CLI::Validator(
+      [values](std::string& text) {
+        const auto found = values.find(text);
+        if (found != values.end()) {
+          text = CLI::detail::value_string(found->second);
+          return std::string();
+        }
+        std::string names;
+        for (const auto& [name, value] : values) names += (names.empty() ? "" : ", ") + name;
+        return "is " + text + ", which is none of " + names;
+      },
+      "");
+}
+
 inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& option = "--up",
                         const std::string& what = "the file") {
   verb.add_option(option, up, "Up axis of " + what + ", y or z (default: detected)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, inhabit::UpAxis>{{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}));
+      ->transform(one_of<inhabit::UpAxis>({{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}))
+      ->option_text("y|z");
 }
 
 void add_version(CLI::App& app);

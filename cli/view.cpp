@@ -51,11 +51,8 @@ void add_view(CLI::App& app) {
       person.name = std::filesystem::path(path).stem().string();
       page.people.push_back(std::move(person));
     }
-    inhabit::Scene scene;
-    if (!options->scene.file.empty()) {
-      scene = read_scene(options->scene, notes);
-      page.scene = &scene;
-    }
+    const inhabit::Scene scene = read_scene(options->scene, notes);
+    if (!options->scene.file.empty()) page.scene = &scene;
     page.title = options->title.empty() ? page.people.front().name : options->title;
     page.note = options->note;
     inhabit::write_page(options->out, page);

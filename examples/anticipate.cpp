@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   options.samples = 5;
   options.seconds = 10;
   const inhabit::anticipate::Result result = anticipator.run(motion, {}, options);
-  inhabit::write_clips_npz(argv[3], result.futures, {{"intention", result.labels}});
+  inhabit::write_clips_npz(argv[3], result.on_source, {{"intention", result.labels_on_source}});
 
   for (size_t i = 0; i < result.futures.size(); ++i) {
     const torch::Tensor path = result.futures[i].root_path();

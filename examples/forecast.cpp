@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   inhabit::forecast::Options options;
   options.start = motion.frames() / 2;  // the second before this frame is observed
   const inhabit::forecast::Result result = forecaster.run(motion, scene, options);
-  inhabit::write_clip(argv[4], result.prediction);
+  inhabit::write_clip(argv[4], result.on_source);
 
   const torch::Tensor touching = result.forecast.contact_points.select(2, 3).mean(0);
   std::printf("forecast: %lld frames, left foot in contact in %.0f %% of them\n",

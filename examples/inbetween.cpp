@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   options.keys = inhabit::inbetween::key_frames("every:45", motion.frames());
   options.collisions = true;
   const inhabit::inbetween::Result result = inbetweener.run(motion, scene, options);
-  inhabit::write_clip(argv[4], result.motion);
+  inhabit::write_clip(argv[4], result.on_source);
 
   std::printf("inbetween: %zu key frames, %lld of %lld frames with the body inside the scene\n", result.keys.size(),
               static_cast<long long>(result.collides.sum().item<int64_t>()),

@@ -8,10 +8,13 @@
 /// `unit`.
 struct AnimatorFile {
   int frames = 121;
-  double rate = 60;         ///< frames a second
-  double unit = 1;          ///< units a centimetre
-  bool world_root = false;  ///< joint_Root stands at the origin, every joint has positions, Hips carry the body
-  bool stretching = false;  ///< LeftForeArm and RightLeg have positions that change
+  double rate = 60;          ///< frames a second
+  double begin = 0;          ///< seconds into the walk
+  double hips = 90;          ///< how high they are, centimetres
+  double unit = 1;           ///< units a centimetre
+  bool world_root = false;   ///< joint_Root stands at the origin, every joint has positions, Hips carry the body
+  bool world_chain = false;  ///< with it: a joint World, which turns in place, between joint_Root and Hips
+  bool stretching = false;   ///< LeftForeArm and RightLeg have positions that change
   bool z_up = false;
   std::string order = "ZXY";  ///< of the rotations
 
@@ -27,6 +30,7 @@ struct AnimatorFile {
     std::vector<Joint> out;
     const std::string positions = "xyz";
     if (world_root) out.push_back({"joint_Root", -1, {0, 0, 0}, positions + order});
+    if (world_chain) out.push_back({"World", 0, {2, 5, 1}, positions + order});
     const auto add = [&](const std::string& name, const std::string& parent, std::vector<double> offset) {
       int above = -1;
       for (size_t j = 0; j < out.size(); ++j)
@@ -35,7 +39,7 @@ struct AnimatorFile {
       const bool moves = world_root || above < 0 || (stretching && (name == "LeftForeArm" || name == "RightLeg"));
       out.push_back({name, above, std::move(offset), end ? "" : (moves ? positions : "") + order, end});
     };
-    add("Hips", world_root ? "joint_Root" : "", {0, 92, 0});
+    add("Hips", world_chain ? "World" : world_root ? "joint_Root" : "", {0, 92, 0});
     add("Spine", "Hips", {0, 10, -1});
     add("Spine1", "Spine", {0, 12, 0});
     add("Spine2", "Spine1", {0, 12, 1});
@@ -75,6 +79,7 @@ struct AnimatorFile {
     const auto is = [&](const char* part) { return name.find(part) != std::string::npos; };
     if (name == "Hips") return axis == 1 ? 15 * std::sin(t) : axis == 0 ? 3 * swing : 2 * swing;
     if (is("Spine")) return axis == 0 ? 4 + 2 * swing : axis == 1 ? -3 * swing : 1.0;
+    if (name == "World") return axis == 1 ? 20 * std::sin(t) : 0;
     if (name == "Neck" || name == "Head") return 5 * std::sin(2 * t + axis);
     if (name == "Jaw") return axis == 0 ? 8 + 6 * std::sin(7 * t) : 0;
     if (is("UpLeg")) return axis == 0 ? -10 + 25 * side * swing : axis == 2 ? 3 * side : 0;
@@ -98,14 +103,14 @@ struct AnimatorFile {
     std::snprintf(number, sizeof number, "Frame Time: %.9f\n", 1 / rate);
     out += number;
     for (int f = 0; f < frames; ++f) {
-      const double t = f / rate;
+      const double t = begin + f / rate;
       for (const Joint& joint : all)
         for (const char c : joint.channels) {
           const bool rotation = c < 'a';
           double value = rotation ? angle(joint.name, c - 'X', t) : joint.offset[static_cast<size_t>(c - 'x')] * unit;
           if (joint.name == "joint_Root") value = 0;
           if (joint.name == "Hips" && !rotation) {
-            const double place[] = {30 * std::sin(t), 90 + 2 * std::sin(10 * t), 120 * t - 300};
+            const double place[] = {30 * std::sin(t), hips + 2 * std::sin(10 * t), 120 * t - 300};
             value = place[c - 'x'] * unit;
             if (z_up && c == 'y') value = -place[2] * unit;
             if (z_up && c == 'z') value = place[1] * unit;

@@ -36,6 +36,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.pose_discriminator_weight", c.training.pose_discriminator_weight);
   visit("training.label_discriminator_weight", c.training.label_discriminator_weight);
   visit("training.diversity_weight", c.training.diversity_weight);
+  visit("training.warmup", c.training.schedule.warmup);
+  visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.label_temperature", c.inference.label_temperature);
   visit("baselines.steps", c.baselines.steps);
   visit("baselines.learning_rate", c.baselines.learning_rate);
@@ -99,6 +101,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("inference.label_temperature", c.inference.label_temperature, 0, 10);
   check.within("training.label_discriminator_weight", c.training.label_discriminator_weight, 0, 1000);
   check.within("training.diversity_weight", c.training.diversity_weight, 0, 1000);
+  check_schedule(check, c.training.schedule);
   check.within("baselines.ltd_past", c.baselines.ltd_past, 1, c.observed);
   check.within("baselines.ltd_future", c.baselines.ltd_future, 1, c.future);
   check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);

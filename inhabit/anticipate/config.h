@@ -2,6 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/train/rate_schedule.h"
+
 namespace inhabit::anticipate {
 
 /// Everything that intention-driven anticipation must know to be built, trained and run; it travels in a model file's
@@ -37,6 +39,7 @@ struct Config {
     double pose_discriminator_weight = 0.03;  ///< of its part of the generator loss
     double label_discriminator_weight = 0.1;  ///< likewise
     double diversity_weight = 0.05;           ///< of the loss on futures of one observation that are alike
+    RateSchedule schedule;                    ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

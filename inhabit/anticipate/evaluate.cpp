@@ -84,12 +84,12 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
   const auto [error, best] = futures_error(poses.slice(1, 0, known), feature_poses(truth.slice(0, 0, known)));
   const Tensor apd =
       futures.size(0) > 1 ? average_pairwise_distance(poses.flatten(2)) : torch::zeros({futures.size(1)});
-  const auto way = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
+  const auto path = [&](const Tensor& features) {  // (S, T, 2) on the ground, from the last observed frame on
     const auto place = torch::zeros({features.size(0), 3}), heading = torch::zeros({features.size(0)});
     return feature_joints(features, place, heading).select(2, 0).index_select(2, torch::tensor({0, 2}));
   };
   const Tensor root =
-      (way(futures.slice(1, 0, known)) - way(truth.slice(0, 0, known).unsqueeze(0))).norm(2, {2}).mean(0);
+      (path(futures.slice(1, 0, known)) - path(truth.slice(0, 0, known).unsqueeze(0))).norm(2, {2}).mean(0);
   const auto span = static_cast<int64_t>(std::lround(0.4 * c.rate));
   for (const double horizon : horizons) {
     const auto end = static_cast<int64_t>(std::lround(horizon * c.rate));

@@ -37,8 +37,8 @@ FastFutures::FastFutures(const Networks& networks) : config_(networks.config), s
   pose_encoder_ = nn::row_gru(*networks.pose->encoder);
   for (size_t i = 0; i < 3; ++i) layers_[i] = nn::row_gru(*networks.pose->layers[i]);
   pose_out_ = nn::row_layer(networks.pose->out->weight, networks.pose->out->bias);
-  const Tensor share = networks.pose->pull.detach().sigmoid().contiguous();
-  pull_.assign(share.data_ptr<float>(), share.data_ptr<float>() + share.numel());
+  const Tensor weight = networks.pose->pull.detach().sigmoid().contiguous();
+  pull_.assign(weight.data_ptr<float>(), weight.data_ptr<float>() + weight.numel());
 }
 
 void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const {

@@ -19,8 +19,8 @@ Tensor mirrored_features(const Tensor& features) {
   }());
   const Tensor pose = features.narrow(-1, 0, kPoseFeatures).unflatten(-1, {21, 3}).index_select(-2, order) *
                       torch::tensor({-1.F, 1.F, 1.F});
-  const Tensor way = features.narrow(-1, kPoseFeatures, 4) * torch::tensor({-1.F, 1.F, -1.F, 1.F});
-  return torch::cat({pose.flatten(-2), way}, -1);
+  const Tensor motion = features.narrow(-1, kPoseFeatures, 4) * torch::tensor({-1.F, 1.F, -1.F, 1.F});
+  return torch::cat({pose.flatten(-2), motion}, -1);
 }
 
 Tensor feature_poses(const Tensor& features) {

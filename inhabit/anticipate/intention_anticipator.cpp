@@ -79,13 +79,13 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   };
   out.futures.resize(static_cast<size_t>(options.samples));
   if (!options.standard) out.on_source.resize(out.futures.size());
-  const Clip left_from = posed(last.unsqueeze(0));
   const int64_t first = options.start < 0 ? clip.frames() : options.start;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     const torch::NoGradGuard none;
     const auto i = static_cast<size_t>(s);
-    out.futures[i] = posed(joints[s]);
-    if (!options.standard) out.on_source[i] = going_on(clip, first, left_from, out.futures[i]);
+    const Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
+    out.futures[i] = slice(whole, 1, whole.frames());
+    if (!options.standard) out.on_source[i] = going_on(clip, first, slice(whole, 0, 1), out.futures[i]);
   });
   if (!options.standard && out.labels.defined()) out.labels_on_source = labels_going_on(out.labels, c.rate, clip.rate);
   return out;

@@ -58,7 +58,7 @@ IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, c
     LabelSummary& label = out.labels[c];
     int64_t own = 0;
     for (const Segment& segment : segments[c]) own += segment.frames();
-    label.share = static_cast<double>(own) / static_cast<double>(frames);
+    label.fraction = static_cast<double>(own) / static_cast<double>(frames);
     label.segments = static_cast<int64_t>(segments[c].size());
     label.seconds = static_cast<double>(own) / rate / static_cast<double>(label.segments);
     for (const auto& [action, count] : actions[c])
@@ -77,13 +77,13 @@ std::string summary_text(const IntentionSummary& summary) {
   for (size_t c = 0; c < summary.labels.size(); ++c) {
     const LabelSummary& label = summary.labels[c];
     char row[64];
-    std::snprintf(row, sizeof row, "%5zu  %5.1f%%  %8ld  %7.2f ", c, 100 * label.share,
+    std::snprintf(row, sizeof row, "%5zu  %5.1f%%  %8ld  %7.2f ", c, 100 * label.fraction,
                   static_cast<long>(label.segments), label.seconds);
     out += row;
     for (size_t a = 0; a < std::min<size_t>(3, label.actions.size()); ++a) {
-      char share[16];
-      std::snprintf(share, sizeof share, " %.0f%%", 100 * label.actions[a].second);
-      out += (a > 0 ? ", " : " ") + label.actions[a].first + share;
+      char fraction[16];
+      std::snprintf(fraction, sizeof fraction, " %.0f%%", 100 * label.actions[a].second);
+      out += (a > 0 ? ", " : " ") + label.actions[a].first + fraction;
     }
     out += "\n";
   }
@@ -95,11 +95,12 @@ nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<S
   for (size_t c = 0; c < summary.labels.size(); ++c) {
     const LabelSummary& label = summary.labels[c];
     nlohmann::json row = {{"label", c},
-                          {"share", label.share},
+                          {"fraction", label.fraction},
                           {"segments", label.segments},
                           {"seconds", label.seconds},
                           {"actions", nlohmann::json::array()}};
-    for (const auto& [action, share] : label.actions) row["actions"].push_back({{"name", action}, {"share", share}});
+    for (const auto& [action, fraction] : label.actions)
+      row["actions"].push_back({{"name", action}, {"fraction", fraction}});
     if (label.segments > 0)
       row["representative"] = {
           {"recording", recordings[label.recording].name}, {"first", label.first}, {"last", label.last}};

@@ -10,7 +10,7 @@ namespace inhabit::anticipate {
 
 /// One intention label over a set of recordings. A segment is a longest stretch of frames with one label.
 struct LabelSummary {
-  double share = 0;                                     ///< of all frames
+  double fraction = 0;                                  ///< of all frames
   int64_t segments = 0;                                 ///< how many there are
   double seconds = 0;                                   ///< their mean length
   std::vector<std::pair<std::string, double>> actions;  ///< fractions of the label's frames, largest first

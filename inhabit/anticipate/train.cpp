@@ -319,7 +319,8 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   for (const std::string& name : names) {
     const bool ours = name == "intention";
     stages.push_back({name, ours ? config.training.steps : config.baselines.steps, config.training.batch,
-                      ours ? config.training.learning_rate : config.baselines.learning_rate, 20, [&, name] {
+                      ours ? config.training.learning_rate : config.baselines.learning_rate, config.training.schedule,
+                      20, [&, name] {
                         return name == "intention" ? intention_task(networks, data, validation, run.device)
                                                    : baseline_task(name, networks, data, validation, run.device);
                       }});

@@ -15,7 +15,7 @@ struct Bones {
   int size() const { return static_cast<int>(parents.size()); }
 };
 
-/// Where every joint is and how it is turned (joint frame to world).
+/// Position and rotation of every joint (joint frame to world).
 struct BonesPose {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Eigen::Quaterniond> rotations;

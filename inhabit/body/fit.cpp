@@ -19,7 +19,7 @@ using torch::Tensor;
 
 using Targets = FitTargets;
 
-/// As FitFrame, the way pose_bones() wants it.
+/// As FitFrame, in the form that pose_bones() takes.
 struct Frame {
   std::vector<Quaterniond> local;
   Vector3d trans;

@@ -9,7 +9,7 @@ struct FitOptions {
   torch::Tensor weights;     ///< (22) how much each joint's error counts; undefined: all 1
   torch::Tensor betas;       ///< shape of the body; undefined: the mean, or found where fit_shape is set
   bool fit_shape = false;    ///< finds betas from the clip's median bone lengths
-  double smoothness = 0.02;  ///< metres of joint error that a turn of one radian between frames weighs as much as
+  double smoothness = 0.02;  ///< metres of joint error that weigh as much as a rotation of one radian between frames
 };
 
 /// What a fit found.
@@ -23,10 +23,11 @@ struct BodyFit {
 
 /// The rotations that bring a body's first 22 joints nearest to `joints` (T, 22 or more, 3) metres, in closed form,
 /// frame by frame, some ten microseconds each. Pelvis and chest are carried onto their joints as a whole (Kabsch);
-/// every other bone, from where its joint came out, points at its target, so that what its length is wrong by is all
-/// that a joint is off. Spine and neck share the twist between pelvis and chest; thighs and upper arms are twisted so
-/// that knees and elbows bend as hinges do, by the planes of the limbs in this and neighbouring frames, and as at rest
-/// where they are straight. Joints at the ends (head, wrists, balls of the feet) keep their parents' orientation.
+/// every other bone points from where its joint came out at its target, so that a joint is off by no more than the
+/// error of the bone's length. Spine and neck share the twist between pelvis and chest. Thighs and upper arms are
+/// twisted so that knees and elbows bend as hinges do, by the planes of the limbs in this and neighbouring frames;
+/// straight limbs are twisted as at rest. Joints at the ends (head, wrists, balls of the feet) keep their parents'
+/// orientation.
 /// @param betas (B) shape of the body; undefined: the mean. Throws Error as fit_body().
 BodyFit fit_rotations(const BodyModel& model, const torch::Tensor& joints, const torch::Tensor& betas = {});
 

@@ -104,7 +104,7 @@ std::array<TwistedLimb, 4> twisted_limbs(const Bones& bones) {
 /// Rotations of a limb's upper bone in all frames, relative to the joint its parent frame belongs to. It points at
 /// where the middle joint goes, `middles`. Its twist is measured from a frame that the bone carries along through time
 /// without twisting: there the bends of neighbouring frames can be averaged, each by sin^2 of its angle, for a straight
-/// limb says nothing, and nothing jumps where the way from the rest pose becomes ambiguous.
+/// limb says nothing, and nothing jumps where the rotation from the rest pose becomes ambiguous.
 std::vector<Quaterniond> upper_rotations(const TwistedLimb& limb, const std::vector<FitTargets>& targets,
                                          const std::vector<Building>& building, const std::vector<Vector3d>& middles) {
   const size_t frames = targets.size();
@@ -122,7 +122,7 @@ std::vector<Quaterniond> upper_rotations(const TwistedLimb& limb, const std::vec
     const auto twist = [&](const Vector3d& side) {
       return std::complex<double>(side.dot(carry[t] * limb.bend), side.dot(carry[t] * limb.across));
     };
-    const double near = 0.5 * (1 + bone.dot(limb.along));  // 0 where the way from the rest pose is ambiguous
+    const double near = 0.5 * (1 + bone.dot(limb.along));  // 0 where the rotation from the rest pose is ambiguous
     rest[t] = kSettled * near * twist(swing(limb.along, bone) * limb.bend);
     const Vector3d lower = back * (targets[t][limb.end] - middles[t]);
     if (lower.norm() < kShort) continue;

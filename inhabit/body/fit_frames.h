@@ -7,7 +7,7 @@
 
 #include "inhabit/body/bones.h"
 
-// What the ways of fitting rotations to joints have in common (fit.h).
+// What both fits of rotations to joints have in common (fit.h).
 
 namespace inhabit {
 

@@ -17,7 +17,7 @@ struct JointLimits {
   }
 };
 
-/// Those of a body; wider than a whole turn where it has none.
+/// Those of a body; more than a whole revolution where it has none.
 JointLimits joint_limits(const BodyModel& model);
 
 }  // namespace inhabit

@@ -8,7 +8,7 @@ namespace inhabit {
 /// Where the middle and end joints of a two-bone chain go.
 struct TwoBone {
   Eigen::Vector3d mid, end;
-  Eigen::Vector3d hinge;  ///< unit normal of the bending plane, pole x (end - start): bending turns positively about it
+  Eigen::Vector3d hinge;  ///< unit normal of the bending plane, pole x (end - start), about which bending is positive
 };
 
 /// Analytic two-bone inverse kinematics: law of cosines in the plane through start, target and pole.
@@ -43,8 +43,8 @@ LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaternio
                     const Eigen::Vector3d& start, const Eigen::Vector3d& target, const Eigen::Vector3d& pole,
                     double softness = 0.01);
 
-/// Moves the end of a posed limb by `move`, as near as the limb reaches: its bones turn by the least that does, what
-/// hangs on the end stays turned as it is. @param local rotations that `pose` is of; changed.
+/// Moves the end of a posed limb by `move`, as near as the limb reaches: its bones rotate by the least that does, what
+/// hangs on the end keeps its orientation. @param local rotations that `pose` is of; changed.
 void move_limb_end(const Bones& bones, const Limb& limb, const Eigen::Vector3d& move, const BonesPose& pose,
                    std::vector<Eigen::Quaterniond>& local);
 

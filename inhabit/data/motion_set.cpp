@@ -44,7 +44,7 @@ class Reader {
   void note(const std::string& text) const {
     if (notes_ != nullptr) notes_->push_back(text);
   }
-  /// Adds the file; with `tail_split` its last `tail` share goes to that split.
+  /// Adds the file; with `tail_split` the fraction `tail` at its end goes to that split.
   void add(const File& file, double tail = 0, const std::string& tail_split = "") {
     Clip clip;
     try {

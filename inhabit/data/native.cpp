@@ -164,7 +164,10 @@ Scene load_scene(const Dataset& dataset, const std::string& name) {
 }
 
 Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions) {
-  if (std::filesystem::exists(index_path(folder))) throw Error(folder, "a data set is there already");
+  const auto require_none = [&] {
+    if (std::filesystem::exists(index_path(folder))) throw Error(folder, "a data set is there already");
+  };
+  require_none();
   for (const char* sub : {"/clips", "/scenes"}) {
     std::error_code failed;
     std::filesystem::create_directories(folder + sub, failed);
@@ -172,6 +175,7 @@ Dataset create_dataset(const std::string& folder, const std::vector<std::string>
   }
   Dataset out;
   out.lock = std::make_shared<FileLock>(folder, "another run");
+  require_none();  // another run may have written one until now
   out.folder = folder;
   out.joint_names = standard_joint_names();
   out.parents = standard_parents();

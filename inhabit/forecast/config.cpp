@@ -77,6 +77,8 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("training.root_weight", config.training.root_weight);
   visit("training.pose_weight", config.training.pose_weight);
   visit("training.contact_weight", config.training.contact_weight);
+  visit("training.warmup", config.training.schedule.warmup);
+  visit("training.rate_floor", config.training.schedule.floor);
   visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
   visit("baselines.ltd_blocks", config.baselines.ltd_blocks);
 };
@@ -215,6 +217,7 @@ void validate(const Config& c, const std::string& subject) {
                                      {"training.pose_weight", t.pose_weight},
                                      {"training.contact_weight", t.contact_weight}})
     check.within(name, weight, 0, 1e6);
+  check_schedule(check, t.schedule);
   check.within("baselines.ltd_hidden", c.baselines.ltd_hidden, 1, 4096);
   check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);
   check.within("abstraction levels", static_cast<double>(c.abstraction.size()), 1, 16);

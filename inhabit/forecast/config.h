@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/train/rate_schedule.h"
+
 namespace inhabit::forecast {
 
 /// A run of point-voxel convolutions of equal width.
@@ -68,6 +70,7 @@ struct Config {
     double root_weight = 1.0;                        ///< lambda 1 (Eq. 13)
     double pose_weight = 1.0;                        ///< lambda 2
     double contact_weight = 0.1;                     ///< lambda 3
+    RateSchedule schedule;                           ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

@@ -111,12 +111,13 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
                                                   options.points > 0 ? options.points : c.points, random);
   out.forecast = predict(out.past.joints, points);
-  out.prediction = embodied(out.past, out.forecast.joints);
+  // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
+  const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), out.forecast.joints}));
+  out.prediction = slice(whole, 1, whole.frames());
   if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction, SceneQuery(out.scene));
-  if (!options.standard) {
-    const Clip last = embodied(out.past, out.past.joints.slice(0, c.past - 1));
-    out.on_source = going_on(clip, options.start < 0 ? clip.frames() : options.start, last, out.prediction);
-  }
+  if (!options.standard)
+    out.on_source =
+        going_on(clip, options.start < 0 ? clip.frames() : options.start, slice(whole, 0, 1), out.prediction);
   return out;
 }
 

@@ -8,9 +8,12 @@
 namespace inhabit::forecast {
 
 /// Inference-only evaluation of a contact network on the CPU: the same outputs (to about 1e-6 of the largest) several
-/// times faster. Batch norms are folded into weights; voxel convolutions run only where their result is not one of a
-/// few constants; scene points that no joint is near carry three channels instead of all; repeated neighbours are
-/// counted once; the first layer of every neighbourhood MLP runs once per point instead of once per neighbour.
+/// times faster:
+/// - Batch norms are folded into weights.
+/// - Voxel convolutions run only where their result is not one of a few constants.
+/// - Scene points that no joint is near carry three channels instead of all.
+/// - Repeated neighbours are counted once.
+/// - The first layer of every neighbourhood MLP runs once per point instead of once per neighbour.
 ///
 /// Holds a copy of the weights and its workspaces, which later calls reuse: one instance per thread of the caller.
 class FastContactNetwork {

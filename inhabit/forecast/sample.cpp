@@ -37,7 +37,7 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
 }
 
 torch::Tensor Augmentation::operator()(const torch::Tensor& positions) const {
-  return torch::matmul(positions, turn.t()) + shift;
+  return torch::matmul(positions, rotation.t()) + shift;
 }
 
 Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {

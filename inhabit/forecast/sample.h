@@ -18,9 +18,9 @@ struct Sample {
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
 };
 
-/// A turn about the vertical, then a shift on the floor.
+/// A rotation about the vertical, then a shift on the floor.
 struct Augmentation {
-  torch::Tensor turn, shift;                                       ///< (3, 3), (3)
+  torch::Tensor rotation, shift;                                   ///< (3, 3), (3)
   torch::Tensor operator()(const torch::Tensor& positions) const;  ///< (..., 3)
 };
 

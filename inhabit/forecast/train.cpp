@@ -267,6 +267,7 @@ bool train(const TrainRun& run, const Config& config) {
                              : t.motion_steps,
                      contact ? t.contact_batch : t.motion_batch,
                      contact ? t.contact_rate : t.motion_rate,
+                     t.schedule,
                      12,
                      [&, name] { return make_task(name); }};
     if (stage.steps == 0)

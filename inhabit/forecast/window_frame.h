@@ -9,8 +9,8 @@ namespace inhabit::forecast {
 /// keeps the world's axes; where config.hips names the hip joints, the person faces +Z in that frame instead, so that
 /// no weight is spent on learning that people move alike in every direction.
 struct WindowFrame {
-  torch::Tensor origin;  ///< (3) world
-  torch::Tensor turn;    ///< (3, 3) world axes to the window's
+  torch::Tensor origin;    ///< (3) world
+  torch::Tensor rotation;  ///< (3, 3) world axes to the window's
 
   torch::Tensor to_window(const torch::Tensor& world) const;  ///< (..., 3) positions
   torch::Tensor to_world(const torch::Tensor& window) const;

@@ -42,6 +42,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.feet_weight", c.training.feet_weight);
   visit("training.rest_rotation", c.training.rest_rotation);
   visit("training.scene_dropout", c.training.scene_dropout);
+  visit("training.warmup", c.training.schedule.warmup);
+  visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
   visit("inference.steps", c.inference.steps);
 };
@@ -155,6 +157,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.feet_weight", c.training.feet_weight, 0, 1000);
   check.within("training.rest_rotation", c.training.rest_rotation, 0, 90);
   check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
+  check_schedule(check, c.training.schedule);
 }
 
 }  // namespace inhabit::inbetween

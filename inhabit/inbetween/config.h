@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/train/rate_schedule.h"
+
 namespace inhabit::inbetween {
 
 /// Numbers a frame that in-betweening works on: [0, 3) root translation, [3, 9) root orientation 6D, [9, 135) 21 body
@@ -66,6 +68,7 @@ struct Config {
     double feet_weight = 0;       ///< of the motion of feet that stand still in truth (not in the paper)
     double rest_rotation = 0;     ///< degrees that joints' rest frames are rotated by (not in the paper)
     double scene_dropout = 0.1;   ///< probability of a sample without the global scene, for guidance
+    RateSchedule schedule;        ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

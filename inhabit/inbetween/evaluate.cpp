@@ -39,7 +39,7 @@ struct Run {
   void add(const Clip& clip, const Clip& truth, const std::vector<int64_t>& keys, const std::vector<int64_t>& given,
            const CollisionMeter& meter, const Tensor& close) {
     ++windows;
-    skating += foot_skating(clip).share();
+    skating += foot_skating(clip).fraction();
     jerk += dynamics(clip).jerk;
     const Tensor distance = (clip.joints - truth.joints).to(torch::kDouble).norm(2, {2}) * 1000;  // (T, J)
     Tensor at_keys = distance.index_select(0, torch::tensor(keys));

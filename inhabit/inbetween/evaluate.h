@@ -21,7 +21,7 @@ struct FillTask {
   const Window& window;
   const std::vector<int64_t>& keys;
 };
-/// One way of filling in.
+/// A row of the tables: fills in a window.
 using Method = inhabit::Method<FillTask, Clip>;
 
 /// A model as a row: "ours", or what its configuration lacks ("w/o global feature"), with its T* where it is

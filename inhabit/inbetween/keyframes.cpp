@@ -86,9 +86,10 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
       throw Error(names[i], "has other bones than " + names[0]);
   }
   Clip all = joined_poses(sources);
-  if (all.frames() == 0) all = joined_poses(standard);
-  all.rate = std::max(all.rate, rate);
   PosesInTime out;
+  out.standard = all.frames() == 0;
+  if (out.standard) all = joined_poses(standard);
+  all.rate = std::max(all.rate, rate);
   for (const double second : seconds) out.keys.push_back(std::llround((second - seconds[0]) * all.rate));
   std::vector<int64_t> held;
   for (size_t k = 0; k + 1 < out.keys.size(); ++k)

@@ -24,6 +24,7 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
 struct PosesInTime {
   Clip clip;                  ///< on the poses' skeleton, or the standard one where they have several or no rotations
   std::vector<int64_t> keys;  ///< its frames that are poses
+  bool standard = false;      ///< the clip is on the standard skeleton because the poses share none
 };
 
 /// @param poses clips on any skeleton, whose first frames count; @param seconds the time of each, in order; @param

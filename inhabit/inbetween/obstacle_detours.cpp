@@ -105,14 +105,14 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
   return detours;
 }
 
-Tensor along_detours(const Tensor& between, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {
-  Tensor moves = torch::zeros_like(between);
+Tensor along_detours(const Tensor& baseline, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {
+  Tensor moves = torch::zeros_like(baseline);
   for (const int64_t axis : {0, 2}) {
     const Tensor move = detours.select(2, axis / 2).unsqueeze(1);  // (B, 1, T)
     moves.slice(1, axis, axis + 1).copy_(move);
     moves.slice(1, kJointFeature + axis, kFeatureCount, 3).copy_(move.expand({-1, 22, -1}));
   }
-  return between + moves / deviation.unsqueeze(1) * (1 - mask);
+  return baseline + moves / deviation.unsqueeze(1) * (1 - mask);
 }
 
 }  // namespace inhabit::inbetween

@@ -19,9 +19,9 @@ torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, do
 torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups);
 
 /// Moves the interpolated baseline along the detours: root and joint positions of standardised features (B, 201, T) are
-/// shifted by `detours` (B, T, 2), metres. @param between the baseline. @param mask (B, 201, T) 1 for constrained
-/// features, which stay. @param deviation (201) of the standardisation.
-torch::Tensor along_detours(const torch::Tensor& between, const torch::Tensor& detours, const torch::Tensor& mask,
+/// shifted by `detours` (B, T, 2), metres. @param mask (B, 201, T) 1 for constrained features, which stay. @param
+/// deviation (201) of the standardisation.
+torch::Tensor along_detours(const torch::Tensor& baseline, const torch::Tensor& detours, const torch::Tensor& mask,
                             const torch::Tensor& deviation);
 
 }  // namespace inhabit::inbetween

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/conditioning.h"
 #include "inhabit/inbetween/fast_denoiser.h"
@@ -62,7 +63,12 @@ std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
 KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, double rate, const std::string& name) {
   const bool standard =
       source.skeleton.parents == standard_parents() && source.rotations.defined() && source.trans.defined();
-  const Clip poses_there = standard ? source : retarget(source, name);
+  Clip poses_there = standard ? source : retarget(source, name);
+  poses_there.file = {};
+  if (poses_there.translations.defined()) {  // the model knows rigid bones
+    poses_there.translations = torch::Tensor();
+    poses_there.joints = joint_positions(poses_there.skeleton, poses_there.rotations, poses_there.trans);
+  }
   KeyedClip out;
   std::vector<int64_t> frames;
   for (const int64_t frame : asked) {
@@ -268,8 +274,8 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
-  SourcePoses& source = keyed.source;
-  if (!options.standard && source.source.frames() > 0) {
+  if (!options.standard) {
+    SourcePoses& source = keyed.source;
     // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
     source.exact.assign(source.frames.size(), c.t_star == 0 && !options.key_groups.defined());
     source.exact.front() = source.exact.back() = true;

@@ -27,8 +27,8 @@ struct Options {
 
 struct Result {
   Clip motion;     ///< on the standard skeleton at the model's rate, from the first key frame to the last
-  Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h);
-                   ///< empty where Options::standard is set or the clip has no rotations
+  Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h); of a
+                   ///< clip without rotations `motion` at its rate; empty where Options::standard is set
   std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
   Clip key_poses;             ///< (K frames) the poses asked for there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor

@@ -209,7 +209,8 @@ void require_windows(const TrainRun& run, const Config& config, const Data& trai
 }
 
 TrainStage stage_of(const Config& config, const std::string& name, std::function<TrainTask()> task) {
-  return {name, config.training.steps, config.training.batch, config.training.learning_rate, 20, std::move(task)};
+  return {name, config.training.steps, config.training.batch, config.training.learning_rate, config.training.schedule,
+          20,   std::move(task)};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "inhabit/io/bvh.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -161,48 +162,38 @@ std::string_view after_key(TextLines& lines, std::string_view key) {
   return value;
 }
 
-}  // namespace
+struct BvhMotionHead {
+  long frames = 0;
+  double rate = 0;  // Hz
+};
 
-SourceMotion parse_bvh(std::string_view text, const std::string& name, std::optional<double> metres_per_unit) {
-  if (metres_per_unit && !(*metres_per_unit > 0 && std::isfinite(*metres_per_unit)))
-    throw Error(name, "the scale must be a positive number");
-  TextLines lines(text, name);
-  if (text.empty()) throw Error(name, "is empty");
-  const std::vector<Joint> joints = read_hierarchy(lines);
-  const size_t count = joints.size();
-  SourceMotion out;
-  Skeleton& skeleton = out.clip.skeleton;
-  skeleton.offsets = torch::zeros({static_cast<int64_t>(count), 3});
-  size_t channels = 0;
-  std::vector<Eigen::Vector3d> offsets;
-  for (const Joint& joint : joints) {
-    skeleton.names.push_back(joint.name);
-    skeleton.parents.push_back(joint.parent);
-    offsets.push_back(joint.offset);
-    channels += joint.channels.size();
-  }
-  if (channels == 0) throw Error(name, "no joint has channels");
-
+// MOTION and the two lines behind it.
+BvhMotionHead read_motion_head(TextLines& lines, size_t joints, size_t channels) {
   std::string_view line;
   if (!lines.next_filled(line) || !Words::same(line, "MOTION"))
     lines.fail("expected 'MOTION', found " + in_quotes(line));
-  const long frames = lines.whole(after_key(lines, "Frames:"), 0, 100'000'000);
-  if (frames == 0) lines.fail("no frames");
+  BvhMotionHead head;
+  head.frames = lines.whole(after_key(lines, "Frames:"), 0, 100'000'000);
+  if (head.frames == 0) lines.fail("no frames");
   const std::string_view printed = after_key(lines, "Frame Time:");
   const double seconds = lines.real(printed);
   if (!(seconds >= 0.001 && seconds <= 10))
     lines.fail("frame time " + std::string(printed) + " is not in [0.001, 10] s");
-  out.clip.rate = rate_of(seconds, printed);
+  head.rate = rate_of(seconds, printed);
   // A number and its blank take two bytes: no declared size is believed that the file cannot hold.
-  if (static_cast<size_t>(frames) * std::max(2 * channels, count) > lines.bytes_left() + 1)
-    lines.fail(std::to_string(frames) + " frames of " + std::to_string(channels) +
+  if (static_cast<size_t>(head.frames) * std::max(2 * channels, joints) > lines.bytes_left() + 1)
+    lines.fail(std::to_string(head.frames) + " frames of " + std::to_string(channels) +
                " channels are declared, the file is shorter");
+  return head;
+}
 
-  PoseTrack track;
-  track.joints = static_cast<int>(count);
-  track.local.reserve(static_cast<size_t>(frames) * count);
-  std::vector<Eigen::Vector3d> places;  // (frames, joints), where they replace offsets
-  places.reserve(static_cast<size_t>(frames) * count);
+// Joints' places in their parents' frames, (frames, joints) in units of the file; rotations go to `track`.
+std::vector<Eigen::Vector3d> read_frames(TextLines& lines, const std::vector<Joint>& joints, long frames,
+                                         PoseTrack& track) {
+  track.joints = static_cast<int>(joints.size());
+  track.local.reserve(static_cast<size_t>(frames) * joints.size());
+  std::vector<Eigen::Vector3d> places;
+  places.reserve(static_cast<size_t>(frames) * joints.size());
   std::string_view rest;
   for (long t = 0; t < frames; ++t) {
     for (const Joint& joint : joints) {
@@ -228,23 +219,68 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
   }
   if (!next_word(rest).empty() || lines.next_filled(rest))
     lines.fail("numbers go on after the last of " + std::to_string(frames) + " frames");
+  return places;
+}
 
-  // Joints that carry positions: their usual place is the bone.
-  bool may_translate = false;
+// The bones. Of a joint that carries positions it is the median of its places, of a root that does it is zero.
+std::vector<Eigen::Vector3d> bone_offsets(const std::vector<Joint>& joints,
+                                          const std::vector<Eigen::Vector3d>& places) {
+  const size_t count = joints.size(), frames = places.size() / count;
+  std::vector<Eigen::Vector3d> offsets;
   for (size_t j = 0; j < count; ++j) {
+    Eigen::Vector3d& offset = offsets.emplace_back(joints[j].offset);
     if (!joints[j].has_position()) continue;
     if (j == 0) {
-      offsets[0].setZero();
+      offset.setZero();
       continue;
     }
-    may_translate = true;
     for (int k = 0; k < 3; ++k) {
       std::vector<double> values;
-      for (size_t t = 0; t < static_cast<size_t>(frames); ++t) values.push_back(places[t * count + j][k]);
-      std::nth_element(values.begin(), values.begin() + frames / 2, values.end());
-      offsets[j][k] = values[static_cast<size_t>(frames) / 2];
+      for (size_t t = 0; t < frames; ++t) values.push_back(places[t * count + j][k]);
+      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(frames / 2);
+      std::nth_element(values.begin(), middle, values.end());
+      offset[k] = *middle;
     }
   }
+  return offsets;
+}
+
+// Places of all joints but the root, in metres, become the clip's translations.
+void set_places(Clip& clip, const std::vector<Eigen::Vector3d>& places, double scale) {
+  const int64_t joints = clip.skeleton.size(), frames = static_cast<int64_t>(places.size()) / joints;
+  torch::Tensor translations = torch::empty({frames, joints, 3});
+  float* p = translations.data_ptr<float>();
+  for (size_t k = 0; k < places.size(); ++k, p += 3)
+    Eigen::Map<Eigen::Vector3f>(p, 3) = (places[k] * scale).cast<float>();
+  translations.select(1, 0).copy_(clip.skeleton.offsets[0].expand({frames, 3}));
+  set_translations(clip, translations);
+}
+
+}  // namespace
+
+SourceMotion parse_bvh(std::string_view text, const std::string& name, std::optional<double> metres_per_unit) {
+  if (metres_per_unit && !(*metres_per_unit > 0 && std::isfinite(*metres_per_unit)))
+    throw Error(name, "the scale must be a positive number");
+  TextLines lines(text, name);
+  if (text.empty()) throw Error(name, "is empty");
+  const std::vector<Joint> joints = read_hierarchy(lines);
+  const size_t count = joints.size();
+  SourceMotion out;
+  Skeleton& skeleton = out.clip.skeleton;
+  skeleton.offsets = torch::zeros({static_cast<int64_t>(count), 3});
+  size_t channels = 0;
+  for (const Joint& joint : joints) {
+    skeleton.names.push_back(joint.name);
+    skeleton.parents.push_back(joint.parent);
+    channels += joint.channels.size();
+  }
+  if (channels == 0) throw Error(name, "no joint has channels");
+
+  const BvhMotionHead head = read_motion_head(lines, count, channels);
+  out.clip.rate = head.rate;
+  PoseTrack track;
+  const std::vector<Eigen::Vector3d> places = read_frames(lines, joints, head.frames, track);
+  const std::vector<Eigen::Vector3d> offsets = bone_offsets(joints, places);
   auto rows = skeleton.offsets.accessor<float, 2>();
   const auto set_offsets = [&](double scale) {
     for (size_t j = 0; j < count; ++j)
@@ -263,17 +299,10 @@ SourceMotion parse_bvh(std::string_view text, const std::string& name, std::opti
   }
   const double scale = out.metres_per_unit;
   set_offsets(scale);
-  for (size_t t = 0; t < static_cast<size_t>(frames); ++t)
-    track.trans.push_back((places[t * count] - offsets[0]) * scale);
+  for (size_t t = 0; t < places.size(); t += count) track.trans.push_back((places[t] - offsets[0]) * scale);
   set_pose(out.clip, track);
-  if (may_translate) {
-    torch::Tensor translations = torch::empty({frames, static_cast<int64_t>(count), 3});
-    float* p = translations.data_ptr<float>();
-    for (size_t k = 0; k < places.size(); ++k, p += 3)
-      Eigen::Map<Eigen::Vector3f>(p, 3) = (places[k] * scale).cast<float>();
-    translations.select(1, 0).copy_(skeleton.offsets[0].expand({frames, 3}));
-    set_translations(out.clip, translations);
-  }
+  if (std::any_of(joints.begin() + 1, joints.end(), [](const Joint& joint) { return joint.has_position(); }))
+    set_places(out.clip, places, scale);
   if (joints[0].has_position()) Eigen::Map<Eigen::Vector3d>(out.clip.file.root_offset.data()) = joints[0].offset;
   out.clip.file.format = "bvh";
   out.clip.file.metres_per_unit = scale;

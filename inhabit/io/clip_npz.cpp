@@ -2,6 +2,7 @@
 
 #include <initializer_list>
 
+#include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/upright.h"
@@ -167,8 +168,8 @@ Tensor family_pelvis(const std::string& body) {
   return body == "smplx" ? torch::tensor({0.003F, -0.351F, 0.012F}) : torch::tensor({-0.002F, -0.223F, 0.028F});
 }
 
-bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const std::string& subject,
-             const ClipReadOptions& options, Notes* notes) {
+bool pelvis_points_along_z(const Tensor& root_matrices, const Tensor& root_path, const std::string& subject,
+                           const ClipReadOptions& options, Notes* notes) {
   const Tensor trunk = root_matrices.select(2, 1).mean(0);  // where the pelvis' own up points, on average
   check_told_up(Eigen::Vector3d(trunk[0].item<double>(), trunk[1].item<double>(), trunk[2].item<double>()), options.up,
                 subject, notes);
@@ -179,7 +180,7 @@ bool is_z_up(const Tensor& root_matrices, const Tensor& root_path, const std::st
     const Tensor spread = std::get<0>(root_path.max(0)) - std::get<0>(root_path.min(0));
     z_up = spread[2].item<float>() < spread[1].item<float>();
   }
-  note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+  note(notes, z_up ? "+Z is up in the file (detected): rotated to +Y" : "+Y is up in the file (detected)");
   return z_up;
 }
 
@@ -311,7 +312,7 @@ Clip positions_clip(const Npz& npz, const char* name, const std::string& subject
   clip.file.z_up = z_up;
   if (z_up) turn_upright(clip);
   if (options.up == UpAxis::automatic)
-    note(notes, z_up ? "+Z is up in the file (detected): turned to +Y" : "+Y is up in the file (detected)");
+    note(notes, z_up ? "+Z is up in the file (detected): rotated to +Y" : "+Y is up in the file (detected)");
   return clip;
 }
 
@@ -372,7 +373,8 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
   read_annotations(npz, clip);
   const Tensor root_path = clip.trans + clip.skeleton.offsets[0];
   clip.file.format = "smpl";
-  clip.file.z_up = is_z_up(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, subject, options, notes);
+  clip.file.z_up =
+      pelvis_points_along_z(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, subject, options, notes);
   if (clip.file.z_up) turn_upright(clip);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   validate(clip, subject);
@@ -465,10 +467,10 @@ void write_clip_npz(const std::string& path, const Clip& clip) { write_npz(path,
 void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
                      const std::map<std::string, Tensor>& more) {
   if (clips.empty()) throw Error(path, "no motion to write");
-  Npz all = npz_from_clip(clips.front(), path);
   std::vector<Npz> each;
   each.reserve(clips.size());
   for (const Clip& clip : clips) each.push_back(npz_from_clip(clip, path));
+  Npz all = each.front();
   for (const char* name : kFrameArrays) {
     if (!all.has(name)) continue;
     std::vector<Tensor> rows;

@@ -24,7 +24,7 @@ namespace inhabit {
 ///
 /// A file without a skeleton gets that of `options.body` shaped by its betas, or else of the built-in body in its mean
 /// shape (its betas belong to another body and are kept as source_betas); the pelvis stays where the file's own model
-/// has it. Such a file may be z-up: it is turned when the trunk points along +Z.
+/// has it. Such a file may be z-up: it is rotated when the trunk points along +Z.
 /// Throws Error(path, ...) where arrays are missing or disagree, or a number is not finite.
 Clip read_clip_npz(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 

@@ -24,7 +24,7 @@ enum class ExpmapSkeleton { cmu, h36m };
 const Skeleton& expmap_skeleton(ExpmapSkeleton kind);
 
 /// Joint positions (..., J, 3) as the data sets' published loaders give them, for the literature's protocols: the
-/// root's six columns are ignored (root at the origin, not turned), lengths in the data set's own unit: CMU 1/70 ASF
+/// root's six columns are ignored (root at the origin, not rotated), lengths in the data set's own unit: CMU 1/70 ASF
 /// unit (x 0.0564444 / 70 = metres), Human3.6M millimetres. Differentiable.
 /// @param channels (..., 117) or (..., 99). Throws Error for another size.
 torch::Tensor expmap_joint_positions(ExpmapSkeleton kind, const torch::Tensor& channels);
@@ -34,7 +34,7 @@ torch::Tensor expmap_joint_positions(ExpmapSkeleton kind, const torch::Tensor& c
 torch::Tensor read_expmap_channels(const std::string& path);
 torch::Tensor parse_expmap_channels(std::string_view text, const std::string& name);
 
-/// The motion in metres with its root. A first row at rest (no joint turned) in a longer CMU file is left out.
+/// The motion in metres with its root. A first row at rest (no joint rotated) in a longer CMU file is left out.
 /// The notes say so. Joint 0's rest position is the origin, so trans is the root's path.
 SourceMotion expmap_motion(const torch::Tensor& channels, const std::string& name);
 SourceMotion read_expmap_text(const std::string& path);

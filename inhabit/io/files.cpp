@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
@@ -19,7 +20,8 @@ namespace inhabit {
 namespace {
 
 /// What the readers of recordings leave to the caller: the rate given by hand, which axis is up, who carries the body.
-/// @param foreign false: of inhabit itself, whose +Y is up unless the user says otherwise.
+/// @param foreign false: of inhabit itself, whose +Y is up unless the user says otherwise, and whose root goes where it
+/// was found to go.
 Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes,
               bool foreign = true) {
   if (options.rate != 0) motion.clip.rate = options.rate;
@@ -27,7 +29,7 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
   motion.clip.file.z_up =
       (foreign || options.up != UpAxis::automatic) && is_z_up(motion.clip, options.up, path, &motion.notes);
   if (motion.clip.file.z_up) turn_upright(motion.clip);
-  if (const int carrier = carry_by_root(motion.clip); carrier >= 0)
+  if (const int carrier = foreign ? carry_by_root(motion.clip) : -1; carrier >= 0)
     motion.notes.push_back("the root goes where " + motion.clip.skeleton.names[static_cast<size_t>(carrier)] +
                            ", which carried the motion, goes");
   if (motion.clip.translations.defined()) {

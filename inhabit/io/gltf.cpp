@@ -247,70 +247,72 @@ void add_weights(GltfBuilder& builder, const Tensor& weights, tinygltf::Primitiv
                                                        TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, false);
 }
 
-void add_person(GltfBuilder& builder, const GltfPerson& person, const std::string& subject) {
-  const Clip& clip = *person.clip;
-  if (!clip.rotations.defined() || !clip.trans.defined())
-    throw Error(subject, "the motion has positions only; glTF needs joint rotations (fit a body to it first)");
-  validate(clip, subject);
+/// The tree of a person's joints: nodes, and what moves them.
+struct JointNodes {
+  std::vector<int> nodes;
+  std::vector<Tensor> rotations;  ///< (T, 4) of each joint, x y z w
+  Tensor root;                    ///< (T, 3)
+  Tensor moves;                   ///< (J) bool: joints that translate within the body
+};
+
+/// Nodes of the joints stand at the first frame, so that programs without animation show a pose of the clip.
+JointNodes add_joints(GltfBuilder& builder, const Clip& clip, const std::string& name) {
   const Skeleton& skeleton = clip.skeleton;
   const int64_t J = skeleton.size();
-  if (J > 32767) throw Error(subject, "a skeleton of " + std::to_string(J) + " joints is too large for glTF");
-  const bool skinned = person.body != nullptr && person.body->template_vertices.defined() &&
-                       person.body->skeleton.parents == skeleton.parents;
-  const SkinnedMesh mesh = skinned ? body_mesh(*person.body, clip.betas) : bones_mesh(skeleton);
-
-  // Nodes of the joints stand at the first frame, so that programs without animation show a pose of the clip.
-  const Tensor root = (clip.trans + skeleton.offsets[0]).to(torch::kFloat32).contiguous();
   const Tensor offsets = skeleton.offsets.to(torch::kFloat32).contiguous();
   const Tensor places = clip.translations;
-  const Tensor moves = places.defined() ? places.ne(offsets).any(2).any(0) : torch::zeros({J}, torch::kBool);
-  std::vector<Tensor> tracks;
-  std::vector<int> nodes;
+  JointNodes out;
+  out.root = (clip.trans + skeleton.offsets[0]).to(torch::kFloat32).contiguous();
+  out.moves = places.defined() ? places.ne(offsets).any(2).any(0) : torch::zeros({J}, torch::kBool);
   for (int64_t j = 0; j < J; ++j) {
-    tracks.push_back(quaternion_track(clip.rotations.select(1, j)));
+    out.rotations.push_back(quaternion_track(clip.rotations.select(1, j)));
     tinygltf::Node node;
     node.name = skeleton.names[static_cast<size_t>(j)];
-    Tensor place = j == 0 ? root[0] : offsets[j];
-    if (j > 0 && moves[j].item<bool>()) place = places[0][j];
+    Tensor place = j == 0 ? out.root[0] : offsets[j];
+    if (j > 0 && out.moves[j].item<bool>()) place = places[0][j];
     for (int k = 0; k < 3; ++k) node.translation.push_back(place[k].item<float>());
-    for (int k = 0; k < 4; ++k) node.rotation.push_back(tracks.back()[0][k].item<float>());
-    nodes.push_back(builder.add_node(node, false));
-    if (j > 0)
-      builder.model.nodes[static_cast<size_t>(nodes[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])])]
-          .children.push_back(nodes.back());
+    for (int k = 0; k < 4; ++k) node.rotation.push_back(out.rotations.back()[0][k].item<float>());
+    out.nodes.push_back(builder.add_node(node, false));
+    if (j == 0) continue;
+    const int parent = out.nodes[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])];
+    builder.model.nodes[static_cast<size_t>(parent)].children.push_back(out.nodes.back());
   }
   tinygltf::Node armature;
-  armature.name = person.name;
-  armature.children = {nodes[0]};
+  armature.name = name;
+  armature.children = {out.nodes[0]};
   builder.add_node(armature, true);
+  return out;
+}
 
-  if (mesh.faces.numel() > 0) {
-    Tensor inverse_bind = torch::eye(4).repeat({J, 1, 1});
-    inverse_bind.select(1, 3).narrow(1, 0, 3).copy_(-mesh.rest_joints);  // column-major: the fourth row is the shift
-    tinygltf::Skin skin;
-    skin.name = person.name;
-    skin.joints = nodes;
-    skin.skeleton = nodes[0];
-    skin.inverseBindMatrices =
-        builder.accessor(inverse_bind.contiguous(), TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_MAT4, 0, false);
-    builder.model.skins.push_back(skin);
+void add_skin(GltfBuilder& builder, const SkinnedMesh& mesh, const std::vector<int>& joints, const GltfPerson& person) {
+  Tensor inverse_bind = torch::eye(4).repeat({static_cast<int64_t>(joints.size()), 1, 1});
+  inverse_bind.select(1, 3).narrow(1, 0, 3).copy_(-mesh.rest_joints);  // column-major: the fourth row is the shift
+  tinygltf::Skin skin;
+  skin.name = person.name;
+  skin.joints = joints;
+  skin.skeleton = joints[0];
+  skin.inverseBindMatrices =
+      builder.accessor(inverse_bind.contiguous(), TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_MAT4, 0, false);
+  builder.model.skins.push_back(skin);
 
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes["POSITION"] = builder.positions(mesh.vertices);
-    if (mesh.normals.defined())
-      primitive.attributes["NORMAL"] = builder.accessor(mesh.normals.contiguous(), TINYGLTF_COMPONENT_TYPE_FLOAT,
-                                                        TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, false);
-    add_weights(builder, mesh.weights, primitive);
-    primitive.indices = builder.indices(mesh.faces);
-    primitive.material = builder.material(person.color);
-    tinygltf::Node node;
-    node.name = person.name + "_skin";
-    node.mesh = builder.add_mesh(person.name, primitive);
-    node.skin = static_cast<int>(builder.model.skins.size()) - 1;
-    builder.add_node(node, true);  // a skinned mesh takes its place from the joints alone
-  }
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.attributes["POSITION"] = builder.positions(mesh.vertices);
+  if (mesh.normals.defined())
+    primitive.attributes["NORMAL"] = builder.accessor(mesh.normals.contiguous(), TINYGLTF_COMPONENT_TYPE_FLOAT,
+                                                      TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, false);
+  add_weights(builder, mesh.weights, primitive);
+  primitive.indices = builder.indices(mesh.faces);
+  primitive.material = builder.material(person.color);
+  tinygltf::Node node;
+  node.name = person.name + "_skin";
+  node.mesh = builder.add_mesh(person.name, primitive);
+  node.skin = static_cast<int>(builder.model.skins.size()) - 1;
+  builder.add_node(node, true);  // a skinned mesh takes its place from the joints alone
+}
 
+/// All people move in one animation.
+void add_animation(GltfBuilder& builder, const Clip& clip, const JointNodes& joints) {
   if (builder.model.animations.empty()) {
     builder.model.animations.emplace_back();
     builder.model.animations[0].name = "motion";
@@ -330,12 +332,28 @@ void add_person(GltfBuilder& builder, const GltfPerson& person, const std::strin
     channel.target_path = path;
     animation.channels.push_back(channel);
   };
-  add_track(nodes[0], "translation", root, TINYGLTF_TYPE_VEC3);
-  for (int64_t j = 1; j < J; ++j)
-    if (moves[j].item<bool>())
-      add_track(nodes[static_cast<size_t>(j)], "translation", places.select(1, j).to(torch::kFloat32),
+  add_track(joints.nodes[0], "translation", joints.root, TINYGLTF_TYPE_VEC3);
+  for (int64_t j = 1; j < clip.skeleton.size(); ++j)
+    if (joints.moves[j].item<bool>())
+      add_track(joints.nodes[static_cast<size_t>(j)], "translation", clip.translations.select(1, j).to(torch::kFloat32),
                 TINYGLTF_TYPE_VEC3);
-  for (size_t j = 0; j < tracks.size(); ++j) add_track(nodes[j], "rotation", tracks[j], TINYGLTF_TYPE_VEC4);
+  for (size_t j = 0; j < joints.nodes.size(); ++j)
+    add_track(joints.nodes[j], "rotation", joints.rotations[j], TINYGLTF_TYPE_VEC4);
+}
+
+void add_person(GltfBuilder& builder, const GltfPerson& person, const std::string& subject) {
+  const Clip& clip = *person.clip;
+  if (!clip.rotations.defined() || !clip.trans.defined())
+    throw Error(subject, "the motion has positions only; glTF needs joint rotations (fit a body to it first)");
+  validate(clip, subject);
+  const int64_t J = clip.skeleton.size();
+  if (J > 32767) throw Error(subject, "a skeleton of " + std::to_string(J) + " joints is too large for glTF");
+  const bool skinned = person.body != nullptr && person.body->template_vertices.defined() &&
+                       person.body->skeleton.parents == clip.skeleton.parents;
+  const SkinnedMesh mesh = skinned ? body_mesh(*person.body, clip.betas) : bones_mesh(clip.skeleton);
+  const JointNodes joints = add_joints(builder, clip, person.name);
+  if (mesh.faces.numel() > 0) add_skin(builder, mesh, joints.nodes, person);
+  add_animation(builder, clip, joints);
 }
 
 }  // namespace

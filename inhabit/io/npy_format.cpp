@@ -230,9 +230,8 @@ std::string header_bytes(const std::string& descr, const std::vector<int64_t>& s
   return bytes + dict;
 }
 
-}  // namespace
-
-void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into) {
+/// Reads what stands before the data. @param before its bytes. @param size those of the whole array.
+NpyHeader read_npy_header(const ByteSource& source, uint64_t size, const std::string& subject, uint64_t& before) {
   char lead[12] = {};
   read_exactly(source, lead, 8, subject);
   if (std::memcmp(lead, kMagic, 6) != 0) throw Error(subject, "is not a NumPy array");
@@ -242,94 +241,129 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
   read_exactly(source, lead + 8, static_cast<uint64_t>(count), subject);
   uint64_t length = 0;
   for (int i = count - 1; i >= 0; --i) length = (length << 8) | static_cast<unsigned char>(lead[8 + i]);
-  const uint64_t before = 8 + static_cast<uint64_t>(count) + length;
+  before = 8 + static_cast<uint64_t>(count) + length;
   if (length > kLongestHeader || before > size) throw Error(subject, "ends early");
   std::string text(length, '\0');
   read_exactly(source, text.data(), length, subject);
-  const NpyHeader header = HeaderParser(text, subject).parse();
+  return HeaderParser(text, subject).parse();
+}
 
-  const std::string& descr = header.descr;
+/// What an item is.
+struct NpyItem {
+  std::string skipped;                    ///< why it cannot be read; empty: it can
+  char kind = '\0';                       ///< f, i, u, b; U and S are text
+  uint64_t width = 0;                     ///< bytes
+  bool swap = false;                      ///< its bytes are in the other order
+  std::optional<torch::ScalarType> type;  ///< unless text
+
+  bool is_text() const { return kind == 'U' || kind == 'S'; }
+};
+
+NpyItem npy_item(const std::string& descr, const std::string& subject) {
+  NpyItem item;
   if (descr.empty()) {
-    into.skipped[name] = "a structured array";
-    return;
+    item.skipped = "a structured array";
+    return item;
   }
   const bool has_order = descr[0] == '<' || descr[0] == '>' || descr[0] == '|' || descr[0] == '=';
-  const bool swap = descr[0] == '>';
-  const char kind = descr.size() > (has_order ? 1U : 0U) ? descr[has_order ? 1 : 0] : '\0';
-  if (kind == 'O') {
-    into.skipped[name] = "a pickled Python object";
-    return;
+  item.swap = descr[0] == '>';
+  item.kind = descr.size() > (has_order ? 1U : 0U) ? descr[has_order ? 1 : 0] : '\0';
+  if (item.kind == 'O') {
+    item.skipped = "a pickled Python object";
+    return item;
   }
-  if (kind == '\0' || std::strchr("fiubUS", kind) == nullptr) {
-    into.skipped[name] = "of type " + descr.substr(0, 16);
-    return;
+  if (item.kind == '\0' || std::strchr("fiubUS", item.kind) == nullptr) {
+    item.skipped = "of type " + descr.substr(0, 16);
+    return item;
   }
-  uint64_t width = 0;
   for (size_t i = has_order ? 2 : 1; i < descr.size(); ++i) {
-    if (descr[i] < '0' || descr[i] > '9' || width > kMostBytes) throw Error(subject, "has an unknown data type");
-    width = 10 * width + static_cast<uint64_t>(descr[i] - '0');
+    if (descr[i] < '0' || descr[i] > '9' || item.width > kMostBytes) throw Error(subject, "has an unknown data type");
+    item.width = 10 * item.width + static_cast<uint64_t>(descr[i] - '0');
   }
-  const bool is_text = kind == 'U' || kind == 'S';
-  if (kind == 'U') width *= 4;
-  const auto type = scalar_type(kind, static_cast<int64_t>(width));
-  if (!is_text && !type) {
-    into.skipped[name] = "of type " + descr.substr(0, 16);
-    return;
-  }
+  if (item.kind == 'U') item.width *= 4;
+  item.type = scalar_type(item.kind, static_cast<int64_t>(item.width));
+  if (!item.is_text() && !item.type) item.skipped = "of type " + descr.substr(0, 16);
+  return item;
+}
 
+/// How many items there are. @param size of the file, @param left of it behind the header, bytes.
+uint64_t count_items(const std::vector<int64_t>& shape, const NpyItem& item, uint64_t size, uint64_t left,
+                     const std::string& subject) {
   uint64_t items = 1;
-  for (const int64_t n : header.shape) {
+  for (const int64_t n : shape) {
     if (n == 0) items = 0;
     if (items != 0 && static_cast<uint64_t>(n) > kMostBytes / items) throw Error(subject, "declares an absurd size");
     items *= static_cast<uint64_t>(n);
   }
-  if (is_text && items > size) throw Error(subject, "declares an absurd size");  // strings of no width cost memory too
-  if (width != 0 && items > kMostBytes / width) throw Error(subject, "declares an absurd size");
-  const uint64_t bytes = items * width;
-  if (bytes > size - before)
-    throw Error(subject, "ends early: " + std::to_string(bytes) + " bytes declared, " + std::to_string(size - before) +
-                             " there");
+  // Strings of no width cost memory too.
+  if (item.is_text() && items > size) throw Error(subject, "declares an absurd size");
+  if (item.width != 0 && items > kMostBytes / item.width) throw Error(subject, "declares an absurd size");
+  const uint64_t bytes = items * item.width;
+  if (bytes > left)
+    throw Error(subject,
+                "ends early: " + std::to_string(bytes) + " bytes declared, " + std::to_string(left) + " there");
+  return items;
+}
 
-  if (is_text) {
-    std::string raw(bytes, '\0');
-    read_exactly(source, raw.data(), bytes, subject);
-    StringArray strings;
-    strings.shape = header.shape;
-    if (header.fortran_order && header.shape.size() > 1) strings.shape = {static_cast<int64_t>(items)};
-    strings.values.resize(items);
-    for (uint64_t i = 0; i < items; ++i) {
-      char* item = raw.data() + i * width;
-      std::string& value = strings.values[i];
-      if (kind == 'S') {
-        value.assign(item, width);
-        value.erase(value.find_last_not_of('\0') + 1);
-      } else {
-        if (swap) swap_bytes(item, static_cast<int64_t>(width / 4), 4);
-        for (uint64_t k = 0; k < width; k += 4) {
-          uint32_t code = 0;
-          std::memcpy(&code, item + k, 4);
-          append_utf8(value, code);
-        }
-        value.erase(value.find_last_not_of('\0') + 1);
+StringArray read_strings(const ByteSource& source, const NpyHeader& header, const NpyItem& item, uint64_t items,
+                         const std::string& subject) {
+  std::string raw(items * item.width, '\0');
+  read_exactly(source, raw.data(), raw.size(), subject);
+  StringArray strings;
+  strings.shape = header.shape;
+  if (header.fortran_order && header.shape.size() > 1) strings.shape = {static_cast<int64_t>(items)};
+  strings.values.resize(items);
+  for (uint64_t i = 0; i < items; ++i) {
+    char* at = raw.data() + i * item.width;
+    std::string& value = strings.values[i];
+    if (item.kind == 'S') {
+      value.assign(at, item.width);
+    } else {
+      if (item.swap) swap_bytes(at, static_cast<int64_t>(item.width / 4), 4);
+      for (uint64_t k = 0; k < item.width; k += 4) {
+        uint32_t code = 0;
+        std::memcpy(&code, at + k, 4);
+        append_utf8(value, code);
       }
     }
-    into.strings[name] = std::move(strings);
-    return;
+    value.erase(value.find_last_not_of('\0') + 1);
   }
+  return strings;
+}
 
+torch::Tensor read_numbers(const ByteSource& source, const NpyHeader& header, const NpyItem& item, uint64_t items,
+                           const std::string& subject) {
+  const auto width = static_cast<int64_t>(item.width);
   std::vector<int64_t> shape = header.shape;
   if (header.fortran_order) std::reverse(shape.begin(), shape.end());
-  torch::Tensor tensor = torch::empty(shape, torch::TensorOptions().dtype(*type));
-  if (bytes > 0) read_exactly(source, tensor.data_ptr(), bytes, subject);
-  if (swap) swap_bytes(static_cast<char*>(tensor.data_ptr()), static_cast<int64_t>(items), static_cast<int64_t>(width));
-  if (kind == 'u') tensor = widen_unsigned(tensor, static_cast<int64_t>(width), subject);
-  if (kind == 'b') tensor = tensor.ne(0);
+  torch::Tensor tensor = torch::empty(shape, torch::TensorOptions().dtype(*item.type));
+  if (items > 0) read_exactly(source, tensor.data_ptr(), items * item.width, subject);
+  if (item.swap) swap_bytes(static_cast<char*>(tensor.data_ptr()), static_cast<int64_t>(items), width);
+  if (item.kind == 'u') tensor = widen_unsigned(tensor, width, subject);
+  if (item.kind == 'b') tensor = tensor.ne(0);
   if (header.fortran_order && shape.size() > 1) {
     std::vector<int64_t> axes(shape.size());
     for (size_t i = 0; i < axes.size(); ++i) axes[i] = static_cast<int64_t>(axes.size() - 1 - i);
     tensor = tensor.permute(axes).contiguous();
   }
-  into.tensors[name] = tensor;
+  return tensor;
+}
+
+}  // namespace
+
+void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into) {
+  uint64_t before = 0;
+  const NpyHeader header = read_npy_header(source, size, subject, before);
+  const NpyItem item = npy_item(header.descr, subject);
+  if (!item.skipped.empty()) {
+    into.skipped[name] = item.skipped;
+    return;
+  }
+  const uint64_t items = count_items(header.shape, item, size, size - before, subject);
+  if (item.is_text())
+    into.strings[name] = read_strings(source, header, item, items, subject);
+  else
+    into.tensors[name] = read_numbers(source, header, item, items, subject);
 }
 
 std::string npy_bytes(const torch::Tensor& given) {

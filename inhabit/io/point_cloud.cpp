@@ -1,9 +1,12 @@
 #include "inhabit/io/point_cloud.h"
-#include "inhabit/io/atomic_file.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
@@ -123,13 +126,21 @@ double pcd_value(const char* raw, const PcdField& field) {
   }
 }
 
-torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
+struct PcdHeader {
   std::vector<PcdField> fields;
-  uint64_t width = 0, height = 1, points = 0;
-  std::string_view data;
+  uint64_t points = 0;
+  std::string_view form;                  ///< of the data: ascii, binary, binary_compressed
+  uint64_t stride = 0;                    ///< of a point: bytes (binary), or tokens (ascii)
+  std::array<const PcdField*, 3> axes{};  ///< x, y, z among `fields`
+};
+
+/// Takes the header off the front of `text`: its rows up to DATA.
+PcdHeader read_pcd_rows(std::string_view& text, const std::string& subject) {
+  PcdHeader header;
+  uint64_t width = 0, height = 1;
   // FIELDS, SIZE, TYPE and COUNT are rows of one table, one column a field.
   const auto each_field = [&](std::string_view line, const auto& set) {
-    for (PcdField& field : fields) {
+    for (PcdField& field : header.fields) {
       const std::string_view token = next_token(line);
       if (token.empty()) throw Error(subject, "PCD header has fewer entries than fields");
       set(field, token);
@@ -142,13 +153,13 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
     }
     return static_cast<uint64_t>(value);
   };
-  while (data.empty()) {
+  while (header.form.empty()) {
     if (text.empty()) throw Error(subject, "PCD header does not end");
     std::string_view line = next_line(text);
     const std::string_view key = next_token(line);
     if (key == "FIELDS" || key == "COLUMNS") {
       for (std::string_view name = next_token(line); !name.empty(); name = next_token(line)) {
-        fields.emplace_back().name = name;
+        header.fields.emplace_back().name = name;
       }
     } else if (key == "SIZE") {
       each_field(line, [&](PcdField& field, std::string_view token) { field.size = whole(token); });
@@ -161,100 +172,110 @@ torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
     } else if (key == "HEIGHT") {
       height = whole(next_token(line));
     } else if (key == "POINTS") {
-      points = whole(next_token(line));
+      header.points = whole(next_token(line));
     } else if (key == "DATA") {
-      data = next_token(line);
-      if (data.empty()) throw Error(subject, "PCD header names no data form");
+      header.form = next_token(line);
+      if (header.form.empty()) throw Error(subject, "PCD header names no data form");
     } else if (!key.empty() && key.front() != '#' && key != "VERSION" && key != "VIEWPOINT") {
       const bool text_line = std::all_of(key.begin(), key.end(), [](char c) { return c >= 32 && c < 127; });
       throw Error(subject, "is no PCD file" + (text_line ? ": its header has " + in_quotes(key) : std::string()));
     }
   }
-  if (points == 0 && width > 0 && height <= (uint64_t{1} << 40) / width) points = width * height;
-  if (points == 0) throw Error(subject, "holds no points");
+  if (header.points == 0 && width > 0 && height <= (uint64_t{1} << 40) / width) header.points = width * height;
+  if (header.points == 0) throw Error(subject, "holds no points");
+  return header;
+}
 
-  const bool ascii = data == "ascii";
-  uint64_t stride = 0;
-  std::array<const PcdField*, 3> axes{};
-  for (PcdField& field : fields) {
+/// Checks the fields and finds where in a point each of them is.
+void lay_out_fields(PcdHeader& header, const std::string& subject) {
+  for (PcdField& field : header.fields) {
     if ((field.size != 1 && field.size != 2 && field.size != 4 && field.size != 8) || field.count > 4096 ||
         std::string_view("FIU").find(field.type) == std::string_view::npos || (field.type == 'F' && field.size < 4)) {
       throw Error(subject, "PCD field " + in_quotes(field.name.substr(0, 30)) + " has no valid size, type or count");
     }
-    field.offset = stride;
-    stride += ascii ? field.count : field.size * field.count;
+    field.offset = header.stride;
+    header.stride += header.form == "ascii" ? field.count : field.size * field.count;
     for (size_t axis = 0; axis < 3; ++axis) {
-      if (field.name == std::string(1, "xyz"[axis]) && field.count == 1) axes[axis] = &field;
+      if (field.name == std::string(1, "xyz"[axis]) && field.count == 1) header.axes[axis] = &field;
     }
   }
-  if (std::count(axes.begin(), axes.end(), nullptr) > 0) throw Error(subject, "PCD header has no fields x, y and z");
+  if (std::count(header.axes.begin(), header.axes.end(), nullptr) > 0)
+    throw Error(subject, "PCD header has no fields x, y and z");
+}
 
+/// Points that were not measured are NaN in PCD and are left out.
+void add_point(const std::array<double, 3>& point, std::vector<float>& values, const std::string& subject) {
+  std::array<float, 3> out{};
+  for (size_t axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
+  if (std::isfinite(out[0]) && std::isfinite(out[1]) && std::isfinite(out[2])) {
+    values.insert(values.end(), out.begin(), out.end());
+  } else if (std::isinf(out[0]) || std::isinf(out[1]) || std::isinf(out[2])) {
+    throw Error(subject, "a point is infinite");
+  }
+}
+
+torch::Tensor ascii_points(const PcdHeader& header, std::string_view text, const std::string& subject) {
+  const std::string points = std::to_string(header.points);
+  if (header.points > text.size()) throw Error(subject, "says it has " + points + " points, but ends before them");
   std::vector<float> values;
-  const auto add = [&](const std::array<double, 3>& point) {
-    std::array<float, 3> out{};
-    for (size_t axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
-    if (std::isfinite(out[0]) && std::isfinite(out[1]) && std::isfinite(out[2])) {
-      values.insert(values.end(), out.begin(), out.end());
-    } else if (std::isinf(out[0]) || std::isinf(out[1]) || std::isinf(out[2])) {
-      throw Error(subject, "a point is infinite");
-    }
-  };
-  if (ascii) {
-    if (points > text.size())
-      throw Error(subject, "says it has " + std::to_string(points) + " points, but ends before them");
-    for (uint64_t i = 0; i < points; ++i) {
-      std::array<double, 3> point{};
-      for (uint64_t column = 0; column < stride; ++column) {
-        const std::string_view token = next_token(text);
-        if (token.empty()) throw Error(subject, "ends at point " + std::to_string(i) + " of " + std::to_string(points));
-        for (size_t axis = 0; axis < 3; ++axis) {
-          if (axes[axis]->offset == column && !parse_number(token, point[axis])) {
-            throw Error(subject, "point " + std::to_string(i) + " is not three numbers");
-          }
+  for (uint64_t i = 0; i < header.points; ++i) {
+    std::array<double, 3> point{};
+    for (uint64_t column = 0; column < header.stride; ++column) {
+      const std::string_view token = next_token(text);
+      if (token.empty()) throw Error(subject, "ends at point " + std::to_string(i) + " of " + points);
+      for (size_t axis = 0; axis < 3; ++axis) {
+        if (header.axes[axis]->offset == column && !parse_number(token, point[axis])) {
+          throw Error(subject, "point " + std::to_string(i) + " is not three numbers");
         }
       }
-      add(point);
     }
-    return to_points(values, subject);
-  }
-
-  std::string unpacked;
-  const bool compressed = data == "binary_compressed";
-  if (!compressed && data != "binary") {
-    throw Error(subject, "PCD data form " + in_quotes(data.substr(0, 20)) + " is unknown");
-  }
-  if (compressed) {
-    if (text.size() < 8) throw Error(subject, "ends before its points");
-    std::array<uint32_t, 2> sizes{};
-    std::memcpy(sizes.data(), text.data(), 8);
-    text.remove_prefix(8);
-    // LZF makes at most 264 bytes of 3.
-    if (sizes[0] > text.size() || sizes[1] / 88 > sizes[0] || points > sizes[1] / stride) {
-      throw Error(subject, "its compressed size is impossible");
-    }
-    unpacked.resize(sizes[1]);
-    unpack_lzf(text.substr(0, sizes[0]), unpacked, subject);
-    text = unpacked;
-  }
-  if (points > text.size() / stride) {
-    throw Error(subject, "says it has " + std::to_string(points) + " points, but ends before them");
-  }
-  for (uint64_t i = 0; i < points; ++i) {
-    std::array<double, 3> point{};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const PcdField& field = *axes[axis];
-      // Compressed files keep one field of all points after the other.
-      const uint64_t at = compressed ? points * field.offset + i * field.size : i * stride + field.offset;
-      point[axis] = pcd_value(text.data() + at, field);
-    }
-    add(point);
+    add_point(point, values, subject);
   }
   return to_points(values, subject);
 }
 
-}  // namespace
+/// The points of binary_compressed data, unpacked.
+std::string unpacked_points(const PcdHeader& header, std::string_view text, const std::string& subject) {
+  if (text.size() < 8) throw Error(subject, "ends before its points");
+  std::array<uint32_t, 2> sizes{};
+  std::memcpy(sizes.data(), text.data(), 8);
+  text.remove_prefix(8);
+  // LZF makes at most 264 bytes of 3.
+  if (sizes[0] > text.size() || sizes[1] / 88 > sizes[0] || header.points > sizes[1] / header.stride) {
+    throw Error(subject, "its compressed size is impossible");
+  }
+  std::string unpacked(sizes[1], '\0');
+  unpack_lzf(text.substr(0, sizes[0]), unpacked, subject);
+  return unpacked;
+}
 
-namespace {
+torch::Tensor binary_points(const PcdHeader& header, std::string_view bytes, const std::string& subject) {
+  const bool compressed = header.form == "binary_compressed";
+  if (header.points > bytes.size() / header.stride) {
+    throw Error(subject, "says it has " + std::to_string(header.points) + " points, but ends before them");
+  }
+  std::vector<float> values;
+  for (uint64_t i = 0; i < header.points; ++i) {
+    std::array<double, 3> point{};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const PcdField& field = *header.axes[axis];
+      // Compressed files keep one field of all points after the other.
+      const uint64_t at = compressed ? header.points * field.offset + i * field.size : i * header.stride + field.offset;
+      point[axis] = pcd_value(bytes.data() + at, field);
+    }
+    add_point(point, values, subject);
+  }
+  return to_points(values, subject);
+}
+
+torch::Tensor parse_pcd(std::string_view text, const std::string& subject) {
+  PcdHeader header = read_pcd_rows(text, subject);
+  lay_out_fields(header, subject);
+  if (header.form == "ascii") return ascii_points(header, text, subject);
+  if (header.form == "binary") return binary_points(header, text, subject);
+  if (header.form == "binary_compressed") return binary_points(header, unpacked_points(header, text, subject), subject);
+  throw Error(subject, "PCD data form " + in_quotes(header.form.substr(0, 20)) + " is unknown");
+}
 
 const std::vector<std::string> kPointArrays{"points", "xyz", "positions", "arr_0"};
 

@@ -10,9 +10,9 @@ namespace inhabit {
 
 /// Points of a .ply, .pcd, .xyz (.txt, .pts, .csv) or .npz file, (N, 3) float in the file's own axes and units.
 /// .pcd: ascii, binary, binary_compressed; points with a NaN, its mark for "not measured", are left out.
-/// .xyz: three numbers or more to a line, the first three count; between them spaces, tabs, commas or semicolons; a
-/// decimal comma is understood where the line has another separator; '#' and '//' start a comment; a first line without
-/// numbers is a heading, a first line with one whole number a count.
+/// .xyz: three numbers or more to a line, of which the first three count, between spaces, tabs, commas or semicolons. A
+/// decimal comma is understood where the line has another separator. '#' and '//' start a comment. A first line without
+/// numbers is a heading; a first line with one whole number is a count.
 /// .npz: the array `points`, `xyz` or `positions`, (N, 3) or wider; the first three columns count. .npy: its only
 /// array. Throws Error(path, ...) when the file is missing, damaged, holds no point, or a NaN or infinite coordinate.
 torch::Tensor read_point_cloud(const std::string& path);

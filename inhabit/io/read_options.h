@@ -2,10 +2,11 @@
 #include <string>
 #include <vector>
 
-#include "inhabit/body/body_model.h"
 #include "inhabit/io/up_axis.h"
 
 namespace inhabit {
+
+struct BodyModel;
 
 /// How a motion file is to be understood where its format leaves it open. Left alone, everything is detected.
 struct ClipReadOptions {

@@ -62,7 +62,7 @@ bool is_z_up(const Clip& clip, UpAxis told, const std::string& subject, Notes* n
   const double low_y = clip.joints.select(2, 1).min().item<double>(),
                low_z = clip.joints.select(2, 2).min().item<double>();
   if (std::abs(low_z) >= std::abs(low_y)) return false;
-  if (notes != nullptr) notes->emplace_back("+Z is up in the file (detected): turned to +Y");
+  if (notes != nullptr) notes->emplace_back("+Z is up in the file (detected): rotated to +Y");
   return true;
 }
 

@@ -12,7 +12,7 @@ namespace inhabit {
 /// find_landmarks does not know the skeleton.
 std::optional<Eigen::Vector3d> mean_trunk(const Clip& clip);
 
-/// Whether a motion is to be turned from +Z up. As `told`; throws Error(subject, ...) for one told to be z-up whose
+/// Whether a motion is to be rotated from +Z up. As `told`; throws Error(subject, ...) for one told to be z-up whose
 /// trunk points along +Y, for it would come out lying. Left automatic, it is where the trunk points along +Z and the
 /// lowest joint is nearer to 0 along Z than along Y (someone who lies on a floor y = 0 lies). What was detected, or
 /// looks wrong, is added to the notes.
@@ -21,7 +21,8 @@ bool is_z_up(const Clip& clip, UpAxis told, const std::string& subject, Notes* n
 /// Throws as is_z_up does where `told` is z and the trunk points along +Y; notes a trunk along +Z where it is y.
 void check_told_up(const std::optional<Eigen::Vector3d>& trunk, UpAxis told, const std::string& subject, Notes* notes);
 
-/// Turns a clip of a z-up world to +Y up, by -90 degrees about x: (x, y, z) -> (x, z, -y), with all that is annotated.
+/// Rotates a clip of a z-up world to +Y up, by -90 degrees about x: (x, y, z) -> (x, z, -y), with all that is
+/// annotated.
 void turn_upright(Clip& clip);
 
 /// Back again: (x, y, z) -> (x, -z, y).

@@ -6,7 +6,7 @@ namespace inhabit {
 struct FootSkating {
   int64_t frames = 0;   ///< frames that have a next one
   int64_t skating = 0;  ///< of these, with a foot joint that slides
-  double share() const { return frames > 0 ? static_cast<double>(skating) / static_cast<double>(frames) : 0; }
+  double fraction() const { return frames > 0 ? static_cast<double>(skating) / static_cast<double>(frames) : 0; }
 };
 
 /// Frames in which a foot joint (ankles 7, 8 and balls 10, 11 of the standard skeleton) is less than `height` metres

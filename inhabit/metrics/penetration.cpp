@@ -33,8 +33,8 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
   const int64_t T = clip.frames();
   std::vector<std::string> out(static_cast<size_t>(T));
   if (!clip.contact.defined()) return out;
-  // On the way down and up, where actions tell. A clip may end or begin on the way.
-  const torch::Tensor way = [&] {
+  // Going down or up, where actions tell. A clip may end or begin so.
+  const torch::Tensor transitions = [&] {
     torch::Tensor any = torch::zeros({T}, torch::kBool);
     for (const char* name : {"sit_down", "stand_up"})
       for (size_t a = 0; a < clip.action_names.size(); ++a)
@@ -42,7 +42,7 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
     return any;
   }();
   const torch::Tensor sits = clip.contact.index_select(1, torch::tensor({0, 1, 2, 3, 6, 9})).gt(0.5).any(1);
-  for (const int64_t t : {int64_t{0}, T - 1}) sits[t].logical_or_(way[t]);
+  for (const int64_t t : {int64_t{0}, T - 1}) sits[t].logical_or_(transitions[t]);
   const torch::Tensor frames = sits.nonzero().flatten();
   if (frames.numel() == 0) return out;
   const Scene solid = obstacles_of(scene);
@@ -55,11 +55,11 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
     if (m >= 0)
       out[static_cast<size_t>(frames[i].item<int64_t>())] = object_of_mesh(solid.meshes[static_cast<size_t>(m)].name);
   }
-  const bool* on_way = way.data_ptr<bool>();
+  const bool* in_transition = transitions.data_ptr<bool>();
   for (int64_t t = 1; t < T; ++t)
-    if (out[t].empty() && on_way[t]) out[t] = out[t - 1];
+    if (out[t].empty() && in_transition[t]) out[t] = out[t - 1];
   for (int64_t t = T - 2; t >= 0; --t)
-    if (out[t].empty() && on_way[t]) out[t] = out[t + 1];
+    if (out[t].empty() && in_transition[t]) out[t] = out[t + 1];
   return out;
 }
 

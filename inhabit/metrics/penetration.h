@@ -19,7 +19,7 @@ struct Penetration {
 
 /// The deepest that any of the body's capsules gets into the scene's meshes in any frame. The floor (meshes called
 /// "floor") does not count, nor does what is sat or leaned on, while it is: the object nearest to the root when
-/// pelvis, hips or spine are labelled to be in contact, and on the way down and up (actions sit_down and stand_up next
+/// pelvis, hips or spine are labelled to be in contact, and going down or up (actions sit_down and stand_up next
 /// to such frames or to the clip's ends). Objects are told by name (scene/objects.h). Needs clip.rotations and
 /// clip.trans on the standard skeleton. Capsule axes are sampled every 3 cm or finer.
 Penetration deepest_penetration(const Clip& clip, const BodyModel& body, const Scene& scene);

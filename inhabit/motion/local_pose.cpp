@@ -40,8 +40,8 @@ Tensor placed_poses(const Tensor& poses, const Tensor& motion, const Tensor& roo
   const Tensor flat = torch::zeros_like(yaw);
   const Tensor step =
       turned(torch::stack({motion.select(-1, 0), flat, motion.select(-1, 1)}, -1).unsqueeze(-2), before).squeeze(-2);
-  const Tensor way = step.cumsum(-2) + root.unsqueeze(-2);
-  const Tensor place = torch::stack({way.select(-1, 0), motion.select(-1, 3), way.select(-1, 2)}, -1);
+  const Tensor path = step.cumsum(-2) + root.unsqueeze(-2);
+  const Tensor place = torch::stack({path.select(-1, 0), motion.select(-1, 3), path.select(-1, 2)}, -1);
   return turned(poses, yaw) + place.unsqueeze(-2);
 }
 

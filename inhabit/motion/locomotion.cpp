@@ -45,12 +45,16 @@ int body_joint(const Skeleton& skeleton) {
   try {
     return find_landmarks(skeleton, "skeleton").pelvis;
   } catch (const Error&) {
-    std::vector<std::vector<int>> children(skeleton.parents.size());
+    std::vector<int> children(skeleton.parents.size(), 0);
+    for (int j = 1; j < skeleton.size(); ++j) ++children[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])];
+    // Branches alone count: a target of inverse kinematics beside the hips is a joint without children.
+    std::vector<std::vector<int>> branches(children.size());
     for (int j = 1; j < skeleton.size(); ++j)
-      children[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])].push_back(j);
+      if (children[static_cast<size_t>(j)] > 0)
+        branches[static_cast<size_t>(skeleton.parents[static_cast<size_t>(j)])].push_back(j);
     int joint = 0;
-    while (children[static_cast<size_t>(joint)].size() == 1) joint = children[static_cast<size_t>(joint)][0];
-    return children[static_cast<size_t>(joint)].empty() ? 0 : joint;
+    while (branches[static_cast<size_t>(joint)].size() == 1) joint = branches[static_cast<size_t>(joint)][0];
+    return children[static_cast<size_t>(joint)] > 1 ? joint : 0;
   }
 }
 
@@ -111,7 +115,9 @@ int carry_by_root(Clip& clip) {
   }
   clip.file.carrier = carrier;
   clip.file.root = {};
-  const bool stood = moved.size() == 2 && extent(clip.joints.select(1, 0)) < kStanding;
+  const bool alone =
+      std::none_of(moved.begin() + 1, moved.end() - 1, [&](int joint) { return translates(clip.translations, joint); });
+  const bool stood = alone && extent(clip.joints.select(1, 0)) < kStanding;
   if (stood)
     for (size_t k = 0; k < 3; ++k) clip.file.root[k] = clip.joints[0][0][static_cast<int64_t>(k)].item<double>();
   else
@@ -144,11 +150,19 @@ int carry_by_root(Clip& clip) {
 
 Clip restore_trajectory(const Clip& clip) {
   const int carrier = clip.file.carrier;
-  if (carrier < 1 || carrier >= clip.skeleton.size() || clip.skeleton.parents[static_cast<size_t>(carrier)] != 0 ||
-      !clip.rotations.defined() || !clip.trans.defined())
-    return clip;
+  if (carrier < 1 || carrier >= clip.skeleton.size() || !clip.rotations.defined() || !clip.trans.defined()) return clip;
   Clip out = clip;
   const PoseTrack track = pose_track(clip);
+  const std::vector<Eigen::Quaterniond> global = global_rotations(track, clip.skeleton.parents);
+  // The joints between root and carrier stay on their bones; what else hangs on them moves the other way.
+  const std::vector<int> chain = path_from_root(clip.skeleton.parents, carrier);
+  std::vector<std::pair<int64_t, size_t>> moved;  // joint, its parent
+  for (int64_t j = 1; j < clip.skeleton.size(); ++j) {
+    const int parent = clip.skeleton.parents[static_cast<size_t>(j)];
+    const auto in_chain = std::find(chain.begin(), chain.end() - 1, parent);
+    if (in_chain == chain.end() - 1 || (*(in_chain + 1) == j && j != carrier)) continue;
+    moved.emplace_back(j, static_cast<size_t>(parent));
+  }
   const Eigen::Vector3d stands(clip.file.root[0], clip.file.root[1], clip.file.root[2]);
   const torch::Tensor offsets = clip.skeleton.offsets.contiguous();
   torch::Tensor places =
@@ -157,10 +171,11 @@ Clip restore_trajectory(const Clip& clip) {
   const Eigen::Vector3d rest(o[0], o[1], o[2]);
   auto rows = places.accessor<float, 3>();
   for (int64_t t = 0; t < track.frames(); ++t) {
-    const Eigen::Vector3d by = track.at(t, 0).conjugate() * (track.trans[static_cast<size_t>(t)] + rest - stands);
-    for (int64_t j = 1; j < clip.skeleton.size(); ++j)
-      if (clip.skeleton.parents[static_cast<size_t>(j)] == 0)
-        for (int k = 0; k < 3; ++k) rows[t][j][k] += static_cast<float>(by[k]);
+    const Eigen::Vector3d gone = track.trans[static_cast<size_t>(t)] + rest - stands;
+    for (const auto& [joint, parent] : moved) {
+      const Eigen::Vector3d by = global[static_cast<size_t>(t * track.joints) + parent].conjugate() * gone;
+      for (int k = 0; k < 3; ++k) rows[t][joint][k] += static_cast<float>(by[k]);
+    }
   }
   const Eigen::Vector3d trans = stands - rest;
   out.trans = torch::tensor({trans.x(), trans.y(), trans.z()}, torch::kFloat).repeat({track.frames(), 1});

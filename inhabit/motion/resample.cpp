@@ -9,10 +9,6 @@
 namespace inhabit {
 namespace {
 
-int64_t frames_after(int64_t frames, double from_rate, double to_rate) {
-  return static_cast<int64_t>(std::floor(static_cast<double>(frames - 1) * to_rate / from_rate + 1e-6)) + 1;
-}
-
 // Old frames around each new one: between `before` and before + 1 with this weight of the latter.
 struct Times {
   std::vector<int64_t> before;
@@ -100,34 +96,23 @@ torch::Tensor hand_targets(const torch::Tensor& targets, const Times& times) {
 }  // namespace
 
 Clip resample(const Clip& clip, double rate, const std::string& subject) {
-  if (!(rate > 0 && rate <= 1000)) throw Error(subject, "frame rate " + std::to_string(rate) + " is not in (0, 1000]");
-  validate(clip, subject);
-  if (rate == clip.rate) return clip;
-  if (frames_after(clip.frames(), clip.rate, rate) > 50'000'000 / clip.skeleton.size())
-    throw Error(subject, "has too many frames at " + std::to_string(rate) + " frames a second");
-  std::vector<double> at;
-  for (int64_t k = 0; k < frames_after(clip.frames(), clip.rate, rate); ++k)
-    at.push_back(static_cast<double>(k) * clip.rate / rate);
-  Clip out = at_frames(clip, at);
-  out.rate = rate;
-  return out;
+  int64_t at = 0;
+  return resample_through(clip, rate, 0, at, subject);
 }
 
 Clip resample_through(const Clip& clip, double rate, int64_t frame, int64_t& at, const std::string& subject) {
-  if (rate == clip.rate) {
-    at = frame;
-    return clip;
-  }
   if (!(rate > 0 && rate <= 1000)) throw Error(subject, "frame rate " + std::to_string(rate) + " is not in (0, 1000]");
   validate(clip, subject);
-  if (frames_after(clip.frames(), clip.rate, rate) > 50'000'000 / clip.skeleton.size())
+  at = frame;
+  if (rate == clip.rate) return clip;
+  at = static_cast<int64_t>(std::floor(static_cast<double>(frame) * rate / clip.rate + 1e-6));
+  const double first = static_cast<double>(frame) - static_cast<double>(at) * clip.rate / rate;
+  const double span = static_cast<double>(clip.frames() - 1) - first;
+  const auto count = static_cast<int64_t>(std::floor(span * rate / clip.rate + 1e-6)) + 1;
+  if (count > 50'000'000 / clip.skeleton.size())
     throw Error(subject, "has too many frames at " + std::to_string(rate) + " frames a second");
-  const double step = clip.rate / rate;
-  at = static_cast<int64_t>(std::floor(static_cast<double>(frame) / step + 1e-6));
-  const double first = static_cast<double>(frame) - static_cast<double>(at) * step;
   std::vector<double> frames;
-  for (double k = 0; first + k * step <= static_cast<double>(clip.frames() - 1) + 1e-6; ++k)
-    frames.push_back(first + k * step);
+  for (int64_t k = 0; k < count; ++k) frames.push_back(first + static_cast<double>(k) * clip.rate / rate);
   Clip out = at_frames(clip, frames);
   out.rate = rate;
   return out;

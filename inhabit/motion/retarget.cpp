@@ -140,10 +140,43 @@ Points mixed(const Points& a, const Points& b, double share) {
   return out;
 }
 
+/// The curve from pelvis to neck, one point of it a joint of the source.
+struct SpineCurve {
+  std::vector<Points> points;
+  std::vector<double> lengths;  // of its segments, metres
+
+  /// Where a joint of the standard spine is on it: as far along as in the built-in body.
+  Points at(int standard_joint) const {
+    const std::array<Vector3d, J> body = builtin_rest_joints();
+    double along = 0, whole = 0;
+    for (const auto& [a, b] : {std::pair{0, 3}, {3, 6}, {6, 9}, {9, 12}}) {
+      const double length = (body[static_cast<size_t>(b)] - body[static_cast<size_t>(a)]).norm();
+      whole += length;
+      if (b <= standard_joint) along += length;
+    }
+    const CurvePoint p = point_at(lengths, along / whole);
+    return mixed(points[p.segment], points[p.segment + 1], p.share);
+  }
+};
+
+SpineCurve spine_curve(const Source& source, const Landmarks& marks, const Points& neck, const std::string& subject) {
+  SpineCurve out;
+  for (const int joint : marks.spine) out.points.push_back(source.at[static_cast<size_t>(joint)]);
+  out.points.push_back(neck);
+  double total = 0;
+  for (size_t k = 0; k + 1 < out.points.size(); ++k) {
+    std::vector<double> values(neck.size());
+    for (size_t t = 0; t < values.size(); ++t) values[t] = (out.points[k + 1][t] - out.points[k][t]).norm();
+    out.lengths.push_back(median(values));
+    total += out.lengths.back();
+  }
+  if (!(total > 1e-4)) throw Error(subject, "the spine has no length");
+  return out;
+}
+
 Targets targets_of(const Source& source, const Landmarks& marks, const std::string& subject) {
   const auto frames = static_cast<size_t>(source.frames);
   const auto at = [&](int joint) -> const Points& { return source.at[static_cast<size_t>(joint)]; };
-  const std::array<Vector3d, J> body = builtin_rest_joints();
   Targets out;
   out.at[0] = at(marks.pelvis);
   for (size_t s = 0; s < 2; ++s) {
@@ -159,29 +192,7 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
   // Where the neck starts; a head that follows the thorax at once leaves that open, and the shoulders tell.
   out.at[12] = marks.neck >= 0 ? at(marks.neck) : mixed(at(marks.thorax), at(marks.head), 0.6);
 
-  // The curve from pelvis to neck.
-  std::vector<Points> curve;
-  for (const int joint : marks.spine) curve.push_back(at(joint));
-  curve.push_back(out.at[12]);
-  std::vector<double> lengths;
-  double total = 0;
-  for (size_t k = 0; k + 1 < curve.size(); ++k) {
-    std::vector<double> values(frames);
-    for (size_t t = 0; t < frames; ++t) values[t] = (curve[k + 1][t] - curve[k][t]).norm();
-    lengths.push_back(median(values));
-    total += lengths.back();
-  }
-  if (!(total > 1e-4)) throw Error(subject, "the spine has no length");
-  const auto on_curve = [&](int standard_joint) {
-    double along = 0, whole = 0;
-    for (const auto& [a, b] : {std::pair{0, 3}, {3, 6}, {6, 9}, {9, 12}}) {
-      const double length = (body[static_cast<size_t>(b)] - body[static_cast<size_t>(a)]).norm();
-      whole += length;
-      if (b <= standard_joint) along += length;
-    }
-    const CurvePoint p = point_at(lengths, along / whole);
-    return mixed(curve[p.segment], curve[p.segment + 1], p.share);
-  };
+  const SpineCurve spine = spine_curve(source, marks, out.at[12], subject);
 
   if (source.has_rotations()) {
     const Quaterniond axes = rest_axes(source, marks);
@@ -190,15 +201,15 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
       out.thorax.push_back(source.turned[static_cast<size_t>(marks.thorax)][t] * axes);
     }
   } else {
-    const Points middle_back = on_curve(6);
+    const Points middle_back = spine.at(6);
     for (size_t t = 0; t < frames; ++t) {
       const Vector3d middle = 0.5 * (out.at[1][t] + out.at[2][t]);
       out.pelvis.push_back(upright_frame(out.at[1][t] - out.at[2][t], middle_back[t] - middle));
       out.thorax.push_back(upright_frame(out.at[16][t] - out.at[17][t], out.at[12][t] - middle_back[t]));
     }
   }
-  const Points low = carried(out.at[0], out.pelvis, on_curve(3));
-  out.at[6] = on_curve(6);
+  const Points low = carried(out.at[0], out.pelvis, spine.at(3));
+  out.at[6] = spine.at(6);
   // A back that bends at the pelvis joint itself leaves the bone from spine1 to spine2 its length only where spine1
   // lies close to that joint: as far up as keeps the length within a centimetre, else a tenth of the way.
   for (double share = 1; share > 0.05; share -= 0.15) {
@@ -210,7 +221,7 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
     }
     if (longest - shortest < 0.01) break;
   }
-  out.at[9] = carried(at(marks.thorax), out.thorax, on_curve(9));
+  out.at[9] = carried(at(marks.thorax), out.thorax, spine.at(9));
 
   for (size_t s = 0; s < 2; ++s) {
     // Some skeletons start both collar bones on the midline; ours start a third of the way out.

@@ -7,9 +7,9 @@ namespace inhabit {
 
 /// A motion on the standard 22 joints from one on any skeleton whose joints find_landmarks knows.
 ///
-/// `joints` (T, 22, 3) are the source's own positions: limbs, neck and head where the source has such joints; the three
-/// spine joints lie on the source's curve from pelvis to neck at the built-in body's fractions of its length (spine1
-/// rotates with the pelvis, spine3 and, where the source has none off the midline, the collars with the thorax).
+/// `joints` (T, 22, 3) are the source's own positions of limbs, neck and head, where it has such joints. The three
+/// spine joints lie on the source's curve from pelvis to neck, at the built-in body's fractions of its length. Spine1
+/// rotates with the pelvis, spine3 with the thorax, and so do the collars where the source has none off the midline.
 /// `skeleton` is the standard one with the person's own bones: lengths are medians over the frames; the rest pose is
 /// the built-in body's T-pose, but for hips and what hangs on the thorax, whose places are the person's. `rotations`
 /// and `trans` pose it: bones point at the source's joints, twist is that of the source's rotations (set once so that

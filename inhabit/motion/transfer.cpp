@@ -17,7 +17,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kMissed = 1e-6;  // metres that are not worth a correction
+constexpr double kMissed = 1e-6;    // metres that are not worth a correction
+constexpr double kStraight = 0.05;  // metres of a knee beside the line from hip to ankle: its side is known
+constexpr double kBendByMove = 5;   // metres that a straight limb bends to its own side for one its end is moved
 
 // A joint of the file and the standard rotation that moves it: from that of `low` to that of `high` by `weight`.
 struct Follower {
@@ -25,9 +27,11 @@ struct Follower {
   double weight;
 };
 
-// Joints of the file for a standard chain of start, middle and end.
+// Joints of the file for a limb of the standard skeleton, and for the ball of the foot where it has one.
 struct SourceLimb {
-  std::array<int, 3> joints, standard;
+  std::array<int, 3> joints;
+  Limb standard;
+  int ball = -1, standard_ball = -1;
 };
 
 struct Mapping {
@@ -67,8 +71,9 @@ Mapping mapping_of(const Skeleton& skeleton) {
                                           {marks.elbow[s], 18},
                                           {marks.wrist[s], 20}})
       follow(joint, standard + side, standard + side, 0);
-    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, {1 + side, 4 + side, 7 + side}});
-    out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, {16 + side, 18 + side, 20 + side}});
+    const Side which = s == 0 ? Side::left : Side::right;
+    out.limbs.push_back({{marks.hip[s], marks.knee[s], marks.ankle[s]}, leg(which), marks.toe[s], 10 + side});
+    out.limbs.push_back({{marks.shoulder[s], marks.elbow[s], marks.wrist[s]}, arm(which)});
   }
   std::sort(out.followers.begin(), out.followers.end(),
             [](const Follower& a, const Follower& b) { return a.joint < b.joint; });
@@ -161,11 +166,14 @@ struct Figure {
   void turn(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
 
   // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end stays turned.
-  void reach(const std::array<int, 3>& limb, const Vector3d& goal) {
+  // A straight one bends to `side` (unit vector), as its own plane says nothing.
+  void reach(const std::array<int, 3>& limb, const Vector3d& goal, const Vector3d& side) {
     const auto [start, mid, end] = limb;
     const Vector3d upper = at(mid) - at(start), lower = at(end) - at(mid), straight = at(end) - at(start);
-    if ((goal - at(end)).norm() < kMissed || upper.norm() < 1e-6 || lower.norm() < 1e-6) return;
-    const Vector3d pole = upper - straight * (upper.dot(straight) / std::max(1e-12, straight.squaredNorm()));
+    const double move = (goal - at(end)).norm();
+    if (move < kMissed || upper.norm() < 1e-6 || lower.norm() < 1e-6) return;
+    const Vector3d bend = upper - straight * (upper.dot(straight) / std::max(1e-12, straight.squaredNorm()));
+    const Vector3d pole = bend + side * kBendByMove * move * std::max(0.0, 1 - bend.norm() / kStraight);
     const TwoBone solved = solve_two_bone(at(start), upper.norm(), lower.norm(), goal, pole, 0);
     const Quaterniond by_upper = Quaterniond::FromTwoVectors(upper, solved.mid - at(start)),
                       by_lower = Quaterniond::FromTwoVectors(lower, solved.end - solved.mid);
@@ -173,7 +181,56 @@ struct Figure {
     turn(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
     turn(end, (by_lower * above(end)).conjugate() * turned(end));
   }
+
+  // Turns a joint that is to stand at `end` by the least that points a joint below it to `goal`.
+  // @return where it must stand instead for that joint to be at `goal`, as bones keep their lengths.
+  Vector3d point(int joint, const Vector3d& end, int tip, const Vector3d& goal) {
+    const Vector3d now = at(tip) - at(joint), wanted = goal - end;
+    if ((wanted - now).norm() < kMissed || now.norm() < 1e-6 || wanted.norm() < 1e-6) return end;
+    const Quaterniond by = Quaterniond::FromTwoVectors(now, wanted);
+    pose.rotations[static_cast<size_t>(joint)] = by * turned(joint);
+    turn(joint, above(joint).conjugate() * turned(joint));
+    return goal - wanted.normalized() * now.norm();
+  }
 };
+
+// What poses of the file are off the standard ones, as seen from the standard joints. Rows of one pose.
+struct Alignment {
+  size_t followers, limbs;
+  std::vector<Quaterniond> turned;            // followers
+  std::vector<Vector3d> ends, balls, pelvis;  // limbs, limbs, one
+
+  Alignment(const Mapping& mapping, const Posed& from, const Posed& keys)
+      : followers(mapping.followers.size()), limbs(mapping.limbs.size()) {
+    const size_t poses = static_cast<size_t>(from.track.frames());
+    for (size_t k = 0; k < poses; ++k) {
+      for (const Follower& f : mapping.followers)
+        turned.push_back(keys.followed(k, f).conjugate() * from.turned(k, f.joint));
+      const auto off = [&](int joint, int standard, int seen_from) {
+        return joint < 0
+                   ? Vector3d::Zero().eval()
+                   : Vector3d(keys.turned(k, seen_from).conjugate() * (from.place(k, joint) - keys.place(k, standard)));
+      };
+      for (const SourceLimb& limb : mapping.limbs) {
+        ends.push_back(off(limb.joints[2], limb.standard.end, limb.standard.mid));
+        balls.push_back(off(limb.ball, limb.standard_ball, limb.standard.end));
+      }
+      pelvis.push_back(off(mapping.pelvis, 0, 0));
+    }
+  }
+};
+
+// Poses that are to come out as they went in.
+void meet_exactly(Clip& out, const SourcePoses& poses) {
+  const Clip& source = poses.source;
+  for (size_t k = 0; k < poses.frames.size(); ++k) {
+    const int64_t f = poses.frames[k];
+    if (f < 0 || f >= out.frames() || (!poses.exact.empty() && !poses.exact[k])) continue;
+    for (auto [row, pose] : {std::pair(&out.joints, &source.joints), std::pair(&out.rotations, &source.rotations),
+                             std::pair(&out.trans, &source.trans), std::pair(&out.translations, &source.translations)})
+      if (pose->defined()) (*row)[f].copy_((*pose)[static_cast<int64_t>(k)]);
+  }
+}
 
 }  // namespace
 
@@ -201,26 +258,9 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
   const Posed from(source), keys(poses.standard), to(wanted);
   const Bones bones = bones_of(source.skeleton);
   const auto joints = static_cast<size_t>(bones.size());
-  const size_t K = poses.frames.size();
-  // How each follower is turned as seen from what it follows, and how far ends are from the standard ones', as seen
-  // from the middle joints.
-  const size_t followers = mapping.followers.size(), limbs = mapping.limbs.size();
-  std::vector<Quaterniond> aligned(K * followers);
-  std::vector<Vector3d> apart(K * limbs), pelvis_apart(K);
-  for (size_t k = 0; k < K; ++k) {
-    for (size_t i = 0; i < followers; ++i) {
-      const Follower& f = mapping.followers[i];
-      aligned[k * followers + i] = keys.followed(k, f).conjugate() * from.turned(k, f.joint);
-    }
-    for (size_t i = 0; i < limbs; ++i) {
-      const SourceLimb& limb = mapping.limbs[i];
-      apart[k * limbs + i] = keys.turned(k, limb.standard[1]).conjugate() *
-                             (from.place(k, limb.joints[2]) - keys.place(k, limb.standard[2]));
-    }
-    pelvis_apart[k] = keys.turned(k, 0).conjugate() * (from.place(k, mapping.pelvis) - keys.place(k, 0));
-  }
+  const Alignment keyed(mapping, from, keys);
   std::vector<int> follower_of(joints, -1);
-  for (size_t i = 0; i < followers; ++i)
+  for (size_t i = 0; i < keyed.followers; ++i)
     follower_of[static_cast<size_t>(mapping.followers[i].joint)] = static_cast<int>(i);
 
   PoseTrack track;
@@ -243,17 +283,22 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
       }
       const auto i = static_cast<size_t>(follower_of[j]);
       global[j] = to.followed(t, mapping.followers[i]) *
-                  aligned[b.low * followers + i].slerp(b.weight, aligned[b.high * followers + i]);
+                  keyed.turned[b.low * keyed.followers + i].slerp(b.weight, keyed.turned[b.high * keyed.followers + i]);
       figure.local[j] = (j == 0 ? global[j] : global[parent].conjugate() * global[j]).normalized();
     }
     figure.trans.setZero();
     figure.place_joints();
-    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(pelvis_apart, 1, 0) - figure.at(mapping.pelvis);
+    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(keyed.pelvis, 1, 0) - figure.at(mapping.pelvis);
     figure.place_joints();
-    for (size_t i = 0; i < limbs; ++i) {
+    for (size_t i = 0; i < keyed.limbs; ++i) {
       const SourceLimb& limb = mapping.limbs[i];
-      figure.reach(limb.joints,
-                   to.place(t, limb.standard[2]) + to.turned(t, limb.standard[1]) * mixed_place(apart, limbs, i));
+      const auto goal = [&](int joint, int seen_from, const std::vector<Vector3d>& off) {
+        return Vector3d(to.place(t, joint) + to.turned(t, seen_from) * mixed_place(off, keyed.limbs, i));
+      };
+      Vector3d end = goal(limb.standard.end, limb.standard.mid, keyed.ends);
+      if (limb.ball >= 0)
+        end = figure.point(limb.joints[2], end, limb.ball, goal(limb.standard_ball, limb.standard.end, keyed.balls));
+      figure.reach(limb.joints, end, to.turned(t, limb.standard.start) * limb.standard.rest_pole);
     }
     track.trans.push_back(figure.trans);
     track.local.insert(track.local.end(), figure.local.begin(), figure.local.end());
@@ -261,13 +306,7 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
   }
   Clip out = person_of(source);
   set_pose(out, track);
-  for (size_t k = 0; k < K; ++k) {
-    const int64_t f = poses.frames[k];
-    if (f < 0 || f >= count || (!poses.exact.empty() && !poses.exact[k])) continue;
-    for (auto [row, pose] : {std::pair(&out.joints, &source.joints), std::pair(&out.rotations, &source.rotations),
-                             std::pair(&out.trans, &source.trans), std::pair(&out.translations, &source.translations)})
-      if (pose->defined()) (*row)[f].copy_((*pose)[static_cast<int64_t>(k)]);
-  }
+  meet_exactly(out, poses);
   return out;
 }
 
@@ -289,8 +328,13 @@ SourcePoses poses_of(const Clip& source, const Clip& standard, const std::vector
 
 Clip joined_poses(const std::vector<Clip>& poses) {
   Clip out = person_of(poses.at(0));
-  const bool translates =
-      std::any_of(poses.begin(), poses.end(), [](const Clip& c) { return c.translations.defined(); });
+  const torch::Tensor& offsets = out.skeleton.offsets;
+  // Bones of several files may differ: carry_by_root measures the one to the body in each. By less than 0.02 mm they
+  // are the same, in six digits.
+  const bool translates = std::any_of(poses.begin(), poses.end(), [&](const Clip& pose) {
+    return pose.translations.defined() ||
+           (pose.skeleton.size() == out.skeleton.size() && !pose.skeleton.offsets.allclose(offsets, 0, 2e-5));
+  });
   std::vector<torch::Tensor> joints, rotations, trans, translations;
   for (const Clip& pose : poses) {
     if (pose.skeleton.names != out.skeleton.names || pose.skeleton.parents != out.skeleton.parents ||
@@ -298,10 +342,11 @@ Clip joined_poses(const std::vector<Clip>& poses) {
       return {};
     joints.push_back(pose.joints);
     rotations.push_back(pose.rotations);
-    trans.push_back(pose.trans);
+    trans.push_back(pose.trans + (pose.skeleton.offsets[0] - offsets[0]));
     translations.push_back(pose.translations.defined()
-                               ? pose.translations
+                               ? pose.translations.clone()
                                : pose.skeleton.offsets.unsqueeze(0).repeat({pose.frames(), 1, 1}));
+    translations.back().select(1, 0).copy_(offsets[0].expand({pose.frames(), 3}));
   }
   out.joints = torch::cat(joints);
   out.rotations = torch::cat(rotations);

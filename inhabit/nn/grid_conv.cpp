@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace inhabit::nn {
@@ -136,78 +137,103 @@ Tensor reached_gradient(const std::vector<int32_t>& voxels, const Tensor& gradie
   return reached;
 }
 
+/// (B, O, G, G, G) sample by sample. @param occupied_of(b) the occupied `voxels` of a sample and their `rows`.
+template <class OccupiedOf>
+Tensor convolve_samples(int64_t batch, int64_t grid, const Tensor& weight, const Tensor& bias,
+                        const OccupiedOf& occupied_of) {
+  const int64_t out = weight.size(0);
+  const Tensor taps = taps_of(weight), offset = bias.detach().contiguous();
+  Tensor result = torch::empty({batch, out, grid, grid, grid}, taps.options());
+  at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
+    torch::NoGradGuard no_gradients;
+    for (int64_t b = first; b < last; ++b) {
+      const auto full = occupied_of(b);
+      result[b].view({out, -1}).copy_(convolve(full.voxels, full.rows, taps, offset, grid));
+    }
+  });
+  return result;
+}
+
+/// The gradients of weights and bias, and of the inputs: spread(b, occupied_of(b), gradient of its rows (V, C)).
+/// @param gradient (B, O, G, G, G) of the output.
+template <class OccupiedOf, class Spread>
+std::pair<Tensor, Tensor> back_through_samples(const Tensor& gradient, const Tensor& weight, bool wants_inputs,
+                                               const OccupiedOf& occupied_of, const Spread& spread) {
+  const int64_t batch = gradient.size(0), out = gradient.size(1), grid = gradient.size(2), in = weight.size(1);
+  const Tensor back_taps = back_taps_of(weight);
+  Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, gradient.options());
+  at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
+    torch::NoGradGuard no_gradients;
+    for (int64_t b = first; b < last; ++b) {
+      const auto full = occupied_of(b);
+      const Tensor reached = reached_gradient(full.voxels, gradient[b].view({out, -1}), grid);
+      taps_gradient[b].copy_(full.rows.t().mm(reached));
+      if (wants_inputs) spread(b, full, reached.mm(back_taps));
+    }
+  });
+  return {weight_gradient_of(taps_gradient, out), gradient.sum({0, 2, 3, 4})};
+}
+
 struct GridConvolution : torch::autograd::Function<GridConvolution> {
+  /// @param x (B, C, G, G, G), contiguous.
+  static auto occupied_of(const Tensor& x) {
+    return [&x, in = x.size(1), voxels = x.size(2) * x.size(3) * x.size(4)](int64_t b) {
+      return occupied_of_grid(x.data_ptr<float>() + b * in * voxels, in, voxels);
+    };
+  }
+
   static Tensor forward(torch::autograd::AutogradContext* context, const Tensor& given, const Tensor& weight,
                         const Tensor& bias) {
     const Tensor x = given.detach().contiguous();
     context->save_for_backward({x, weight});
-    const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
-    const int64_t voxels = grid * grid * grid;
-    const Tensor taps = taps_of(weight), offset = bias.detach().contiguous();
-    Tensor result = torch::empty({batch, out, grid, grid, grid}, x.options());
-    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
-      torch::NoGradGuard no_gradients;
-      for (int64_t b = first; b < last; ++b) {
-        const Occupied full = occupied_of_grid(x.data_ptr<float>() + b * in * voxels, in, voxels);
-        result[b].view({out, voxels}).copy_(convolve(full.voxels, full.rows, taps, offset, grid));
-      }
-    });
-    return result;
+    return convolve_samples(x.size(0), x.size(2), weight, bias, occupied_of(x));
   }
 
   static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
                                                torch::autograd::tensor_list gradients) {
     const auto saved = context->get_saved_variables();
     const Tensor &x = saved[0], &weight = saved[1];
-    const Tensor gradient = gradients[0].contiguous();
-    const int64_t batch = x.size(0), in = x.size(1), grid = x.size(2), out = weight.size(0);
-    const int64_t voxels = grid * grid * grid;
     const bool wants_x = context->needs_input_grad(0);
-    const Tensor back_taps = back_taps_of(weight);
     Tensor x_gradient = wants_x ? torch::zeros_like(x) : Tensor();
-    Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, x.options());
-    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
-      torch::NoGradGuard no_gradients;
-      for (int64_t b = first; b < last; ++b) {
-        const Occupied full = occupied_of_grid(x.data_ptr<float>() + b * in * voxels, in, voxels);
-        const Tensor reached = reached_gradient(full.voxels, gradient[b].view({out, voxels}), grid);
-        taps_gradient[b].copy_(full.rows.t().mm(reached));
-        if (!wants_x) continue;
-        const Tensor row_gradient = reached.mm(back_taps);  // (V, C)
-        float* into = x_gradient.data_ptr<float>() + b * in * voxels;
-        for (size_t i = 0; i < full.voxels.size(); ++i) {
-          const float* from = row_gradient.data_ptr<float>() + static_cast<int64_t>(i) * in;
-          for (int64_t c = 0; c < in; ++c) into[c * voxels + full.voxels[i]] = from[c];
-        }
+    const auto spread = [&](int64_t b, const Occupied& full, const Tensor& row_gradient) {
+      const int64_t in = x.size(1), voxels = x.size(2) * x.size(3) * x.size(4);
+      float* into = x_gradient.data_ptr<float>() + b * in * voxels;
+      for (size_t i = 0; i < full.voxels.size(); ++i) {
+        const float* from = row_gradient.data_ptr<float>() + static_cast<int64_t>(i) * in;
+        for (int64_t c = 0; c < in; ++c) into[c * voxels + full.voxels[i]] = from[c];
       }
-    });
-    return {x_gradient, weight_gradient_of(taps_gradient, out), gradient.sum({0, 2, 3, 4})};
+    };
+    const auto [weight_gradient, bias_gradient] =
+        back_through_samples(gradients[0].contiguous(), weight, wants_x, occupied_of(x), spread);
+    return {x_gradient, weight_gradient, bias_gradient};
   }
 };
 
 /// The same of points that are averaged into voxels: no grid of inputs is ever stored.
 struct PointConvolution : torch::autograd::Function<PointConvolution> {
+  struct Averaged : PointRows {
+    Tensor rows;
+  };
+
+  /// @param x (B, C, N) of the points, @param index, share (B, N) the voxel of each and its weight there; contiguous.
+  static auto averaged_of(const Tensor& x, const Tensor& index, const Tensor& share, int64_t voxels) {
+    return [&, voxels](int64_t b) {
+      const int64_t in = x.size(1), points = x.size(2);
+      Averaged full{{index.data_ptr<int64_t>() + b * points, points, voxels}, {}};
+      full.rows = torch::zeros({static_cast<int64_t>(full.voxels.size()), in});
+      average_points(full, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
+                     full.rows.data_ptr<float>());
+      return full;
+    };
+  }
+
   static Tensor forward(torch::autograd::AutogradContext* context, const SparseMap& average, const Tensor& given,
                         const Tensor& weight, const Tensor& bias) {
     const Tensor x = given.detach().contiguous(), index = average.index.contiguous(),
                  share = average.weight.contiguous();
     context->save_for_backward({x, weight, index, share});
-    context->saved_data["voxels"] = average.inputs;
-    const int64_t batch = x.size(0), in = x.size(1), points = x.size(2), voxels = average.inputs, out = weight.size(0);
-    const int64_t grid = std::llround(std::cbrt(static_cast<double>(voxels)));
-    const Tensor taps = taps_of(weight), offset = bias.detach().contiguous();
-    Tensor result = torch::empty({batch, out, grid, grid, grid}, x.options());
-    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
-      torch::NoGradGuard no_gradients;
-      for (int64_t b = first; b < last; ++b) {
-        const PointRows at(index.data_ptr<int64_t>() + b * points, points, voxels);
-        const Tensor rows = torch::zeros({static_cast<int64_t>(at.voxels.size()), in});
-        average_points(at, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
-                       rows.data_ptr<float>());
-        result[b].view({out, voxels}).copy_(convolve(at.voxels, rows, taps, offset, grid));
-      }
-    });
-    return result;
+    const int64_t grid = std::llround(std::cbrt(static_cast<double>(average.inputs)));
+    return convolve_samples(x.size(0), grid, weight, bias, averaged_of(x, index, share, average.inputs));
   }
 
   static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
@@ -215,28 +241,17 @@ struct PointConvolution : torch::autograd::Function<PointConvolution> {
     const auto saved = context->get_saved_variables();
     const Tensor &x = saved[0], &weight = saved[1], &index = saved[2], &share = saved[3];
     const Tensor gradient = gradients[0].contiguous();
-    const int64_t batch = x.size(0), in = x.size(1), points = x.size(2), out = weight.size(0), grid = gradient.size(2);
-    const int64_t voxels = grid * grid * grid;
     const bool wants_x = context->needs_input_grad(0);
-    const Tensor back_taps = back_taps_of(weight);
     Tensor x_gradient = wants_x ? torch::empty_like(x) : Tensor();
-    Tensor taps_gradient = torch::empty({batch, in, kNeighbours * out}, x.options());
-    at::parallel_for(0, batch, 1, [&](int64_t first, int64_t last) {
-      torch::NoGradGuard no_gradients;
-      for (int64_t b = first; b < last; ++b) {
-        const PointRows at(index.data_ptr<int64_t>() + b * points, points, voxels);
-        const Tensor rows = torch::zeros({static_cast<int64_t>(at.voxels.size()), in});
-        average_points(at, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
-                       rows.data_ptr<float>());
-        const Tensor reached = reached_gradient(at.voxels, gradient[b].view({out, voxels}), grid);
-        taps_gradient[b].copy_(rows.t().mm(reached));
-        if (!wants_x) continue;
-        const Tensor row_gradient = reached.mm(back_taps);
-        spread_rows(at, share.data_ptr<float>() + b * points, row_gradient.data_ptr<float>(), in,
-                    x_gradient.data_ptr<float>() + b * in * points);
-      }
-    });
-    return {Tensor(), x_gradient, weight_gradient_of(taps_gradient, out), gradient.sum({0, 2, 3, 4})};
+    const auto spread = [&](int64_t b, const Averaged& full, const Tensor& row_gradient) {
+      const int64_t in = x.size(1), points = x.size(2);
+      spread_rows(full, share.data_ptr<float>() + b * points, row_gradient.data_ptr<float>(), in,
+                  x_gradient.data_ptr<float>() + b * in * points);
+    };
+    const int64_t voxels = gradient.size(2) * gradient.size(3) * gradient.size(4);
+    const auto [weight_gradient, bias_gradient] =
+        back_through_samples(gradient, weight, wants_x, averaged_of(x, index, share, voxels), spread);
+    return {Tensor(), x_gradient, weight_gradient, bias_gradient};
   }
 };
 

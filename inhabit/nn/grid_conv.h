@@ -6,8 +6,8 @@
 namespace inhabit::nn {
 
 /// conv3d with a 3x3x3 kernel and padding 1 that skips voxels of `x` whose channels are all zero: the same result and
-/// gradients (CPU; other devices take the dense operator) for a share of the work. The gradient of a skipped voxel is
-/// 0: use it where such voxels do not depend on parameters, or through grid_conv3d_over().
+/// gradients (CPU; other devices take the dense operator) for a fraction of the work. The gradient of a skipped voxel
+/// is 0: use it where such voxels do not depend on parameters, or through grid_conv3d_over().
 /// @param x (B, C, G, G, G); @param weight (O, C, 3, 3, 3); @param bias (O).
 torch::Tensor grid_conv3d(const torch::Tensor& x, const torch::Tensor& weight, const torch::Tensor& bias);
 

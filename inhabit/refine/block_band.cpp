@@ -46,6 +46,16 @@ void multiply(char ta, char tb, int m, int n, int k, double alpha, const double*
   }
 }
 
+/// A pivot becomes the inverse of its Cholesky factor, so that what remains are products; false where it has none.
+bool invert_factor(BlockBand::Block pivot) {
+  const Eigen::LLT<MatrixXd> llt(pivot.selfadjointView<Eigen::Lower>());
+  if (llt.info() != Eigen::Success) return false;
+  MatrixXd inverse = MatrixXd::Identity(pivot.rows(), pivot.cols());
+  llt.matrixL().solveInPlace(inverse);
+  pivot = inverse;
+  return true;
+}
+
 }  // namespace
 
 void add_products(const double* a, int a_stride, const double* b, int b_stride, int m, int n, int k, double* c,
@@ -67,19 +77,14 @@ void BlockBand::clear() { std::fill(values_.begin(), values_.end(), 0.0); }
 
 /// Eliminates `frame` with those up to `end` (exclusive) left: its column becomes that of the factor L, L Lᵀ = matrix.
 bool BlockBand::eliminate_up(int64_t frame, int64_t end) {
-  Block pivot = at(frame, 0);
-  const Eigen::LLT<MatrixXd> llt(pivot.selfadjointView<Eigen::Lower>());
-  if (llt.info() != Eigen::Success) return false;
-  // The inverse of the pivot's factor takes its place: what remains are products.
-  MatrixXd inverse = MatrixXd::Identity(block_, block_);
-  llt.matrixL().solveInPlace(inverse);
-  pivot = inverse;
+  const Block pivot = at(frame, 0);
+  if (!invert_factor(pivot)) return false;
   const auto left = static_cast<int>(std::min<int64_t>(band_, end - 1 - frame));
   MatrixXd column(block_, block_);
   for (int k = 1; k <= left; ++k) {
     Block below = at(frame, k);
     column.setZero();
-    multiply('N', 'T', block_, block_, block_, 1, below.data(), block_, inverse.data(), block_, column.data(), block_);
+    multiply('N', 'T', block_, block_, block_, 1, below.data(), block_, pivot.data(), block_, column.data(), block_);
     below = column;
   }
   for (int k = 1; k <= left; ++k)
@@ -91,18 +96,14 @@ bool BlockBand::eliminate_up(int64_t frame, int64_t end) {
 
 /// The same from the other end, with the frames from `begin` on left: its row becomes that of the factor.
 bool BlockBand::eliminate_down(int64_t frame, int64_t begin) {
-  Block pivot = at(frame, 0);
-  const Eigen::LLT<MatrixXd> llt(pivot.selfadjointView<Eigen::Lower>());
-  if (llt.info() != Eigen::Success) return false;
-  MatrixXd inverse = MatrixXd::Identity(block_, block_);
-  llt.matrixL().solveInPlace(inverse);
-  pivot = inverse;
+  const Block pivot = at(frame, 0);
+  if (!invert_factor(pivot)) return false;
   const auto left = static_cast<int>(std::min<int64_t>(band_, frame - begin));
   MatrixXd row(block_, block_);
   for (int k = 1; k <= left; ++k) {
     Block beside = at(frame - k, k);
     row.setZero();
-    multiply('N', 'N', block_, block_, block_, 1, inverse.data(), block_, beside.data(), block_, row.data(), block_);
+    multiply('N', 'N', block_, block_, block_, 1, pivot.data(), block_, beside.data(), block_, row.data(), block_);
     beside = row;
   }
   for (int k = 1; k <= left; ++k)

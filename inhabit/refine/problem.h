@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "inhabit/body/bones.h"
@@ -76,6 +77,8 @@ struct PlaneTerm {
   bool on_it = false;                                 ///< counts on both sides: a contact of unknown place
 };
 
+struct DepthTerm;
+
 struct Problem {
   Bones bones;
   double rate = 30;
@@ -91,6 +94,7 @@ struct Problem {
   std::vector<PlaceTerm> places;
   std::vector<HoldTerm> holds;
   std::vector<PlaneTerm> planes;
+  std::shared_ptr<const DepthTerm> depth;  ///< point clouds that the skin is to fit (depth_terms.h); null: none
 
   std::vector<Eigen::Vector3d> low, high;  ///< (joints) radians of each axis-angle component; empty: no limits
   double limit_weight = 0;                 ///< 1 / rad^2

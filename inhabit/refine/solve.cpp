@@ -7,6 +7,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
+#include "inhabit/refine/depth_terms.h"
 #include "inhabit/refine/terms.h"
 
 namespace inhabit::refine {
@@ -38,6 +39,10 @@ void check(const Problem& problem) {
       require(pose.trans.allFinite(), "a translation is not finite");
       for (const Eigen::Quaterniond& q : pose.local) require(q.coeffs().allFinite(), "a rotation is not finite");
     }
+  if (problem.depth) {
+    require(problem.depth->clouds.size() == frames, "depth: not one cloud a frame");
+    require(joints == kStandardJoints && problem.depth->skin, "depth: no skin on the standard joints");
+  }
   for (const Smoothness& s : problem.smoothness) {
     require(s.order >= 1 && s.order <= 3, "smoothness is of order 1, 2 or 3");
     require(s.joints.empty() || s.joints.size() == joints, "smoothness: not one factor a joint");

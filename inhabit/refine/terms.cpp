@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "inhabit/math/quaternion.h"
+#include "inhabit/refine/depth_terms.h"
 
 namespace inhabit::refine {
 namespace {
@@ -27,21 +28,6 @@ Matrix3d log_derivative(const Vector3d& a) {
   const Matrix3d k = cross_matrix(a);
   const double second = angle2 < 1e-6 ? 1.0 / 12 + angle2 / 720 : 1 / angle2 - 0.5 / (angle * std::tan(0.5 * angle));
   return Matrix3d::Identity() + 0.5 * k + second * k * k;
-}
-
-/// Cost of a residual of squared length `squared` before its weight, and the factor of r rᵀ and of r in the equations.
-struct Weighted {
-  double cost, factor;
-};
-Weighted weighted(const Loss& loss, double squared) {
-  const double length = std::sqrt(squared);
-  if (loss.kind == Loss::Kind::norm) {
-    const double rounded = std::sqrt(squared + loss.scale * loss.scale);
-    return {rounded - loss.scale, 1 / rounded};
-  }
-  if (loss.kind == Loss::Kind::huber && length > loss.scale)
-    return {loss.scale * (length - 0.5 * loss.scale), loss.scale / length};
-  return {0.5 * squared, 1};
 }
 
 /// Coefficients of the n-th difference.
@@ -384,6 +370,17 @@ void hold_fixed(const Problem& problem, NormalEquations& equations) {
 
 }  // namespace
 
+Weighted weighted(const Loss& loss, double squared) {
+  const double length = std::sqrt(squared);
+  if (loss.kind == Loss::Kind::norm) {
+    const double rounded = std::sqrt(squared + loss.scale * loss.scale);
+    return {rounded - loss.scale, 1 / rounded};
+  }
+  if (loss.kind == Loss::Kind::huber && length > loss.scale)
+    return {loss.scale * (length - 0.5 * loss.scale), loss.scale / length};
+  return {0.5 * squared, 1};
+}
+
 std::vector<Point> joint_points(int joints) {
   std::vector<Point> points;
   for (int j = 0; j < joints; ++j) points.push_back({Attachment{j, 1, Vector3d::Zero()}});
@@ -418,6 +415,10 @@ Unknowns unknowns_of(const Problem& problem) {
   for (const int core : core_points(problem)) uses(problem.points[static_cast<size_t>(core)]);
   for (const PlaceTerm& p : problem.places) uses(problem.points[static_cast<size_t>(p.point)]);
   for (const PlaneTerm& p : problem.planes) uses(problem.points[static_cast<size_t>(p.point)]);
+  if (problem.depth)
+    for (const Skin::Weight& w : problem.depth->skin->weights)
+      for (int j = w.joint; j >= 0 && moves[static_cast<size_t>(j)] == 0; j = problem.bones.parents[j])
+        moves[static_cast<size_t>(j)] = 1;
   Unknowns out;
   out.columns = {problem.moves ? 3 : 0};
   if (problem.moves) out.root = 0;
@@ -462,6 +463,8 @@ double cost_of(const Problem& problem, const Trajectory& trajectory) {
   for (int64_t t = 0; t < frames; ++t) {
     FrameRows rows;
     add_frame_rows(problem, nullptr, terms[t], poses[t], {}, rows);
+    if (problem.depth && !is_fixed(problem, t))
+      add_depth_rows(problem, nullptr, t, trajectory[t], poses[t], rows.values, rows.residuals, rows.cost);
     parts[t] = rows.cost;
   }
   for (const double part : parts) cost += part;
@@ -494,6 +497,8 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
                      jacobian.middleRows<3>(static_cast<Eigen::Index>(3 * i)));
     FrameRows own;
     add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own);
+    if (problem.depth && !is_fixed(problem, t))
+      add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);
     parts[t] = own.cost;
     auto gradient = out.gradients[0].segment(t * columns, columns);
     gradient.noalias() += jacobian.transpose() * places.gradient[t];

@@ -8,6 +8,12 @@
 
 namespace inhabit::refine {
 
+/// Cost of a residual of squared length `squared` before its weight, and the factor of r rᵀ and of r in the equations.
+struct Weighted {
+  double cost, factor;
+};
+Weighted weighted(const Loss& loss, double squared);
+
 /// Frames that the terms of a problem tie together: how far apart at most, 0 to 3.
 int coupling(const Problem& problem);
 

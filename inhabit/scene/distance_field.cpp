@@ -32,6 +32,7 @@ struct DistanceField::Impl {
   mutable std::unique_ptr<std::atomic<const Samples*>[]> samples;
 
   ~Impl() {
+    if (samples == nullptr) return;  // the constructor threw before them
     for (size_t b = 0; b < sides.size(); ++b) delete samples[b].load();
   }
 
@@ -147,7 +148,7 @@ double DistanceField::distance(const Vector3d& point, Vector3d* gradient) const 
     along_y[z] = mix(along_x[z][0], along_x[z][1], f.y());
   }
   const Vector3d beyond = impl_->cell * (wanted - at);
-  const double way = beyond.norm();
+  const double apart = beyond.norm();
   if (gradient != nullptr) {
     const Vector3d slope =
         Vector3d(mix(mix(v[0][0][1] - v[0][0][0], v[0][1][1] - v[0][1][0], f.y()),
@@ -155,9 +156,9 @@ double DistanceField::distance(const Vector3d& point, Vector3d* gradient) const 
                  mix(along_x[0][1] - along_x[0][0], along_x[1][1] - along_x[1][0], f.z()), along_y[1] - along_y[0]) /
         impl_->cell;
     // Beyond a side only what lies along that side still changes the value inside.
-    *gradient = (beyond.array() == 0).select(slope, way > 0 ? Vector3d(beyond / way) : Vector3d::Zero());
+    *gradient = (beyond.array() == 0).select(slope, apart > 0 ? Vector3d(beyond / apart) : Vector3d::Zero());
   }
-  return mix(along_y[0], along_y[1], f.z()) + way;
+  return mix(along_y[0], along_y[1], f.z()) + apart;
 }
 
 std::optional<bool> DistanceField::inside(const Vector3f& point, float clear) const {
@@ -184,8 +185,8 @@ float DistanceField::clearance(const Vector3f& point) const {
   const auto place = impl_->place_of(point);
   if (!place) return 0;
   const Vector3i c = (place->at.array() + 0.5F).cast<int>();
-  const float way = static_cast<float>(impl_->cell) * (place->at - c.cast<float>()).norm();
-  return std::max(0.F, std::abs(impl_->of_brick(place->brick)[corner(c.x(), c.y(), c.z())]) - way - kRounding);
+  const float apart = static_cast<float>(impl_->cell) * (place->at - c.cast<float>()).norm();
+  return std::max(0.F, std::abs(impl_->of_brick(place->brick)[corner(c.x(), c.y(), c.z())]) - apart - kRounding);
 }
 
 }  // namespace inhabit

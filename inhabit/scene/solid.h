@@ -11,13 +11,12 @@ namespace inhabit {
 /// All triangles of a scene in one list, and what is inside them. Scenes found in the wild have open parts, parts that
 /// run into each other, and faces with the wrong orientation; this decides which side of each face is outside:
 /// - Faces that share an edge are made to agree; the larger part of a connected part's area decides for all of it.
-/// - A closed part whose faces all look inwards is flipped, unless it is as large as a room (1.5 x 1.8 x 1.5 m) or lies
-/// in
-///   another part: people walk about in the one, and the other is a cavity.
+/// - A closed part whose faces all look inwards is flipped, with two exceptions. One as large as a room
+///   (1.5 x 1.8 x 1.5 m) stays: people walk about in it. One that lies in another part stays: it is a cavity.
 /// A point is inside when the winding number around it exceeds one half for one *body*: a closed part with its
-/// cavities, or all open parts of one mesh together. So bodies that overlap are one solid, a box without a lid holds
-/// what is in it (seen from there, the lid would be less than half of all directions), and a floor or a room's walls,
-/// which look towards the people, hold nothing.
+/// cavities, or all open parts of one mesh together. So bodies that overlap are one solid. A box without a lid holds
+/// what is in it: seen from there, the lid would be less than half of all directions. A floor or a room's walls, which
+/// look towards the people, hold nothing.
 struct Solid {
   std::vector<Eigen::Vector3f> vertices;       ///< metres, world
   std::vector<std::array<uint32_t, 3>> faces;  ///< into vertices

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSpacing = 0.02;  // metres between points of a way
+constexpr double kSpacing = 0.02;  // metres between points of a path
 
 WalkPath path_through(const std::vector<Vector2d>& points) {
   WalkPath path;

@@ -92,7 +92,7 @@ std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split) 
   const auto any = [](const Measures&) { return true; };
   const auto touched = [](const Measures& m) { return m.hands.contacts > 0; };
   mean_bar(
-      "foot skating", "of frames", 0, 0.03, [](const Measures& m) { return m.skating.share(); },
+      "foot skating", "of frames", 0, 0.03, [](const Measures& m) { return m.skating.fraction(); },
       [](const Measures& m) { return m.skating.frames; });
   mean_bar(
       "walking speed", "m/s", 0.6, 1.5, [](const Measures& m) { return m.walk.speed; }, walked);

@@ -240,7 +240,7 @@ bool add_support(Layout& layout, const BodySweep& sweep, const HandRest& rest, s
   return false;
 }
 
-// Pieces right beside the way of the body, as furniture is in homes.
+// Pieces right beside the path of the body, as furniture is in homes.
 void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
   const int pieces = uniform_int(random, 2, 5);
   for (int i = 0; i < pieces; ++i)
@@ -255,7 +255,7 @@ void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
                         : kind == 2 ? make_armchair(random)
                         : kind == 3 ? make_shelf(random)
                                     : make_table(random, width, depth, height);
-      // Front to the way, roughly, square to the room more often than not.
+      // Front to the path, roughly, square to the room more often than not.
       double yaw = direction + M_PI + uniform(random, -0.6, 0.6);
       if (kind >= 3 || chance(random, 0.5)) yaw = std::round(yaw / (M_PI / 2)) * (M_PI / 2);
       piece.place(at.x() + distance * std::sin(direction), at.z() + distance * std::cos(direction), yaw);

@@ -164,7 +164,7 @@ class Planner {
     does_at(until, seated ? Action::sit : Action::stand);
   }
 
-  /// To `place` and facing `heading` if given; false when there is no way.
+  /// To `place` and facing `heading` if given; false when there is no path.
   bool go(const Vector2d& place, double least) {
     const Vector2d here = life_->steps.place();
     if ((place - here).norm() < least) return false;
@@ -282,7 +282,7 @@ class Planner {
                  back = pace * uniform(random_, 0.8, 1.1);
     const Envelope when{t, t + reach, t + reach + hold, t + reach + hold + back};
     for (HandTrip trip : touch->hands) {
-      // By way of a place before the edge, a little higher.
+      // Through a place before the edge, a little higher.
       const double late = uniform(random_, 0, 0.1);
       HandTrip before = trip;
       before.touches = false;

@@ -51,52 +51,85 @@ struct Liveliness {
   double breath_phase;
 };
 
-}  // namespace
-
-Performance perform(const Figure& figure, const LifePlan& plan, double from, int frames, double rate,
-                    std::mt19937_64& random) {
-  const int lead = static_cast<int>(std::lround(from * rate));
-  const int all = lead + frames + static_cast<int>(rate);  // a second more, so that smoothing knows what comes
-  const GaitStyle& gait = plan.gait;
-  const Manner& manner = plan.manner;
-  const Stepping steps = step_tracks(figure, gait, plan.steps, plan.favour, all, rate);
-  const auto n = static_cast<size_t>(all);
-  const Liveliness live(random);
-
-  std::vector<double> swing = smoothed(steps.stride, 0.05 * rate), list(n), yaw(n);
-  const std::vector<double> load = smoothed(steps.load, 0.07 * rate);
-  for (size_t i = 0; i < n; ++i) {
-    const double moving = steps.stepping[i] * std::min(1.0, steps.speed[i] / 1.1);
-    list[i] = -(1 - 2 * load[i]) * (0.065 * moving + 0.06 * (1 - steps.stepping[i]));
-    yaw[i] = steps.yaw[i] - 0.16 * steps.stride[i];
+/// A plan with all that is known of it before the frames are posed one by one. Frames count from the plan's start.
+class Performer {
+ public:
+  Performer(const Figure& figure, const LifePlan& plan, int frames, double rate, std::mt19937_64& random)
+      : figure_(figure),
+        plan_(plan),
+        manner_(plan.manner),
+        steps_(step_tracks(figure, plan.gait, plan.steps, plan.favour, frames, rate)),
+        live_(random),
+        rate_(rate),
+        swing_(smoothed(steps_.stride, 0.05 * rate)),
+        list_(static_cast<size_t>(frames)),
+        yaw_(static_cast<size_t>(frames)) {
+    const std::vector<double> load = smoothed(steps_.load, 0.07 * rate);
+    for (size_t i = 0; i < list_.size(); ++i) {
+      const double moving = steps_.stepping[i] * std::min(1.0, steps_.speed[i] / 1.1);
+      list_[i] = -(1 - 2 * load[i]) * (0.065 * moving + 0.06 * (1 - steps_.stepping[i]));
+      yaw_[i] = steps_.yaw[i] - 0.16 * steps_.stride[i];
+    }
+    height_ = root_height(figure, steps_, yaw_, list_);
   }
-  const std::vector<double> height = root_height(figure, steps, yaw, list);
 
-  Performance out;
-  out.pose.reserve(frames);
-  const auto end = static_cast<size_t>(lead) + static_cast<size_t>(frames);
-  for (auto i = static_cast<size_t>(lead); i < end; ++i) {
-    const double t = static_cast<double>(i) / rate;
-    const double moving = steps.stepping[i], speed = steps.speed[i];
-    const double breath = std::sin(6.283185 * 0.25 * t + live.breath_phase);
+  /// Adds frame i to `out`.
+  void play(size_t i, Performance& out) const {
+    const double t = static_cast<double>(i) / rate_;
+    Controls c = upright(i, t);
+    const Sitting sitting = sit(t, c);
+    const bool on_back = move_trunk(t, c);
+    c.foot = steps_.foot[i];
+    look(i, t, c);
+    for (int side = 0; side < 2; ++side) move_arm(side, i, t, sitting.down, c);
+    out.pose.push_back(pose_figure(figure_, c));
+
+    Action action = Action::stand;
+    for (const Doing& d : plan_.doing)
+      if (d.from <= t) action = d.action;
+    out.action.push_back(action);
+    out.seat.push_back(sitting.seat);
+    std::array<bool, kStandardJoints> touching{};
+    for (int side = 0; side < 2; ++side) {
+      touching[7 + side] = steps_.heel_down[i][side];
+      touching[10 + side] = steps_.ball_down[i][side];
+    }
+    if (sitting.down > 0.999) touching[0] = touching[1] = touching[2] = true;
+    if (on_back && sitting.down > 0.999) touching[6] = touching[9] = true;
+    out.hand_target.push_back(touch(t, out.pose.back(), touching));
+    out.contact.push_back(touching);
+  }
+
+ private:
+  struct Sitting {
+    double down = 0;  ///< 0 standing, 1 on the seat
+    int seat = -1;    ///< furniture
+  };
+
+  /// On two feet, walking or not, but for the head and the arms.
+  Controls upright(size_t i, double t) const {
+    const double moving = steps_.stepping[i], speed = steps_.speed[i], jolt = steps_.jolt[i];
+    const double breath = std::sin(6.283185 * 0.25 * t + live_.breath_phase);
     Controls c;
-    double seated = 0;
-    int seat = -1;
-    c.root = {steps.body[i].x(), height[i], steps.body[i].y()};
-    const double still = (1 - moving) * manner.sway;
-    const double jolt = steps.jolt[i];
+    c.root = {steps_.body[i].x(), height_[i], steps_.body[i].y()};
+    const double still = (1 - moving) * manner_.sway;
     c.root.y() -= 0.015 * jolt;
-    c.root.x() -= 0.005 * jolt * std::sin(steps.yaw[i]);
-    c.root.z() -= 0.005 * jolt * std::cos(steps.yaw[i]);
-    c.root.x() += 0.004 * still * live.sway_x.at(t);
-    c.root.z() += 0.005 * still * live.sway_z.at(t);
-    c.yaw = yaw[i];
-    c.list = list[i];
+    c.root.x() -= 0.005 * jolt * std::sin(steps_.yaw[i]);
+    c.root.z() -= 0.005 * jolt * std::cos(steps_.yaw[i]);
+    c.root.x() += 0.004 * still * live_.sway_x.at(t);
+    c.root.z() += 0.005 * still * live_.sway_z.at(t);
+    c.yaw = yaw_[i];
+    c.list = list_[i];
     c.tilt = 0.01 + 0.03 * speed + 0.010 * jolt;
-    c.bend = manner.upright + 0.015 * speed + 0.012 * manner.sway * live.tilt.at(t) + 0.006 * breath + 0.008 * jolt;
-    c.lean = -0.7 * c.list + 0.012 * manner.sway * live.lean.at(t);
-    c.twist = 0.24 * swing[i] + 0.015 * manner.sway * live.twist.at(t);
-    for (const SeatStay& stay : plan.seats) {
+    c.bend = manner_.upright + 0.015 * speed + 0.012 * manner_.sway * live_.tilt.at(t) + 0.006 * breath + 0.008 * jolt;
+    c.lean = -0.7 * c.list + 0.012 * manner_.sway * live_.lean.at(t);
+    c.twist = 0.24 * swing_[i] + 0.015 * manner_.sway * live_.twist.at(t);
+    return c;
+  }
+
+  Sitting sit(double t, Controls& c) const {
+    Sitting out;
+    for (const SeatStay& stay : plan_.seats) {
       const SeatShare s = share_of(stay, t);
       const Vector3d standing = c.root;
       c.root.x() += s.across * (stay.root.x() - standing.x());
@@ -106,11 +139,16 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       c.lean *= 1 - 0.8 * s.down;
       c.tilt += s.lean * 0.5 * stay.deepest_lean - 0.14 * s.down;
       c.bend += s.lean * 0.5 * stay.deepest_lean + 0.1 * s.down;
-      seated = std::max(seated, s.down);
-      if (s.across > 0.01) seat = stay.furniture;
+      out.down = std::max(out.down, s.down);
+      if (s.across > 0.01) out.seat = stay.furniture;
     }
+    return out;
+  }
+
+  /// True while the back leans on the back rest.
+  bool move_trunk(double t, Controls& c) const {
     bool on_back = false;
-    for (const TrunkMove& move : plan.trunk) {
+    for (const TrunkMove& move : plan_.trunk) {
       const double w = move.when.at(t);
       if (w <= 0) continue;
       c.tilt += w * move.tilt;
@@ -120,65 +158,57 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       c.root += w * move.shift;
       on_back = on_back || (move.leans_on_back && w > 0.97);
     }
-    c.foot = steps.foot[i];
+    return on_back;
+  }
 
-    // The head looks where the way goes and stays level.
-    const size_t soon = std::min(i + static_cast<size_t>(0.4 * rate), n - 1);
-    const double trunk_lean = c.tilt + c.bend;
-    c.gaze_yaw =
-        steps.yaw[i] + std::clamp(1.1 * (steps.yaw[soon] - steps.yaw[i]), -0.9, 0.9) + 0.05 * live.gaze_yaw.at(t);
-    c.gaze_pitch = 0.06 + 0.05 * moving + 0.45 * trunk_lean + 0.035 * live.gaze_pitch.at(t) + 0.01 * jolt;
+  /// The head looks along the trajectory, or at what there is to look at, and stays level.
+  void look(size_t i, double t, Controls& c) const {
+    const size_t soon = std::min(i + static_cast<size_t>(0.4 * rate_), yaw_.size() - 1);
+    const double heading = steps_.yaw[i], trunk_lean = c.tilt + c.bend;
+    c.gaze_yaw = heading + std::clamp(1.1 * (steps_.yaw[soon] - heading), -0.9, 0.9) + 0.05 * live_.gaze_yaw.at(t);
+    c.gaze_pitch =
+        0.06 + 0.05 * steps_.stepping[i] + 0.45 * trunk_lean + 0.035 * live_.gaze_pitch.at(t) + 0.01 * steps_.jolt[i];
     const Vector3d eyes = c.root + Vector3d(0, 0.62, 0);
-    for (const Look& look : plan.looks) {
+    for (const Look& look : plan_.looks) {
       const double w = look.when.at(t);
       if (w <= 0) continue;
-      const Vector3d way = look.point - eyes;
-      const double toward = wrapped(heading_of(on_ground(way)) - steps.yaw[i]);
-      const double down = -std::atan2(way.y(), Vector2d(way.x(), way.z()).norm());
-      c.gaze_yaw += w * (steps.yaw[i] + std::clamp(toward, -1.0, 1.0) - c.gaze_yaw);
+      const Vector3d there = look.point - eyes;
+      const double toward = wrapped(heading_of(on_ground(there)) - heading);
+      const double down = -std::atan2(there.y(), Vector2d(there.x(), there.z()).norm());
+      c.gaze_yaw += w * (heading + std::clamp(toward, -1.0, 1.0) - c.gaze_yaw);
       c.gaze_pitch += w * (std::clamp(down, -0.5, 0.75) + 0.25 * trunk_lean - c.gaze_pitch);
     }
+  }
 
-    for (int side = 0; side < 2; ++side) {
-      ArmControl& a = c.arm[side];
-      const double ahead = (side == 0 ? -1 : 1) * swing[i];
-      const double flexion = manner.arm_swing * ahead;
-      a.flexion =
-          flexion + 0.02 + 0.5 * c.bend + 0.02 * manner.sway * live.arm[side].at(t) - 0.06 * moving + 0.13 * jolt;
-      // Hanging arms stay upright when the trunk leans.
-      a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
-      a.abduction = manner.arms_out + 0.02 * live.elbow[side].at(t) + 0.1 * seated;
-      a.twist = 0.25;
-      a.elbow = manner.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
-                0.03 * manner.sway * live.elbow[side].at(t) + 0.5 * seated - 0.16 * jolt;
-      size_t slot = 0;
-      for (const HandTrip& trip : plan.hands) {
-        if (trip.side != side || slot == a.pull.size()) continue;
-        const double w = trip.when.at(t);
-        if (w <= 0) continue;
-        a.pull[slot] = trip.pull;
-        a.pull[slot].weight = w;
-        a.pull[slot].rise = trip.arch * 16 * w * w * (1 - w) * (1 - w);
-        ++slot;
-      }
+  void move_arm(int side, size_t i, double t, double seated, Controls& c) const {
+    const double moving = steps_.stepping[i], jolt = steps_.jolt[i], trunk_lean = c.tilt + c.bend;
+    ArmControl& a = c.arm[side];
+    const double ahead = (side == 0 ? -1 : 1) * swing_[i];
+    const double flexion = manner_.arm_swing * ahead;
+    a.flexion =
+        flexion + 0.02 + 0.5 * c.bend + 0.02 * manner_.sway * live_.arm[side].at(t) - 0.06 * moving + 0.13 * jolt;
+    // Hanging arms stay upright when the trunk leans.
+    a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
+    a.abduction = manner_.arms_out + 0.02 * live_.elbow[side].at(t) + 0.1 * seated;
+    a.twist = 0.25;
+    a.elbow = manner_.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
+              0.03 * manner_.sway * live_.elbow[side].at(t) + 0.5 * seated - 0.16 * jolt;
+    size_t slot = 0;
+    for (const HandTrip& trip : plan_.hands) {
+      if (trip.side != side || slot == a.pull.size()) continue;
+      const double w = trip.when.at(t);
+      if (w <= 0) continue;
+      a.pull[slot] = trip.pull;
+      a.pull[slot].weight = w;
+      a.pull[slot].rise = trip.arch * 16 * w * w * (1 - w) * (1 - w);
+      ++slot;
     }
-    out.pose.push_back(pose_figure(figure, c));
-    const Posed& pose = out.pose.back();
+  }
 
-    Action action = Action::stand;
-    for (const Doing& d : plan.doing)
-      if (d.from <= t) action = d.action;
-    out.action.push_back(action);
-    out.seat.push_back(seat);
-    std::array<bool, kStandardJoints> touching{};
-    for (int side = 0; side < 2; ++side) {
-      touching[7 + side] = steps.heel_down[i][side];
-      touching[10 + side] = steps.ball_down[i][side];
-    }
-    if (seated > 0.999) touching[0] = touching[1] = touching[2] = true;
-    if (on_back && seated > 0.999) touching[6] = touching[9] = true;
+  /// What the hands touch: points of surfaces, with 1 behind them. The hands' contacts are set too.
+  std::array<Eigen::Vector4d, 2> touch(double t, const Posed& pose, std::array<bool, kStandardJoints>& touching) const {
     std::array<Eigen::Vector4d, 2> target{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
-    for (const HandTrip& trip : plan.hands) {
+    for (const HandTrip& trip : plan_.hands) {
       if (!trip.touches || trip.when.at(t) < 0.9995) continue;
       if ((pose.position[20 + trip.side] - trip.pull.place).norm() > 0.006) continue;
       // A wrist at its end lifts the palm.
@@ -186,16 +216,41 @@ Performance perform(const Figure& figure, const LifePlan& plan, double from, int
       target[trip.side] << trip.point, 1;
       touching[20 + trip.side] = true;
     }
-    out.contact.push_back(touching);
-    out.hand_target.push_back(target);
+    return target;
   }
-  // A seat that is not sat on within these frames counts as any other furniture.
-  for (size_t first = 0, last = 0; first < out.seat.size(); first = last) {
+
+  const Figure& figure_;
+  const LifePlan& plan_;
+  const Manner& manner_;
+  const Stepping steps_;
+  const Liveliness live_;
+  const double rate_;
+  const std::vector<double> swing_;
+  std::vector<double> list_, yaw_, height_;
+};
+
+/// A seat that is not sat on within these frames counts as any other furniture.
+void forget_unused_seats(Performance& performance) {
+  std::vector<int>& seat = performance.seat;
+  for (size_t first = 0, last = 0; first < seat.size(); first = last) {
     bool sat = false;
-    for (last = first; last < out.seat.size() && out.seat[last] == out.seat[first]; ++last)
-      sat = sat || out.contact[last][0];
-    if (!sat) std::fill(out.seat.begin() + static_cast<long>(first), out.seat.begin() + static_cast<long>(last), -1);
+    for (last = first; last < seat.size() && seat[last] == seat[first]; ++last)
+      sat = sat || performance.contact[last][0];
+    if (!sat) std::fill(seat.begin() + static_cast<long>(first), seat.begin() + static_cast<long>(last), -1);
   }
+}
+
+}  // namespace
+
+Performance perform(const Figure& figure, const LifePlan& plan, double from, int frames, double rate,
+                    std::mt19937_64& random) {
+  const int first = static_cast<int>(std::lround(from * rate));
+  const int all = first + frames + static_cast<int>(rate);  // a second more, so that smoothing knows what comes
+  const Performer performer(figure, plan, all, rate, random);
+  Performance out;
+  out.pose.reserve(frames);
+  for (int i = first; i < first + frames; ++i) performer.play(static_cast<size_t>(i), out);
+  forget_unused_seats(out);
   return out;
 }
 

@@ -17,7 +17,7 @@ struct FootControl {
 /// A hand drawn towards a place, with `weight` from 0 (hanging freely) to 1 (pinned).
 struct HandPull {
   double weight = 0;
-  int anchor = -1;                                           ///< joint in whose frame place and turn are; -1: world
+  int anchor = -1;                                           ///< joint in whose frame the following two are; -1: world
   Eigen::Vector3d place = Eigen::Vector3d::Zero();           ///< wrist joint
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< wrist's global rotation
   double swivel = 0;                                         ///< elbow outwards (radians) from hanging down

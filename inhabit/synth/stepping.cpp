@@ -13,18 +13,18 @@ constexpr double kGravity = 9.81;
 constexpr double kToeBreak = 0.2;       // radians of heel rise until the toes leave the floor too
 constexpr double kStraightest = 0.993;  // of a leg's length
 
-/// One foot through all its plants: where it stands, and pitch keys.
-class FootWay {
+/// One foot through all its footholds: where it stands, and pitch keys.
+class FootTrack {
  public:
-  FootWay(const Figure& figure, const GaitStyle& style, const StepPlan& plan, int side)
+  FootTrack(const Figure& figure, const GaitStyle& style, const StepPlan& plan, int side)
       : figure_(figure), style_(style), side_(side), start_(plan.start()[side]) {
     Foothold before = start_;
     double stood_from = -1e3;
     pitch_.add(-1e3, 0);
     for (const Footstep& step : plan.steps()) {
       if (step.side != side) continue;
-      const Vector2d way = step.foothold.place - before.place;
-      const double ahead = way.dot(ahead_of(before.yaw + 0.5 * wrapped(step.foothold.yaw - before.yaw)));
+      const Vector2d stride = step.foothold.place - before.place;
+      const double ahead = stride.dot(ahead_of(before.yaw + 0.5 * wrapped(step.foothold.yaw - before.yaw)));
       add_pitch(step, std::clamp(ahead / (1.45 * figure.leg()), -0.6, 1.2), stood_from);
       steps_.push_back(step);
       vigour_.push_back(std::clamp(std::abs(ahead) / (1.45 * figure.leg()), 0.0, 1.0));
@@ -36,7 +36,7 @@ class FootWay {
 
   double pitch(double t) const { return pitch_.at(t); }
 
-  /// The foothold at time t, or on the way between two: ground place and yaw, and lift of the swing.
+  /// The foothold at time t, or between two: ground place and yaw, and lift of the swing.
   struct Ground {
     Foothold foothold;
     double lift = 0;
@@ -184,14 +184,14 @@ std::vector<double> pendulum(const std::vector<double>& p, double lag) {
 
 Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPlan& plan, const KeyCurve& favour,
                      int frames, double rate) {
-  const std::array<FootWay, 2> way{FootWay(figure, style, plan, 0), FootWay(figure, style, plan, 1)};
+  const std::array<FootTrack, 2> tracks{FootTrack(figure, style, plan, 0), FootTrack(figure, style, plan, 1)};
   const Pressure pressure = pressure_of(plan);
   const auto n = static_cast<size_t>(frames);
   Stepping out;
   out.foot.resize(n), out.heel_down.resize(n), out.ball_down.resize(n), out.body.resize(n), out.load.resize(n);
   std::array<std::vector<double>, 2> px_pz{std::vector<double>(n), std::vector<double>(n)};
   std::array<std::vector<double>, 2> pitch{std::vector<double>(n), std::vector<double>(n)};
-  std::array<std::vector<FootWay::Ground>, 2> ground;
+  std::array<std::vector<FootTrack::Ground>, 2> ground;
   std::vector<double> busy(n, 0.0), heading(n);
   for (const Footstep& step : plan.steps())
     for (int i = std::max(0, static_cast<int>((step.lift - 0.15) * rate));
@@ -214,8 +214,8 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
   for (int side = 0; side < 2; ++side) {
     for (size_t i = 0; i < n; ++i) {
       const double t = static_cast<double>(i) / rate;
-      ground[side].push_back(way[side].ground(t));
-      pitch[side][i] = way[side].pitch(t);
+      ground[side].push_back(tracks[side].ground(t));
+      pitch[side][i] = tracks[side].pitch(t);
     }
     pitch[side] = smoothed(pitch[side], 0.014 * rate);
     // Soften leaving and landing a little, as a shoe does.
@@ -224,9 +224,9 @@ Stepping step_tracks(const Figure& figure, const GaitStyle& style, const StepPla
       for (int a = 0; a < 2; ++a) place[a][i] = ground[side][i].foothold.place[a];
     for (int a = 0; a < 2; ++a) place[a] = smoothed(place[a], 0.012 * rate);
     for (size_t i = 0; i < n; ++i) {
-      FootWay::Ground g = ground[side][i];
+      FootTrack::Ground g = ground[side][i];
       g.foothold.place = {place[0][i], place[1][i]};
-      out.foot[i][side] = way[side].control(g, pitch[side][i]);
+      out.foot[i][side] = tracks[side].control(g, pitch[side][i]);
       out.heel_down[i][side] = !g.swinging && pitch[side][i] > -0.06;
       out.ball_down[i][side] = !g.swinging && pitch[side][i] < 0.06;
     }

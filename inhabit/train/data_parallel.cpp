@@ -41,7 +41,7 @@ std::optional<int> number_of(const char* variable, const char* other) {
 
 }  // namespace
 
-std::shared_ptr<DataParallel> DataParallel::from_environment(torch::Device device) {
+std::shared_ptr<DataParallel> DataParallel::from_environment(torch::Device& device) {
   const auto size = number_of("WORLD_SIZE", "OMPI_COMM_WORLD_SIZE");
   if (!size || *size <= 1) return nullptr;
   const auto rank = number_of("RANK", "OMPI_COMM_WORLD_RANK");
@@ -49,12 +49,12 @@ std::shared_ptr<DataParallel> DataParallel::from_environment(torch::Device devic
     throw Error("RANK", "must be from 0 to " + std::to_string(*size - 1) + ", as there are " + std::to_string(*size) +
                             " processes");
   const char* address = std::getenv("MASTER_ADDR");
-  const auto port = number_of("MASTER_PORT");
+  const int port = number_of("MASTER_PORT").value_or(kPort);
+  if (port < 1 || port > 65535) throw Error("MASTER_PORT", "must be from 1 to 65535");
   if (device.is_cuda() && !device.has_index())
     device = torch::Device(
         torch::kCUDA, static_cast<c10::DeviceIndex>(number_of("LOCAL_RANK", "OMPI_COMM_WORLD_LOCAL_RANK").value_or(0)));
-  return std::make_shared<DataParallel>(*rank, *size, address == nullptr ? "127.0.0.1" : address, port.value_or(kPort),
-                                        device);
+  return std::make_shared<DataParallel>(*rank, *size, address == nullptr ? "127.0.0.1" : address, port, device);
 }
 
 #ifdef INHABIT_C10D
@@ -94,7 +94,8 @@ DataParallel::DataParallel(int rank, int size, const std::string& address, int p
     store_options.numWorkers = static_cast<size_t>(size);
     store_options.waitWorkers = false;
     const auto store = c10::make_intrusive<c10d::TCPStore>(address, store_options);
-    const auto options = c10d::ProcessGroupGloo::Options::create(std::chrono::minutes(5));
+    // The store waits five minutes for the others. From then on a rank may wait for as long as another one validates.
+    const auto options = c10d::ProcessGroupGloo::Options::create(std::chrono::hours(24));
     options->devices.push_back(c10d::ProcessGroupGloo::createDefaultDevice());
     options->threads = 2;
     impl_->gloo = c10::make_intrusive<c10d::ProcessGroupGloo>(store, rank, size, options);

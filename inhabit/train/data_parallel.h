@@ -14,7 +14,8 @@ class DataParallel {
   /// from the environment: RANK and WORLD_SIZE (torchrun) or OMPI_COMM_WORLD_RANK and _SIZE (Open MPI), MASTER_ADDR
   /// (default 127.0.0.1) and MASTER_PORT (default 29500). Null where there is one process alone. Throws Error where
   /// they contradict each other, the others do not come within five minutes, or this build has no c10d.
-  static std::shared_ptr<DataParallel> from_environment(torch::Device device);
+  /// @param device cuda becomes the GPU of the local rank (LOCAL_RANK or OMPI_COMM_WORLD_LOCAL_RANK).
+  static std::shared_ptr<DataParallel> from_environment(torch::Device& device);
   /// @param address,port of rank 0.
   DataParallel(int rank, int size, const std::string& address, int port, torch::Device device);
   ~DataParallel();

@@ -72,9 +72,9 @@ class Order {
 
 double scheduled_rate(const TrainOptions& options, int64_t step) {
   const double progress = static_cast<double>(step) / static_cast<double>(options.steps);
-  const double risen = (progress + 1.0 / static_cast<double>(options.steps)) / std::max(options.warmup, 1e-9);
-  const double cosine = 0.5 * (1 + std::cos(M_PI * progress));
-  return options.learning_rate * std::min(1.0, risen) * (options.floor + (1 - options.floor) * cosine);
+  const double risen = (progress + 1.0 / static_cast<double>(options.steps)) / std::max(options.schedule.warmup, 1e-9);
+  const double floor = options.schedule.floor, cosine = 0.5 * (1 + std::cos(M_PI * progress));
+  return options.learning_rate * std::min(1.0, risen) * (floor + (1 - floor) * cosine);
 }
 
 /// Parameters with the same factor of the learning rate, by the factor.
@@ -104,157 +104,225 @@ std::string clock_text(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
+torch::optim::AdamW optimizer_of(const std::map<double, std::vector<torch::Tensor>>& groups, const TrainTask& task,
+                                 const TrainOptions& options) {
+  std::vector<torch::optim::OptimizerParamGroup> optimised;
+  optimised.reserve(groups.size());
+  for (const auto& [factor, parameters] : groups) optimised.emplace_back(parameters);
+  return torch::optim::AdamW(std::move(optimised),
+                             torch::optim::AdamWOptions(options.learning_rate).weight_decay(task.weight_decay));
+}
+
+/// One call of train(): what its steps share.
+class TrainLoop {
+ public:
+  TrainLoop(const TrainTask& task, const TrainOptions& options)
+      : task_(task),
+        options_(options),
+        rank_(options.ranks ? options.ranks->rank() : 0),
+        rank_count_(options.ranks ? options.ranks->size() : 1),
+        groups_(rate_groups(task)),
+        optimizer_(optimizer_of(groups_, task, options)),
+        order_(task.samples, options.batch * rank_count_, options.seed) {
+    if (task.average > 0) average_.emplace(task.module, task.average);
+    result_.best = std::numeric_limits<double>::infinity();
+  }
+
+  TrainResult run() {
+    if (options_.resume) resume();
+    if (options_.ranks) share_weights();
+    const StopOnSignal stop;
+    open_log();
+    start_ = Clock::now();
+    restart_report(first_step_);
+    if (!options_.resume) save(0);  // so that a run that ends before its first checkpoint can be resumed too
+
+    const auto prepared = [this](int64_t step) { return prepare(step); };
+    std::future<std::function<Losses()>> next = std::async(std::launch::async, prepared, first_step_);
+    for (int64_t step = first_step_; step < options_.steps; ++step) {
+      const std::function<Losses()> losses_of_batch = next.get();
+      if (step + 1 < options_.steps) next = std::async(std::launch::async, prepared, step + 1);
+      bool stop_now = false;
+      const Losses losses = take(step, losses_of_batch, stop_now);
+      const int64_t done = step + 1;
+      if (average_) average_->update(done);
+      if (rank_ == 0) {
+        report(done, losses);
+        if (done % options_.validate_every == 0 || done == options_.steps) validate(done);
+      }
+      if (!options_.ranks) stop_now = stop_requested != 0;  // also one that came while validating
+      if (stop_now && done < options_.steps) {
+        save(done);
+        if (rank_ == 0) spdlog::info("{} stopped at step {}; --resume goes on from there", task_.name, done);
+        result_.interrupted = true;
+        break;
+      }
+      if (done % options_.checkpoint_every == 0 && done < options_.steps) save(done);
+    }
+    if (next.valid()) next.wait();
+    result_.seconds = seconds();
+    if (!result_.interrupted && rank_ == 0) std::filesystem::remove(options_.checkpoint);
+    return result_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// What must be the same in a run that is resumed.
+  std::string description() const {
+    return fmt::format("{} steps {} batch {} rate {} samples {} seed {}{}{}", task_.name, options_.steps,
+                       options_.batch * rank_count_, options_.learning_rate, task_.samples, options_.seed,
+                       task_.settings.empty() ? "" : " ", task_.settings);
+  }
+
+  std::map<std::string, torch::Tensor>& averaged() { return average_ ? average_->weights() : no_average_; }
+
+  double seconds() const { return seconds_before_ + std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  void resume() {
+    auto state = load_checkpoint(options_.checkpoint, *task_.module, optimizer_, averaged());
+    if (state["run"] != description())
+      throw Error(options_.checkpoint,
+                  "belongs to another run (" + state["run"] + "; this one is " + description() + ")");
+    const auto number = [&](const char* key) { return checkpoint_number(state, key, options_.checkpoint); };
+    const auto step = [&](const char* key) {
+      return static_cast<int64_t>(std::clamp(number(key), 0.0, static_cast<double>(options_.steps)));
+    };
+    first_step_ = step("step");
+    seconds_before_ = number("seconds");
+    result_.best = number("best");
+    result_.best_step = step("best_step");
+  }
+
+  void save(int64_t step) {
+    if (rank_ != 0) return;
+    save_checkpoint(options_.checkpoint, *task_.module, optimizer_, averaged(),
+                    {{"run", description()},
+                     {"step", std::to_string(step)},
+                     {"seconds", std::to_string(seconds())},
+                     {"best", fmt::format("{}", result_.best)},
+                     {"best_step", std::to_string(result_.best_step)}});
+  }
+
+  /// All ranks begin with the weights of the first.
+  void share_weights() {
+    std::vector<torch::Tensor> weights;
+    for (const auto& p : task_.module->named_parameters()) weights.push_back(p.value().detach());
+    for (const auto& b : task_.module->named_buffers()) weights.push_back(b.value());
+    options_.ranks->broadcast(weights);
+  }
+
+  void open_log() {
+    if (rank_ != 0 || options_.log.empty()) return;
+    lock_.emplace(options_.log, "another training");
+    log_.open(options_.log, options_.append_log ? std::ios::app : std::ios::trunc);
+    if (!log_) throw Error(options_.log, "cannot be written");
+  }
+
+  /// A rank draws from seeds of its own; those of rank 0 are those of a run of one.
+  uint64_t seed_of(uint64_t stream, int64_t step) const {
+    const uint64_t seed = item_seed(options_.seed + stream, static_cast<uint64_t>(step));
+    return rank_ == 0 ? seed : item_seed(seed, static_cast<uint64_t>(rank_));
+  }
+
+  std::function<Losses()> prepare(int64_t step) {
+    const std::vector<int64_t> all = order_.indices(step);
+    const auto first = all.begin() + rank_ * options_.batch;
+    return task_.prepare({step, {first, first + options_.batch}, seed_of(1, step)});
+  }
+
+  /// One step of the optimiser. @param stop_now set where a rank is to stop.
+  Losses take(int64_t step, const std::function<Losses()>& losses_of_batch, bool& stop_now) {
+    const double rate = scheduled_rate(options_, step);
+    for (auto [group, i] = std::pair(groups_.begin(), size_t{0}); group != groups_.end(); ++group, ++i)
+      static_cast<torch::optim::AdamWOptions&>(optimizer_.param_groups()[i].options()).lr(rate * group->first);
+    task_.module->train();
+    torch::manual_seed(seed_of(2, step));  // of dropout
+    optimizer_.zero_grad();
+    Losses losses = losses_of_batch();
+    losses.front().second.backward();
+    stop_now = stop_requested != 0;
+    if (options_.ranks) stop_now = average_gradients(*task_.module, *options_.ranks, stop_now);
+    torch::nn::utils::clip_grad_norm_(task_.module->parameters(), 1.0);
+    optimizer_.step();
+    return losses;
+  }
+
+  /// Losses go to the log every 20 steps, and to the terminal too every ten seconds and at the end.
+  void report(int64_t done, const Losses& losses) {
+    const bool aloud = seconds() - last_report_ > 10 || done == options_.steps;
+    if (!aloud && done % 20 != 0) return;
+    const int64_t batch = options_.batch * rank_count_;
+    const double per_second =
+        static_cast<double>((done - reported_step_) * batch) / std::max(1e-9, seconds() - reported_seconds_);
+    nlohmann::json line = {
+        {"stage", task_.name}, {"step", done}, {"seconds", seconds()}, {"rate", scheduled_rate(options_, done - 1)}};
+    std::string text;
+    for (const auto& [name, value] : losses) {
+      const double v = value.item<double>();
+      if (!std::isfinite(v))
+        throw Error("training " + task_.name, "loss " + name + " is not finite at step " + std::to_string(done));
+      line["losses"][name] = v;
+      text += fmt::format("  {} {:.5g}", name, v);
+    }
+    if (log_) log_ << line.dump() << std::endl;
+    if (!aloud) return;
+    spdlog::info("{} {}/{}{}  {:.1f} samples/s  left {}", task_.name, done, options_.steps, text, per_second,
+                 clock_text(static_cast<double>((options_.steps - done) * batch) / per_second));
+    restart_report(done);
+    last_report_ = reported_seconds_;
+  }
+
+  void restart_report(int64_t done) {
+    reported_seconds_ = seconds();
+    reported_step_ = done;
+  }
+
+  void validate(int64_t done) {
+    const torch::NoGradGuard no_grad;
+    task_.module->eval();
+    if (average_) average_->swap();
+    const double value = task_.validate();
+    if (value < result_.best) {
+      result_.best = value;
+      result_.best_step = done;
+      task_.on_best();
+    }
+    if (average_) average_->swap();
+    spdlog::info("{} {}/{}  validation {:.5g}  best {:.5g} at {}", task_.name, done, options_.steps, value,
+                 result_.best, result_.best_step);
+    if (log_)
+      log_
+          << nlohmann::json{{"stage", task_.name}, {"step", done}, {"validation", value}, {"best", result_.best}}.dump()
+          << std::endl;
+    restart_report(done);  // validation is not training time
+    last_report_ = reported_seconds_;
+  }
+
+  const TrainTask& task_;
+  const TrainOptions& options_;
+  const int rank_, rank_count_;
+  const std::map<double, std::vector<torch::Tensor>> groups_;  // by the factor of their learning rate
+  torch::optim::AdamW optimizer_;
+  Order order_;
+  std::optional<WeightAverage> average_;
+  std::map<std::string, torch::Tensor> no_average_;
+  TrainResult result_;
+  int64_t first_step_ = 0;
+  double seconds_before_ = 0;  // that a resumed run had taken
+  Clock::time_point start_;
+  std::ofstream log_;
+  std::optional<FileLock> lock_;  // of the log: the files of weights are replaced by others at each writing
+  double last_report_ = -1e9, reported_seconds_ = 0;
+  int64_t reported_step_ = 0;
+};
+
 }  // namespace
 
 TrainResult train(const TrainTask& task, const TrainOptions& options) {
   if (task.samples == 0) throw Error("the data set has no training window long enough for " + task.name);
   keep_freed_memory();
-  const auto groups = rate_groups(task);
-  std::vector<torch::optim::OptimizerParamGroup> optimised;
-  optimised.reserve(groups.size());
-  for (const auto& [factor, parameters] : groups) optimised.emplace_back(parameters);
-  torch::optim::AdamW optimizer(optimised,
-                                torch::optim::AdamWOptions(options.learning_rate).weight_decay(task.weight_decay));
-  const std::shared_ptr<DataParallel> ranks = options.ranks;
-  const int rank = ranks ? ranks->rank() : 0, rank_count = ranks ? ranks->size() : 1;
-  std::optional<WeightAverage> average;
-  if (task.average > 0) average.emplace(task.module, task.average);
-  std::map<std::string, torch::Tensor> no_average;
-  std::map<std::string, torch::Tensor>& averaged = average ? average->weights() : no_average;
-  TrainResult result;
-  result.best = std::numeric_limits<double>::infinity();
-  int64_t first_step = 0;
-  double seconds_before = 0;
-  const std::string run = fmt::format("{} steps {} batch {} rate {} samples {} seed {}{}{}", task.name, options.steps,
-                                      options.batch * rank_count, options.learning_rate, task.samples, options.seed,
-                                      task.settings.empty() ? "" : " ", task.settings);
-  if (options.resume) {
-    auto state = load_checkpoint(options.checkpoint, *task.module, optimizer, averaged);
-    if (state["run"] != run)
-      throw Error(options.checkpoint, "belongs to another run (" + state["run"] + "; this one is " + run + ")");
-    const auto number = [&](const char* key) { return checkpoint_number(state, key, options.checkpoint); };
-    first_step = static_cast<int64_t>(std::clamp(number("step"), 0.0, static_cast<double>(options.steps)));
-    seconds_before = number("seconds");
-    result.best = number("best");
-    result.best_step = static_cast<int64_t>(std::clamp(number("best_step"), 0.0, static_cast<double>(options.steps)));
-  }
-
-  if (ranks) {
-    std::vector<torch::Tensor> weights;
-    for (const auto& p : task.module->named_parameters()) weights.push_back(p.value().detach());
-    for (const auto& b : task.module->named_buffers()) weights.push_back(b.value());
-    ranks->broadcast(weights);
-  }
-
-  StopOnSignal stop;
-  std::ofstream log;
-  std::optional<FileLock> lock;  // of the log: the files of weights are replaced by others at each writing
-  if (rank == 0 && !options.log.empty()) {
-    lock.emplace(options.log, "another training");
-    log.open(options.log, options.append_log ? std::ios::app : std::ios::trunc);
-    if (!log) throw Error(options.log, "cannot be written");
-  }
-  Order order(task.samples, options.batch * rank_count, options.seed);
-  // A rank draws from seeds of its own; those of rank 0 are those of a run of one.
-  const auto seed_of = [&](uint64_t stream, int64_t step) {
-    const uint64_t seed = item_seed(options.seed + stream, static_cast<uint64_t>(step));
-    return rank == 0 ? seed : item_seed(seed, static_cast<uint64_t>(rank));
-  };
-  auto prepare = [&](int64_t step) {
-    const std::vector<int64_t> all = order.indices(step);
-    const auto first = all.begin() + rank * options.batch;
-    return task.prepare({step, {first, first + options.batch}, seed_of(1, step)});
-  };
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  auto seconds = [&] { return seconds_before + std::chrono::duration<double>(Clock::now() - start).count(); };
-  auto save = [&](int64_t step) {
-    if (rank != 0) return;
-    save_checkpoint(options.checkpoint, *task.module, optimizer, averaged,
-                    {{"run", run},
-                     {"step", std::to_string(step)},
-                     {"seconds", std::to_string(seconds())},
-                     {"best", fmt::format("{}", result.best)},
-                     {"best_step", std::to_string(result.best_step)}});
-  };
-  double last_report = -1e9, reported_seconds = seconds();
-  int64_t reported_step = first_step;
-
-  if (!options.resume) save(0);  // so that a run that ends before its first checkpoint can be resumed too
-
-  std::future<std::function<Losses()>> next = std::async(std::launch::async, prepare, first_step);
-  for (int64_t step = first_step; step < options.steps; ++step) {
-    const std::function<Losses()> losses_of_batch = next.get();
-    if (step + 1 < options.steps) next = std::async(std::launch::async, prepare, step + 1);
-    const double rate = scheduled_rate(options, step);
-    for (auto [group, i] = std::pair(groups.begin(), size_t{0}); group != groups.end(); ++group, ++i)
-      static_cast<torch::optim::AdamWOptions&>(optimizer.param_groups()[i].options()).lr(rate * group->first);
-
-    task.module->train();
-    torch::manual_seed(seed_of(2, step));  // of dropout
-    optimizer.zero_grad();
-    const Losses losses = losses_of_batch();
-    losses.front().second.backward();
-    bool stop_now = stop_requested != 0;
-    if (ranks) stop_now = average_gradients(*task.module, *ranks, stop_now);
-    torch::nn::utils::clip_grad_norm_(task.module->parameters(), 1.0);
-    optimizer.step();
-
-    const int64_t done = step + 1;
-    if (average) average->update(done);
-    const bool report = seconds() - last_report > 10 || done == options.steps;
-    if (rank == 0 && (report || done % 20 == 0)) {
-      const double per_second =
-          static_cast<double>((done - reported_step) * options.batch) / std::max(1e-9, seconds() - reported_seconds);
-      nlohmann::json line = {{"stage", task.name}, {"step", done}, {"seconds", seconds()}, {"rate", rate}};
-      std::string text;
-      for (const auto& [name, value] : losses) {
-        const double v = value.item<double>();
-        if (!std::isfinite(v))
-          throw Error("training " + task.name, "loss " + name + " is not finite at step " + std::to_string(done));
-        line["losses"][name] = v;
-        text += fmt::format("  {} {:.5g}", name, v);
-      }
-      if (log) log << line.dump() << std::endl;
-      if (report) {
-        spdlog::info("{} {}/{}{}  {:.1f} samples/s  left {}", task.name, done, options.steps, text, per_second,
-                     clock_text(static_cast<double>((options.steps - done) * options.batch) / per_second));
-        last_report = reported_seconds = seconds();
-        reported_step = done;
-      }
-    }
-    if (rank == 0 && (done % options.validate_every == 0 || done == options.steps)) {
-      torch::NoGradGuard no_grad;
-      task.module->eval();
-      if (average) average->swap();
-      const double value = task.validate();
-      if (value < result.best) {
-        result.best = value;
-        result.best_step = done;
-        task.on_best();
-      }
-      if (average) average->swap();
-      spdlog::info("{} {}/{}  validation {:.5g}  best {:.5g} at {}", task.name, done, options.steps, value, result.best,
-                   result.best_step);
-      if (log)
-        log << nlohmann::json{{"stage", task.name}, {"step", done}, {"validation", value}, {"best", result.best}}.dump()
-            << std::endl;
-      last_report = reported_seconds = seconds();  // validation is not training time
-      reported_step = done;
-    }
-    if (!ranks) stop_now = stop_requested != 0;  // also one that came while validating
-    if (stop_now && done < options.steps) {
-      save(done);
-      if (rank == 0) spdlog::info("{} stopped at step {}; --resume goes on from there", task.name, done);
-      result.interrupted = true;
-      break;
-    }
-    if (done % options.checkpoint_every == 0 && done < options.steps) save(done);
-  }
-  if (next.valid()) next.wait();
-  result.seconds = seconds();
-  if (!result.interrupted && rank == 0) std::filesystem::remove(options.checkpoint);
-  return result;
+  return TrainLoop(task, options).run();
 }
 
 }  // namespace inhabit

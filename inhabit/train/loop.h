@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "inhabit/train/data_parallel.h"
+#include "inhabit/train/rate_schedule.h"
 
 namespace inhabit {
 
@@ -59,8 +60,7 @@ struct TrainOptions {
   int64_t steps = 1000;
   int64_t batch = 8;  ///< samples of a step; of each rank, where there are several
   double learning_rate = 1e-3;
-  double warmup = 0.05;            ///< of the steps, in which the rate rises from 0
-  double floor = 0.02;             ///< of the rate, which the cosine ends at
+  RateSchedule schedule;           ///< of the learning rate
   int64_t validate_every = 500;    ///< steps; the last step always validates
   int64_t checkpoint_every = 200;  ///< steps
   uint64_t seed = 1;

@@ -34,9 +34,9 @@ SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vec
           throw Error(paths[i], name + " differs from " + paths[0] + " and has no mean");
         continue;
       }
-      const Tensor share = found->second.to(torch::kFloat64) * (weights[i] / sum);
-      if (!share.isfinite().all().item<bool>()) throw Error(paths[i], name + " is not finite");
-      sums[name] = i == 0 ? share : sums[name] + share;
+      const Tensor weighted = found->second.to(torch::kFloat64) * (weights[i] / sum);
+      if (!weighted.isfinite().all().item<bool>()) throw Error(paths[i], name + " is not finite");
+      sums[name] = i == 0 ? weighted : sums[name] + weighted;
     }
   }
   for (const auto& [name, total] : sums) mean.tensors[name] = total.to(mean.tensors[name].scalar_type());

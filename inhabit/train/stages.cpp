@@ -11,8 +11,8 @@
 namespace inhabit {
 namespace {
 
-constexpr int64_t kValidateEvery =
-    500;  // steps at most, so that long trainings have something to show for each sitting
+// Steps between validations, at most: a long training that is interrupted has a best model by then.
+constexpr int64_t kValidateEvery = 500;
 
 std::string checkpoint_of(const std::string& out) { return out + ".checkpoint.safetensors"; }
 
@@ -103,6 +103,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.steps = stage.steps;
     options.batch = stage.batch;
     options.learning_rate = stage.learning_rate;
+    options.schedule = stage.schedule;
     options.validate_every = std::clamp<int64_t>(stage.steps / stage.validations, 1, kValidateEvery);
     options.seed = run.seed;
     options.ranks = run.ranks;

@@ -26,6 +26,7 @@ struct TrainStage {
   std::string name;  ///< the task's
   int64_t steps = 0, batch = 0;
   double learning_rate = 0;
+  RateSchedule schedule;            ///< of the learning rate
   int64_t validations = 12;         ///< evenly spread over the steps
   std::function<TrainTask()> task;  ///< makes the loop's task; called when the stage begins
 };

@@ -1,4 +1,4 @@
-// Protects the way from a clip to its futures: they go on from where the observed motion ends, on the person's own
+// Protects futures: they go on from where the observed motion ends, on the person's own
 // bones, the same for the same seed, and what cannot be forecast is refused in one line.
 #include "inhabit/anticipate/intention_anticipator.h"
 
@@ -71,8 +71,8 @@ TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {
   }
   // The walker goes on at 1 m/s: what nothing is added to keeps its step.
   const Result a = anticipator.run(person("walk", 40), {}, {-1, 2, 1, 1, "walk"});
-  const Tensor way = a.futures[0].root_path();
-  EXPECT_NEAR((way[-1] - way[0]).norm().item<double>(), 24 * 1.2 / 30, 0.3);
+  const Tensor path = a.futures[0].root_path();
+  EXPECT_NEAR((path[-1] - path[0]).norm().item<double>(), 24 * 1.2 / 30, 0.3);
 }
 
 TEST(IntentionAnticipator, IsTheSameForTheSameSeedHoweverManyAreDrawn) {

@@ -150,7 +150,7 @@ TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
   networks.seq2seq->out->weight.zero_();
   networks.seq2seq->out->bias.copy_(straight.change / networks.scale.deviation);
   EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 0, 1e-3);
-  networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' way, over all 22 joints
+  networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' motion, over all 22 joints
   EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 13 * straight.mean_speed * 21 / 22, 1e-3);
 }
 

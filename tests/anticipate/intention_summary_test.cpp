@@ -29,7 +29,7 @@ TEST(IntentionSummary, CountsFramesSegmentsAndActions) {
                                             recording("b", "jump", {10, 10, 10, 0, 10})};
   const IntentionSummary s = summarise_intentions(recordings, two_poses(), 5);
   ASSERT_EQ(s.labels.size(), 2U);
-  EXPECT_NEAR(s.labels[0].share, 0.4, 1e-12);
+  EXPECT_NEAR(s.labels[0].fraction, 0.4, 1e-12);
   EXPECT_EQ(s.labels[0].segments, 2);
   EXPECT_NEAR(s.labels[0].seconds, 0.4, 1e-12) << "3 and 1 frames";
   EXPECT_EQ(s.labels[1].segments, 3);

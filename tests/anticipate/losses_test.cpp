@@ -26,7 +26,7 @@ TEST(PoseReconstruction, IsTheMeanDistanceInMetres) {
   const Tensor truth = torch::randn({1, 2, 67});
   Tensor forecast = truth.clone();
   forecast[0][0][12] += 0.3, forecast[0][0][13] += 0.4, forecast[0][1][62] += 0.2;
-  forecast[0][0][66] += 9;  // of the root's way
+  forecast[0][0][66] += 9;  // of the root motion
   FeatureScale scale = plain_scale();
   scale.deviation = scale.deviation * 0.1;
   const Tensor weights = torch::tensor({1.F, 0.5F}).unsqueeze(0);
@@ -51,7 +51,7 @@ TEST(IntentionLoss, IsTheCrossEntropyOverRecordedFrames) {
   EXPECT_EQ(intention_loss(logits, labels, torch::zeros({1, 3})).item<double>(), 0) << "no frame, no loss";
 }
 
-TEST(AdversaryLosses, AreThoseOfProbabilities) {
+TEST(AdversarialLosses, AreThoseOfProbabilities) {
   // Taken for real with probability 0.8 and 0.5 (real input), 0.25 (forecast).
   const auto logit = [](double p) { return std::log(p / (1 - p)); };
   const Tensor real = torch::tensor({logit(0.8), logit(0.5)}), forecast = torch::tensor({logit(0.25)});
@@ -66,7 +66,7 @@ TEST(AdversaryLosses, AreThoseOfProbabilities) {
 TEST(SamenessLoss, IsTheShareThatThePosesDistanceLacks) {
   Tensor a = torch::zeros({2, 3, 67}), b = torch::zeros({2, 3, 67});
   b.select(2, 5) = 0.3, b.select(2, 9) = 0.4;  // 0.5 m apart in every frame
-  b.slice(2, 63) = 5;                          // another way of the root counts for nothing
+  b.slice(2, 63) = 5;                          // another root motion counts for nothing
   b[1].slice(1, 0, 63) = 9;                    // further apart than is asked for
   const Tensor enough = torch::tensor({2.F, 4.F});
   EXPECT_NEAR(diversity_loss(a, b, plain_scale(), enough).item<double>(), (0.75 + 0) / 2, 1e-5);
@@ -76,7 +76,7 @@ TEST(SamenessLoss, IsTheShareThatThePosesDistanceLacks) {
 TEST(PoseSpread, IsTheDistanceOfPosesAThirdOfTheTimeApart) {
   Tensor still = torch::zeros({6, 67}), moving = torch::zeros({6, 67});
   moving.select(1, 4) = torch::tensor({0.F, 0.F, 0.3F, 0.3F, 0.6F, 0.6F});  // 0.3, 0.3 and, round the end, 0.6 m
-  moving.select(1, 64) = torch::arange(6).to(torch::kFloat32);              // the root's way counts for nothing
+  moving.select(1, 64) = torch::arange(6).to(torch::kFloat32);              // the root motion counts for nothing
   const Tensor spread = pose_spread(torch::stack({still, moving}), plain_scale());
   EXPECT_NEAR(spread[0].item<double>(), 0, 1e-4);
   EXPECT_NEAR(spread[1].item<double>(), 0.4, 1e-4);
@@ -92,8 +92,8 @@ TEST(Losses, GradientsAreThoseOfFiniteDifferences) {
       {"pose", [&](const Tensor& x) { return pose_reconstruction_loss(x, truth, weights, scale); }},
       {"root", [&](const Tensor& x) { return root_reconstruction_loss(x, truth, weights); }},
       {"intention", [&](const Tensor& x) { return intention_loss(x, labels, weights); }},
-      {"adversary", [&](const Tensor& x) { return discriminator_loss(x.select(2, 3), x.select(2, 4)); }},
-      {"deception", [&](const Tensor& x) { return generator_loss(x.select(2, 4)); }},
+      {"discriminator", [&](const Tensor& x) { return discriminator_loss(x.select(2, 3), x.select(2, 4)); }},
+      {"generator", [&](const Tensor& x) { return generator_loss(x.select(2, 4)); }},
       {"sameness", [&](const Tensor& x) { return diversity_loss(x, other, scale, torch::full({2}, 100.0)); }}};
   for (const auto& [name, loss] : losses) {
     const Tensor x = torch::randn({2, 3, 67}, exact).requires_grad_(true), way = torch::randn({2, 3, 67}, exact);

@@ -67,15 +67,16 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
   intention_loss(intention->teacher_logits(intention->encode(past), labels), labels.argmax(2), torch::ones({4, 6}))
       .backward();
   expect_gradients_everywhere(*intention);
-  intention->zero_grad();  // the label adversary's way
+  intention->zero_grad();  // through the drawn labels, as the discriminator's gradient comes
   (intention->draw(intention->encode(past), gumbel_noise({4, 6, c.labels})) * torch::randn({4, 6, c.labels}))
       .sum()
       .backward();
   expect_gradients_everywhere(*intention);
 
-  Discriminator adversary(30, c.training.discriminator_hidden, 2);
-  discriminator_loss(adversary->forward(torch::randn({8, 30})), adversary->forward(torch::randn({8, 30}))).backward();
-  expect_gradients_everywhere(*adversary);
+  Discriminator discriminator(30, c.training.discriminator_hidden, 2);
+  discriminator_loss(discriminator->forward(torch::randn({8, 30})), discriminator->forward(torch::randn({8, 30})))
+      .backward();
+  expect_gradients_everywhere(*discriminator);
 
   Seq2SeqNetwork seq2seq(c);
   (seq2seq->forward(past, 9) * mix).sum().backward();

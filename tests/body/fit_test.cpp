@@ -164,7 +164,7 @@ TEST(FitRotations, BringJointsOfTheSameBonesBack) {
   for (int j : {0, 1, 2, 4, 5, 9, 16, 17, 18, 19}) EXPECT_LT(off[j].item<double>(), 0.15) << j;
 }
 
-/// A person who spins twice a second, arms and legs through every direction, past the poles where the way from the
+/// A person who spins twice a second, arms and legs through every direction, past the poles where the rotation from the
 /// rest pose is ambiguous: nothing may turn faster than it was turned.
 TEST(FitRotations, DoNotFlipOnFastTurns) {
   constexpr int64_t kFrames = 240;

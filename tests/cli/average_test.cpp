@@ -54,7 +54,7 @@ TEST(Average, RefusesModelsThatHaveNone) {
     expect_refused("average " + a + " " + other + more + to, parts, out);
   };
   refused(folder / "none.safetensors", {"none.safetensors", "no such file"});
-  refused("", {"needs two or more"});
+  refused("", {"models: one is no mean: name two or more files"});
   refused(a, {"1 weights for 2 models"}, " --weights 1");
   refused(a, {"weights must be"}, " --weights 1 nan");
   refused(a, {"weights must be"}, " --weights 0 0");

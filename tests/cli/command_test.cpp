@@ -1,9 +1,28 @@
 #include "cli/command.h"
 
+#include <gmock/gmock.h>
+
 TEST(Command, WithoutAVerbSaysSoInOneLineAndExitsTwo) {
   const CommandResult r = run_command("");
   EXPECT_EQ(r.exit_code, 2);
   EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+}
+
+TEST(Command, AWrongVerbOrNameIsSaidWithWhatThereIs) {
+  const auto said = [](const std::string& arguments) {
+    const CommandResult r = run_command(arguments);
+    EXPECT_EQ(r.exit_code, 2) << arguments;
+    return r.err;
+  };
+  using ::testing::HasSubstr, ::testing::AllOf;
+  EXPECT_THAT(said(""), AllOf(HasSubstr("a verb is missing"), HasSubstr("forecast, inbetween")));
+  EXPECT_THAT(said("frobnicate"), AllOf(HasSubstr("frobnicate: is no verb"), HasSubstr("forecast, inbetween")));
+  EXPECT_THAT(said("eval frobnicate"), AllOf(HasSubstr("frobnicate: is no verb"), HasSubstr("detour")));
+  EXPECT_THAT(said("inbetween a.bvh --sampler foo"),
+              HasSubstr("--sampler: is foo, which is none of ddim, ddpm, dpm\n"));
+  EXPECT_THAT(said("convert a.bvh b.bvh --up w"), HasSubstr("--up: is w, which is none of y, z\n"));
+  EXPECT_THAT(said("train forecast --data a --out b --preset foo"), HasSubstr("foo"));
+  EXPECT_THAT(run_command("inbetween --help").out, AllOf(HasSubstr("--loose-feet "), ::testing::Not(HasSubstr("{"))));
 }
 
 TEST(Command, VersionNamesLibTorch) {
@@ -22,8 +41,11 @@ TEST(Command, IsSmallAndBecomesTheProgramOfTheVerbs) {
             std::filesystem::file_size(command.parent_path() / "inhabit-verbs") / 5);
   EXPECT_EQ(run_program("ldd " INHABIT_COMMAND " | grep -c torch").out, "0\n");
   EXPECT_EQ(run_command("info /no/such/file").exit_code, 2);
-  const CommandResult killed =
-      run_program("sh -c '" INHABIT_COMMAND " eval forecast --help >/dev/null & pid=$!; kill -TERM $pid; wait $pid'");
+  // A pipe that nobody has written to: the shell opens it once the verb does, which the signal then reaches.
+  const TempFolder folder;
+  const std::string pipe = folder / "walk.bvh";
+  const CommandResult killed = run_program("timeout 60 sh -c 'mkfifo " + pipe + "; " INHABIT_COMMAND " info " + pipe +
+                                           " >/dev/null & pid=$!; exec 3>" + pipe + "; kill -TERM $pid; wait $pid'");
   EXPECT_EQ(killed.exit_code, 128 + 15);
 }
 

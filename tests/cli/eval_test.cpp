@@ -53,6 +53,10 @@ TEST(Eval, RefusesDataThatCannotBeMeasured) {
   expect_refused("eval forecast --data " + rooms + " --split other" + to, {"--split"}, out);
   expect_refused("eval forecast --data " + rooms + " --stride 0" + to, {"--stride"}, out);
   expect_refused("eval forecast --data " + rooms + " --json " + folder / "none/t.json", {"none/t.json"}, out);
+  expect_refused("eval forecast --data " + rooms + " --set past=10" + to, {"--set past=10", "how the networks"}, out);
+  expect_refused("eval forecast --data " + rooms + " --set points=0" + to, {"--set", "points"}, out);
+  expect_refused("eval inbetween --data " + rooms + " --set frames=0" + to, {"--set frames=0", "inference."}, out);
+  expect_refused("eval detour --set inference.steps=0", {"--set", "inference.steps"}, out);
 
   const json index = json::parse(read_whole_file(rooms + "/dataset.json"));
   const auto with = [&](const char* name, const auto& change) {

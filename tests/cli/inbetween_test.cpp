@@ -181,6 +181,27 @@ TEST(Inbetween, TakesPosesAtTimes) {
   expect_refused("inbetween " + poses + " --times 0,1,1" + end, {"not in order"}, folder / "out");
 }
 
+// Joint positions alone, and poses of two skeletons: what is written stands on the standard one, and is said to.
+TEST(Inbetween, SaysSoWhereItsOutputIsOnAnotherSkeletonThanItsInput) {
+  const TempFolder folder;
+  const std::string end = " --steps 2 --model " + model_file(folder) + " -o " + folder / "filled.npz";
+  const Clip walk = read_clip(kWalk);
+  Clip positions = walk, renamed = slice(walk, 40, 41);
+  positions.rotations = positions.trans = torch::Tensor();
+  positions.rate = 50;
+  renamed.skeleton.names[3] = "belly";
+  write_clip(folder / "positions.npz", positions);
+  write_clip(folder / "first.npz", slice(walk, 0, 1));
+  write_clip(folder / "renamed.npz", renamed);
+  const CommandResult alone = run_command("inbetween " + folder / "positions.npz" + end);
+  EXPECT_THAT(alone.out, HasSubstr("the file holds no rotations: written on the standard skeleton")) << alone.err;
+  EXPECT_EQ(read_clip(folder / "filled.npz").rate, 50) << "at the file's rate all the same";
+  const CommandResult two =
+      run_command("inbetween " + folder / "first.npz" + " " + folder / "renamed.npz --times 0,1" + end);
+  EXPECT_THAT(two.out, HasSubstr("the files hold no rotations on one skeleton")) << two.err;
+  EXPECT_THAT(run_command("inbetween " + kWalk + end).out, ::testing::Not(HasSubstr("rotations")));
+}
+
 TEST(Inbetween, RefusesWhatItCannotDo) {
   const TempFolder folder;
   std::filesystem::create_directory(folder / "out");

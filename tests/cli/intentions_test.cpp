@@ -27,9 +27,9 @@ TEST(Intentions, TellWalkingFromWaving) {
   std::set<std::string> first;
   for (const json& label : labels) {
     if (label["segments"] == 0) continue;
-    frames += label["share"].get<double>();
+    frames += label["fraction"].get<double>();
     EXPECT_GT(label["seconds"].get<double>(), 0.5);
-    EXPECT_GT(label["actions"][0]["share"].get<double>(), 0.8);
+    EXPECT_GT(label["actions"][0]["fraction"].get<double>(), 0.8);
     first.insert(label["actions"][0]["name"]);
     EXPECT_GT(label["representative"]["last"], label["representative"]["first"]);
   }

@@ -118,6 +118,12 @@ TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
   validate(clips.prediction, "prediction");
   EXPECT_EQ(clips.prediction.rotations.sizes(), (torch::IntArrayRef{60, 22, 3}));
 
+  const Result cleaned = forecaster.run(clip, scene, {60, 0, 1, true, "walk"});
+  const torch::Tensor rest = torch::tensor({0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21});
+  EXPECT_TRUE(
+      torch::equal(cleaned.prediction.joints.index_select(1, rest), clips.forecast.joints.index_select(1, rest)))
+      << "feet are cleaned by the legs alone";
+
   clips = forecaster.run(clip, scene, {100, 700, 1, true, "walk"});
   EXPECT_EQ(clips.truth->frames(), 20);
   EXPECT_EQ(clips.forecast.points.size(0), 700);

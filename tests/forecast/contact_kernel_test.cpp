@@ -41,6 +41,34 @@ TEST(ContactKernel, CoefficientsAreThoseOfTheContactMap) {
   EXPECT_GT(largest(expected), 0.1);
 }
 
+// With the identity as basis the coefficients are the contacts themselves. Far from the origin, where few digits are
+// left for distances between joints and points, as near it.
+TEST(ContactKernel, ContactsEqualThePlainOnesInScenesOfAnySize) {
+  torch::manual_seed(1);
+  constexpr int64_t kJoints = 4, kFrames = 5, kPoints = 777;
+  const Tensor identity = torch::eye(kFrames);
+  for (const double spread : {0.5, 5.0, 500.0}) {
+    for (const double sigma : {0.05, 0.2, 1.0}) {
+      const Tensor points = (torch::rand({kPoints, 3}) - 0.5) * spread, by_axis = points.t().contiguous();
+      const Tensor joints = (torch::rand({kJoints, kFrames, 3}) - 0.5) * spread * 1.5;
+      joints[0][0] = points[3];
+      const float* axes[3];
+      for (int64_t a = 0; a < 3; ++a) axes[a] = by_axis.data_ptr<float>() + a * kPoints;
+      for (int64_t j = 0; j < kJoints; ++j) {
+        Tensor found = torch::full({kFrames, kPoints}, 7.F);
+        contact_coefficients_of_joint(axes, kPoints, joints[j].data_ptr<float>(), kFrames, identity.data_ptr<float>(),
+                                      kFrames, static_cast<float>(sigma), found.data_ptr<float>(), kPoints);
+        const Tensor apart = joints[j].to(torch::kFloat64).unsqueeze(1) - points.to(torch::kFloat64);
+        const Tensor plain = torch::exp(-0.5 * apart.square().sum(-1) / (sigma * sigma));
+        EXPECT_LT((found - plain).abs().max().item<double>(), 1.1e-6) << spread << ' ' << sigma << ' ' << j;
+        if (j == 0) {
+          EXPECT_NEAR(found[0][3].item<double>(), 1, 1.1e-6);
+        }
+      }
+    }
+  }
+}
+
 TEST(ContactKernel, LevelsAgree) {
   const Given g;
   expect_same_at_all_levels([&] { return g.coefficients(); }, 2e-6, "coefficients");

@@ -3,7 +3,7 @@
 #include "inhabit/data/native.h"
 
 /// A data set in `folder`: for each of train, val and test a clip of 120 frames who goes at 1.2 m/s in one pose through
-/// a room of its own, the way given in walker(); one clip more, of training, has no scene.
+/// a room of its own, the path of walker(); one clip more, of training, has no scene.
 inline std::string write_walkers(const std::string& folder, double rate = 30, double swing = 0) {
   inhabit::Dataset data = inhabit::create_dataset(folder, {});
   data.rate = rate;

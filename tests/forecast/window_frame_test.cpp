@@ -52,7 +52,7 @@ TEST(WindowFrame, KeepsTheWorldsAxesWhereTheModelDoes) {
   ASSERT_TRUE(config.hips.empty());
   const torch::Tensor past = walker(config.past, 1.2, 0.7, 1).joints;
   const WindowFrame frame = window_frame(past, config);
-  EXPECT_TRUE(torch::equal(frame.turn, torch::eye(3)));
+  EXPECT_TRUE(torch::equal(frame.rotation, torch::eye(3)));
   EXPECT_LT(largest(frame.to_window(past) - (past - past[config.past - 1][config.root])), 1e-6);
 }
 

@@ -24,6 +24,7 @@
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_json.h"
 #include "inhabit/io/clip_npz.h"
+#include "inhabit/io/cloud_sequence.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/safetensors.h"
@@ -107,6 +108,13 @@ bool fuzz_npz(const uint8_t* data, size_t size) {
 bool fuzz_clip_npz(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { clips_from_npz(arrays_of(bytes), "fuzz"); });
 }
+bool fuzz_clouds(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    const CloudSequence clouds = clouds_from_npz(arrays_of(bytes), "fuzz");
+    for (int64_t t = 0; t < std::min<int64_t>(clouds.frames, 100); ++t) clouds.read(t);
+  });
+}
+
 bool fuzz_smpl_model(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { smpl_model_from_npz(arrays_of(bytes), "fuzz"); });
 }
@@ -215,6 +223,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"npz", fuzz_npz},
       {"clip_npz", fuzz_clip_npz},
       {"smpl_model", fuzz_smpl_model},
+      {"clouds", fuzz_clouds},
       {"clip_json", fuzz_clip_json},
       {"bvh", fuzz_bvh},
       {"asf_amc", fuzz_asf_amc},

@@ -111,9 +111,9 @@ TEST(EvaluateInbetween, TruthScoresAsTruthAndEachFaultInItsOwnNumber) {
 }
 
 TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
-  // A post beside the way of somebody who walks along +Z; half a second of stepping aside runs into it.
+  // A post beside the path of somebody who walks along +Z; half a second of stepping aside runs into it.
   Window window;
-  window.name = "way";
+  window.name = "path";
   window.truth = walker(121, 1.0);
   MeshBuilder post;
   post.box({0.8, 1, 2}, {0.05, 1, 0.3});

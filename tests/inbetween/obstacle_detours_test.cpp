@@ -1,5 +1,5 @@
-// Protects the way around: bent where the straight one is blocked and there alone, clear of what blocks it, whole
-// bodies moved with their root, given features left.
+// Protects the detours: bent where the straight path is blocked and there alone, clear of what blocks it, whole
+// bodies moved with their root, constrained features left.
 #include "inhabit/inbetween/obstacle_detours.h"
 
 #include <gtest/gtest.h>
@@ -26,16 +26,16 @@ struct Walk {
 
 TEST(WaysAround, BendWhereTheTableStands) {
   const Walk w;
-  const Tensor ways = detours_around(w.floor, w.root, w.keys({0, 120}));
+  const Tensor detours = detours_around(w.floor, w.root, w.keys({0, 120}));
   Clip walked = w.detour.ends;
   walked.joints = walked.joints.clone();
-  walked.joints.select(2, 0).add_(ways.select(1, 0).unsqueeze(1));
-  walked.joints.select(2, 2).add_(ways.select(1, 1).unsqueeze(1));
+  walked.joints.select(2, 0).add_(detours.select(1, 0).unsqueeze(1));
+  walked.joints.select(2, 2).add_(detours.select(1, 1).unsqueeze(1));
   EXPECT_TRUE(crosses_table(w.detour.ends));
   EXPECT_FALSE(crosses_table(walked));
-  EXPECT_EQ(ways[0].abs().max().item<float>(), 0);
-  EXPECT_EQ(ways[120].abs().max().item<float>(), 0);
-  EXPECT_LT(ways.diff(1, 0).norm(2, {1}).max().item<double>(), 0.05) << "no jump";
+  EXPECT_EQ(detours[0].abs().max().item<float>(), 0);
+  EXPECT_EQ(detours[120].abs().max().item<float>(), 0);
+  EXPECT_LT(detours.diff(1, 0).norm(2, {1}).max().item<double>(), 0.05) << "no jump";
 }
 
 TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
@@ -51,7 +51,7 @@ TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
       << "ends beyond the floor";
   const Tensor wall = torch::full({96, 96}, -1.F);
   wall.slice(1, 58, 60).fill_(1);
-  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no way at all";
+  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no path at all";
 }
 
 TEST(WaysAround, TurnWithThePerson) {
@@ -63,16 +63,16 @@ TEST(WaysAround, TurnWithThePerson) {
   Tensor groups = torch::zeros({41, kKeyGroups});
   groups[0].fill_(1);
   groups[40].fill_(1);
-  const Tensor ways = detours_around(left, root, groups);
-  EXPECT_GT(ways.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
+  const Tensor detours = detours_around(left, root, groups);
+  EXPECT_GT(detours.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
 }
 
 TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
   const Tensor deviation = torch::full({kFeatureCount}, 0.5), between = torch::zeros({1, kFeatureCount, 3});
-  Tensor ways = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kFeatureCount, 3});
-  ways[0][1] = torch::tensor({0.1F, -0.2F});
+  Tensor detours = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kFeatureCount, 3});
+  detours[0][1] = torch::tensor({0.1F, -0.2F});
   mask[0][kJointFeature + 3] = 1;  // x of the second joint
-  const Tensor moved = along_detours(between, ways, mask, deviation)[0];
+  const Tensor moved = along_detours(between, detours, mask, deviation)[0];
   EXPECT_FLOAT_EQ(moved[0][1].item<float>(), 0.2F);
   EXPECT_FLOAT_EQ(moved[2][1].item<float>(), -0.4F);
   EXPECT_EQ(moved[1].abs().max().item<float>(), 0) << "heights stay";

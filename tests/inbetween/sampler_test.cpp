@@ -252,7 +252,7 @@ TEST(Sampler, TellsItsProgress) {
   EXPECT_EQ(told, (std::vector<int64_t>{1, 2, 3, 4}));
 }
 
-TEST(InterpolateGiven, RunsStraightBetweenGivenFramesAndIsHeldOutside) {
+TEST(InterpolateKeys, RunsStraightBetweenKeysAndIsConstantOutside) {
   KeyConstraints given;
   given.values =
       torch::tensor({9.F, 1.F, 9.F, 9.F, 7.F, 9.F, 5.F, 9.F, 9.F, 9.F, 9.F, 9.F, 3.F, 3.F, 3.F, 3.F, 3.F, 3.F})

@@ -14,6 +14,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/locomotion.h"
 #include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -166,6 +167,26 @@ TEST(SceneInbetweener, TakesAnyRateAndPositionsAlone) {
   EXPECT_LT(largest_difference(posed.motion.joints[30], positions.joints[30]), 0.03);
 }
 
+// Of a file on the standard skeleton whose joints translate: the model knows rigid bones, the file's skeleton does not.
+TEST(SceneInbetweener, JointsThatTranslateDoSoOnTheirOwnSkeletonAlone) {
+  const SceneInbetweener inbetweener(networks());
+  Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  Tensor places = clip.skeleton.offsets.unsqueeze(0).repeat({121, 1, 1});
+  places.select(1, 18).add_(0.04 * torch::sin(torch::arange(121) * 0.1).unsqueeze(1));
+  set_translations(clip, places);
+  const Options r = request("every:60", 121);
+  const Result filled = inbetweener.run(clip, floor_scene(), r);
+  EXPECT_FALSE(filled.motion.translations.defined());
+  const Clip& motion = filled.motion;
+  EXPECT_LT(largest_difference(motion.joints, joint_positions(motion.skeleton, motion.rotations, motion.trans)), 1e-5);
+  ASSERT_TRUE(filled.on_source.translations.defined());
+  for (const int64_t key : r.keys) EXPECT_TRUE(torch::equal(filled.on_source.joints[key], clip.joints[key])) << key;
+  const auto moved = [](const Clip& c, int64_t frame) { return c.joints[frame + 1] - c.joints[frame]; };
+  for (const int64_t frame : {59, 60, 119})
+    EXPECT_LT(largest(moved(filled.on_source, frame) - moved(motion, frame)), 0.01)
+        << "no jump beside a key, " << frame;
+}
+
 TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(61, 1);
@@ -178,7 +199,7 @@ TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
   for (const Tensor& out : found) EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
 }
 
-/// A wall across the way ahead, and a block to its left.
+/// A wall across the path ahead, and a block to its left.
 Scene room_ahead() {
   Scene scene = floor_scene();
   MeshBuilder walls;
@@ -189,7 +210,7 @@ Scene room_ahead() {
 }
 
 TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
-  // What is seen of the room must turn with the person: a sign turned round in occupancy, offsets or the way around
+  // What is seen of the room must rotate with the person: a wrong sign in occupancy, offsets or the detour
   // would change the motion.
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(121, 0.5, 0, 1);

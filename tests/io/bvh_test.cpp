@@ -8,6 +8,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/files.h"
 #include "io/replaced.h"
 #include "refusal_of.h"
 #include "shared.h"
@@ -75,11 +76,17 @@ TEST(Bvh, ChannelsMultiplyInTheOrderWritten) {
 
 TEST(Bvh, PositionsOfAJointStandInPlaceOfItsOffset) {
   const std::string six = "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation";
-  const SourceMotion motion =
-      parse_bvh(small("MOTION\nFrames: 3\nFrame Time: .01\n0 0 0 0 0 0 0 -80 0 0 0 0\n0 0 0 0 0 0 0 -85 0 0 0 0\n"
-                      "0 0 0 0 0 90 5 -95 0 0 0 0\n",
-                      six),
-                "a");
+  const std::string text = small(
+      "MOTION\nFrames: 3\nFrame Time: .01\n0 0 0 0 0 0 0 -80 0 0 0 0\n0 0 0 0 0 0 0 -85 0 0 0 0\n"
+      "0 0 0 0 0 90 5 -95 0 0 0 0\n",
+      six);
+  const SourceMotion motion = parse_bvh(text, "a");
+  EXPECT_THAT(motion.notes, testing::ElementsAre(HasSubstr("centimetres")));
+  const TempFolder folder;
+  write_atomically(folder / "a.bvh", text);
+  Notes notes;
+  read_clip(folder / "a.bvh", {}, &notes);
+  EXPECT_THAT(notes, testing::IsSupersetOf({HasSubstr("centimetres"), HasSubstr("1 joints translate")}));
   expect_near(motion.clip.translations[2][1], {0.05F, -0.95F, 0});
   expect_near(motion.clip.skeleton.offsets[1], {0, -0.85F, 0});
   expect_near(motion.clip.joints[0][1], {0, -0.80F, 0});

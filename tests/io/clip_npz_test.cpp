@@ -158,7 +158,7 @@ TEST(ClipNpz, ZUpFilesAreTurned) {
   const Npz z_file = amass(turned, (trans + pelvis).matmul(turn.t()) - pelvis);
   notes.clear();
   const Clip z_up = clip_from_npz(z_file, "z", {}, &notes);
-  EXPECT_NE(notes.back().find("turned"), std::string::npos);
+  EXPECT_NE(notes.back().find("rotated"), std::string::npos);
   EXPECT_TRUE(torch::allclose(z_up.joints, y_up.joints, 1e-4, 1e-4));
   ClipReadOptions as_is;
   as_is.up = UpAxis::y;

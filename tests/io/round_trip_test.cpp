@@ -173,6 +173,26 @@ TEST(RoundTrip, TheCarrierMayHaveSiblings) {
   EXPECT_LT(farthest(truth, scaled(places_in(folder / "same.bvh"), 0.01)), 1e-4);
 }
 
+TEST(RoundTrip, JointsThatStandMayLieBetweenRootAndCarrier) {
+  const TempFolder folder;
+  AnimatorFile file;
+  file.world_root = file.world_chain = true;
+  file.frames = 40;
+  std::string text = file.text();
+  text.replace(text.find("    JOINT Hips\n"), 15,
+               "    JOINT ik_hand\n    {\n      OFFSET 30 100 0\n      CHANNELS 0\n      End Site\n      {\n"
+               "        OFFSET 0 5 0\n      }\n    }\n    JOINT Hips\n");
+  write_atomically(folder / "walk.bvh", text);
+  const Clip clip = read_clip(folder / "walk.bvh");
+  EXPECT_GT((clip.trans[39] - clip.trans[0]).norm().item<double>(), 0.7);
+  const Places truth = scaled(places_in_bvh(text), 0.01);
+  Places rest = truth, found = clip_places(clip);
+  for (const char* gone : {"joint_Root", "World"}) rest.erase(gone), found.erase(gone);
+  EXPECT_LT(farthest(rest, found), 1e-4);
+  write_clip(folder / "same.bvh", clip);
+  EXPECT_LT(farthest(truth, scaled(places_in(folder / "same.bvh"), 0.01)), 1e-4) << "both stand again";
+}
+
 TEST(RoundTrip, ARootThatGoesItselfIsLeftAlone) {
   const TempFolder folder;
   AnimatorFile file;

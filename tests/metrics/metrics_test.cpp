@@ -25,7 +25,7 @@ TEST(FootSkating, CountsFramesInWhichALowFootMoves) {
   EXPECT_EQ(foot_skating(clip).skating, 0);
   clip.joints.select(0, 2).select(0, 10).select(0, 0).add_(0.03);  // away and back: two of four moves
   EXPECT_EQ(foot_skating(clip).skating, 2);
-  EXPECT_DOUBLE_EQ(foot_skating(clip).share(), 0.5);
+  EXPECT_DOUBLE_EQ(foot_skating(clip).fraction(), 0.5);
   clip.joints.select(0, 2).select(0, 10).select(0, 0).sub_(0.01);  // 2 cm only
   EXPECT_EQ(foot_skating(clip).skating, 0);
   clip = standing(5);

@@ -106,8 +106,8 @@ TEST(CleanFeet, AFixedFrameBesideAStanceIsComeToSmoothly) {
 TEST(CleanFeet, APersonWhoGlidesMakesSteps) {
   for (const double speed : {0.5, 1.5}) {
     const Clip clip = drifting(90, speed / 30), held = clean_feet(clip, {0, 89});
-    EXPECT_GT(foot_skating(clip, 0.05, 0.01).share(), 0.99);
-    EXPECT_LT(foot_skating(held).share(), 0.1) << speed;
+    EXPECT_GT(foot_skating(clip, 0.05, 0.01).fraction(), 0.99);
+    EXPECT_LT(foot_skating(held).fraction(), 0.1) << speed;
     std::array<int, 2> standing = {0, 0};
     int both_up = 0;
     for (int64_t t = 0; t + 1 < 90; ++t) {
@@ -132,8 +132,8 @@ TEST(CleanFeet, AFootThatGoesIsLiftedAndNoneIsUnderTheFloor) {
   clip.trans.select(1, 1).sub_(0.04);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   const Clip held = clean_feet(clip, {});
-  EXPECT_GT(foot_skating(clip).share(), 0.1);
-  EXPECT_LT(foot_skating(held).share(), 0.05);
+  EXPECT_GT(foot_skating(clip).fraction(), 0.1);
+  EXPECT_LT(foot_skating(held).fraction(), 0.05);
   EXPECT_LT(clip.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.015);
   EXPECT_GT(held.joints.slice(1, 10, 12).select(2, 1).min().item<double>(), -0.001);
   const Clip high = transformed(clip, {0, {0, 1, 0}}), high_held = clean_feet(high, {}, 1);
@@ -143,7 +143,7 @@ TEST(CleanFeet, AFootThatGoesIsLiftedAndNoneIsUnderTheFloor) {
 TEST(CleanFeet, WalkingOnFeetThatStandIsHardlyTouched) {
   const Clip clip = walk(), held = clean_feet(clip, {});
   EXPECT_LT((held.joints - clip.joints).norm(2, {2}).mean().item<double>(), 0.005);
-  EXPECT_LE(foot_skating(held).share(), foot_skating(clip).share());
+  EXPECT_LE(foot_skating(held).fraction(), foot_skating(clip).fraction());
 }
 
 TEST(CleanFeet, AWalkMadeToSlideSkatesLess) {
@@ -152,7 +152,7 @@ TEST(CleanFeet, AWalkMadeToSlideSkatesLess) {
   clip.trans = clip.trans.clone();
   clip.trans.select(1, 0).add_(sway);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const double before = foot_skating(clip).share(), after = foot_skating(clean_feet(clip, {})).share();
+  const double before = foot_skating(clip).fraction(), after = foot_skating(clean_feet(clip, {})).fraction();
   EXPECT_GT(before, 0.1);
   EXPECT_LT(after, before / 2);
   const Tensor acceleration = clean_feet(clip, {}).joints.diff(2, 0).norm(2, {2});

@@ -1,4 +1,4 @@
-// Protects what anticipation looks at: poses that know neither place nor heading, the root's way that carries them,
+// Protects what anticipation looks at: poses that know neither place nor heading, the root motion that carries them,
 // bones of another length, and mirror images.
 #include "inhabit/motion/local_pose.h"
 
@@ -44,11 +44,11 @@ TEST(Headings, AreZeroAlongZAndAQuarterTurnAlongX) {
 TEST(RootMotion, IsTheStepSeenFromTheFrameBeforeTheTurnAndTheHeight) {
   // Walks at 1.2 m/s, 30 frames a second, 4 cm a frame, whichever way it goes.
   for (const double yaw : {0.0, 1.0, -2.5}) {
-    const Tensor way = root_motion(walker(10, 1.2, yaw).joints);
-    EXPECT_EQ(way[0].slice(0, 0, 3).abs().sum().item<double>(), 0) << "no step to the first frame";
-    EXPECT_LT(largest(way.slice(0, 1).select(1, 0)), 1e-4);
-    EXPECT_LT(largest(way.slice(0, 1).select(1, 1) - 0.04), 1e-4);
-    EXPECT_LT(largest(way.select(1, 2)), 1e-4);
+    const Tensor motion = root_motion(walker(10, 1.2, yaw).joints);
+    EXPECT_EQ(motion[0].slice(0, 0, 3).abs().sum().item<double>(), 0) << "no step to the first frame";
+    EXPECT_LT(largest(motion.slice(0, 1).select(1, 0)), 1e-4);
+    EXPECT_LT(largest(motion.slice(0, 1).select(1, 1) - 0.04), 1e-4);
+    EXPECT_LT(largest(motion.select(1, 2)), 1e-4);
   }
   const Tensor turning = root_motion(turning_walker());
   EXPECT_LT(largest(turning.slice(0, 1).select(1, 2) - M_PI / 60), 1e-3) << "also past half a turn";
@@ -76,7 +76,7 @@ TEST(OnSkeleton, KeepsAnglesAndScalesTheWayWithTheLegs) {
   Skeleton tall = clip.skeleton;
   tall.offsets = tall.offsets.clone();
   for (const int64_t j : {4, 5, 7, 8}) tall.offsets[j] *= 1.25;  // legs
-  for (const int64_t j : {18, 19}) tall.offsets[j] *= 2;         // arms change no way
+  for (const int64_t j : {18, 19}) tall.offsets[j] *= 2;         // arms change no root motion
   const Clip out = on_skeleton(clip, tall);
   EXPECT_TRUE(torch::equal(out.rotations, clip.rotations));
   EXPECT_LT(largest(out.root_path() - clip.root_path() * 1.25), 1e-5);

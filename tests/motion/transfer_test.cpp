@@ -113,6 +113,8 @@ TEST(Transfer, AnotherMotionIsFollowedByWristsAndAnkles) {
     for (const auto& [joint, standard_joint] : ends(clip.skeleton))
       EXPECT_LT(missed(result, joint, wanted, standard_joint).max().item<double>(), 0.005) << name << joint;
     const Landmarks marks = find_landmarks(clip.skeleton, "test");
+    for (const auto& [joint, standard_joint] : {std::pair(marks.toe[0], 10), {marks.toe[1], 11}})
+      EXPECT_LT(missed(result, joint, wanted, standard_joint).max().item<double>(), 0.005) << name << joint;
     EXPECT_LT(missed(result, marks.pelvis, wanted, 0).max().item<double>(), 0.001);
     for (const auto& [joint, standard_joint] : {std::pair(marks.head, 15), {marks.elbow[0], 18}, {marks.knee[1], 5}})
       EXPECT_LT(missed(result, joint, wanted, standard_joint).max().item<double>(), 0.02) << name << joint;

@@ -52,8 +52,8 @@ TEST(Refine, NoiseGoesAndFeetStand) {
   EXPECT_NEAR(result.noise_root, 0.01, 0.003);
   EXPECT_LT(distance(result.clip, truth), 0.015);
   EXPECT_LT(distance(result.clip, truth), 0.7 * distance(input, truth));
-  EXPECT_LT(foot_skating(result.clip).share(), 0.035);
-  EXPECT_GT(foot_skating(input).share(), 0.4);
+  EXPECT_LT(foot_skating(result.clip).fraction(), 0.035);
+  EXPECT_GT(foot_skating(input).fraction(), 0.4);
   EXPECT_LT(jerk(result.clip), 1.3 * jerk(truth));
   EXPECT_LT(largest(joint_positions(truth.skeleton, result.clip.rotations, result.clip.trans) - result.clip.joints),
             1e-4)
@@ -154,9 +154,9 @@ TEST(Refine, RecordingsWithNoise) {
     const Result result = refine(input, {});
     std::printf("%-12s %7ld %11.1f %11.1f %11.1f %14.1f %6.1f %7.1f %16.2f\n", action.c_str(), long{truth.frames()},
                 1e3 * distance(input, truth), 1e3 * distance(result.clip, truth), 1e3 * result.moved,
-                100 * foot_skating(truth).share(), 100 * foot_skating(input).share(),
-                100 * foot_skating(result.clip).share(), jerk(result.clip) / jerk(truth));
-    skating += foot_skating(result.clip).share() / static_cast<double>(actions.size());
+                100 * foot_skating(truth).fraction(), 100 * foot_skating(input).fraction(),
+                100 * foot_skating(result.clip).fraction(), jerk(result.clip) / jerk(truth));
+    skating += foot_skating(result.clip).fraction() / static_cast<double>(actions.size());
     error += distance(result.clip, truth) / static_cast<double>(actions.size());
   }
   std::printf("mean: error %.1f mm, skating %.1f %%\n", 1e3 * error, 100 * skating);

@@ -97,8 +97,9 @@ int free_port(int number) { return 20000 + static_cast<int>(getpid()) % 20000 + 
 
 // Not a test of its own: what each process of the next one does.
 TEST(DataParallelRank, Trains) {
-  if (rank_folder() == nullptr) return;
-  const auto ranks = DataParallel::from_environment(torch::kCPU);
+  if (rank_folder() == nullptr) GTEST_SKIP() << "is run by the tests below, as a process of each rank";
+  torch::Device device = torch::kCPU;
+  const auto ranks = DataParallel::from_environment(device);
   ASSERT_TRUE(ranks);
   Fit fit(ranks->rank() == 0 ? 3 : 99);  // all begin with rank 0's weights
   TrainOptions o;
@@ -145,15 +146,18 @@ TEST(DataParallel, ASignalToOneStopsAllAtTheSameStep) {
 }
 
 TEST(DataParallel, OneProcessIsNoGroupAndNonsenseIsRefused) {
-  EXPECT_EQ(DataParallel::from_environment(torch::kCPU), nullptr);
+  torch::Device device = torch::kCPU;
+  EXPECT_EQ(DataParallel::from_environment(device), nullptr);
   setenv("WORLD_SIZE", "two", 1);
-  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("WORLD_SIZE: is 'two'"));
+  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("WORLD_SIZE: is 'two'"));
   setenv("WORLD_SIZE", "2", 1);
-  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("RANK: must be from 0 to 1"));
+  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
   setenv("RANK", "2", 1);
-  EXPECT_THAT(refusal_of([] { DataParallel::from_environment(torch::kCPU); }), HasSubstr("RANK: must be from 0 to 1"));
-  unsetenv("RANK");
-  unsetenv("WORLD_SIZE");
+  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
+  setenv("RANK", "0", 1);
+  setenv("MASTER_PORT", "70000", 1);
+  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("MASTER_PORT: must be from 1"));
+  for (const char* name : {"RANK", "WORLD_SIZE", "MASTER_PORT"}) unsetenv(name);
 }
 
 }  // namespace

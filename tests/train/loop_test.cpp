@@ -150,8 +150,8 @@ TEST(TrainLoop, WarmUpAndFloorOfTheRateAreOptions) {
   const TempFolder folder;
   TrainOptions o = options_in(folder);
   o.steps = 100;
-  o.warmup = 0.2;
-  o.floor = 0.5;
+  o.schedule.warmup = 0.2;
+  o.schedule.floor = 0.5;
   Toy toy;
   train(toy.task, o);
   std::vector<double> rates;
