@@ -1,13 +1,16 @@
 // In-betweening: one guided step of the denoiser the plain way (two evaluations, the scene's and the body's embeddings
-// in each), with tensor operators and the pair in one batch, and fast; the scene's embedding by itself; and whole clips
-// of 121 frames at the default steps.
+// in each), with tensor operators and the pair in one batch, and fast; the scene's embedding by itself; whole clips
+// of 121 frames at the default steps; and all that fills one in a room.
 #include "inhabit/inbetween/fast_denoiser.h"
 
 #include <ATen/Parallel.h>
 #include <benchmark/benchmark.h>
 
+#include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
 #include "inhabit/passive_waiting.h"
 
 namespace {
@@ -119,6 +122,24 @@ void clip(benchmark::State& state) {
   state.counters["steps"] = static_cast<double>(inbetween::Config::Inference().steps);
 }
 
+/// Everything that a user's call does with such a clip: the room, the sampler and what makes feet stand and keys be
+/// met.
+void fill(benchmark::State& state) {
+  Input in(state);
+  inbetween::Networks networks;
+  networks.config = in.network->config;
+  networks.network = in.network;
+  networks.scale = {torch::zeros({inbetween::kFeatureCount}), torch::ones({inbetween::kFeatureCount})};
+  const inbetween::SceneInbetweener inbetweener(networks);
+  const std::string data = std::string(INHABIT_SOURCE_DIR) + "/examples/data/";
+  const Clip clip = slice(read_clip(data + "sit.npz"), 0, networks.config.frames);
+  const Scene room = read_scene_file(data + "sit_room.glb", {}).scene;
+  inbetween::Options options;
+  options.keys = inbetween::key_frames("every:60", clip.frames());
+  options.standard = true;
+  for (auto _ : state) benchmark::DoNotOptimize(inbetweener.run(clip, room, options));
+}
+
 void sizes(benchmark::internal::Benchmark* b) {
   b->ArgNames({"compact", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
   for (const int64_t preset : {0, 1})
@@ -129,6 +150,7 @@ BENCHMARK(batched)->Name("inbetween/step_batched")->Apply(sizes);
 BENCHMARK(fast)->Name("inbetween/step_fast")->Apply(sizes);
 BENCHMARK(scene)->Name("inbetween/scene")->Apply(sizes);
 BENCHMARK(clip)->Name("inbetween/clip")->Apply(sizes);
+BENCHMARK(fill)->Name("inbetween/fill")->Apply(sizes);
 
 }  // namespace
 

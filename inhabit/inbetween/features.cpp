@@ -98,21 +98,6 @@ Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& sc
   return out;
 }
 
-Tensor impose_pose_constraints(const Tensor& found, KeyConstraints given, int64_t blend_radius,
-                               const FeatureScale& scale) {
-  const Rotations turns{scale};
-  given.blend_radius = blend_radius;
-  const Tensor set = hard_constraints(given), predicted = turns.matrices(without_key_bias(found, given));
-  const Tensor missed = matrix_to_quaternion(
-      between_keys(torch::matmul(turns.matrices(given.values), predicted.transpose(-1, -2)), key_neighbours(set)));
-  const Tensor none = torch::tensor({1.F, 0.F, 0.F, 0.F}).expand(missed.sizes());
-  const Tensor made_up = quaternion_to_matrix(slerp(none, missed, one_of_six(blend_weights(set, blend_radius))));
-  Tensor out = impose_constraints(found, given);
-  rotations_of(out).copy_(torch::where(rotations_of(set) > 0, rotations_of(given.values),
-                                       turns.features(torch::matmul(made_up, predicted))));
-  return out;
-}
-
 Tensor noisy_features(const Tensor& features, const Tensor& bones, double level, std::mt19937_64& random) {
   const int64_t inner = features.size(0) - 2;
   if (inner <= 0 || level == 0) return features;

@@ -39,11 +39,6 @@ torch::Tensor with_rest_frames_rotated(const torch::Tensor& features, const torc
 /// @param scale what `given` is standardised by.
 torch::Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale);
 
-/// impose_constraints (sampler.h) with blend radius `blend_radius`, with residuals of rotations corrected as rotations,
-/// not as 6D differences.
-torch::Tensor impose_pose_constraints(const torch::Tensor& found, KeyConstraints given, int64_t blend_radius,
-                                      const FeatureScale& scale);
-
 /// Adds noise of `level` to features (T, 201): normal, with a standard deviation of `level` degrees for every component
 /// of a rotation and `level` centimetres for every component of the root; joints by forward kinematics. The first and
 /// the last frame stay clean (section 4). @param bones (22, 3) metres.

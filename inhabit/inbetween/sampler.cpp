@@ -25,16 +25,6 @@ std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
           std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2)};
 }
 
-/// Bias of each feature of a prediction (B, F, 1) against the noisy keys, those imputed at some steps only: the mean
-/// residual, shrunk as far as noise explains it (James and Stein's estimate).
-Tensor bias_at_noisy_keys(const Tensor& predicted, const KeyConstraints& given) {
-  const Tensor noisy = given.mask * (1 - hard_constraints(given)), count = noisy.sum(2, true);
-  const Tensor missed = (given.values - predicted) * noisy, mean = missed.sum(2, true) / count.clamp_min(1);
-  const Tensor variance = ((missed - mean) * noisy).square().sum(2, true) / (count * (count - 1)).clamp_min(1);
-  const Tensor sure = (1 - variance / mean.square().clamp_min(1e-12)).clamp_min(0);
-  return torch::where(count > 3, sure * mean, torch::zeros({}));
-}
-
 }  // namespace
 
 Tensor hard_constraints(const KeyConstraints& given) {
@@ -62,27 +52,6 @@ Tensor interpolate_keys(const KeyConstraints& given) {
   const auto [before, after, weight] = key_neighbours(given.mask);
   const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
   return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, weight), torch::zeros({}));
-}
-
-Tensor blend_weights(const Tensor& mask, int64_t blend_radius) {
-  const int64_t frames = mask.size(2);
-  const auto [last, next] = nearest_set(mask);
-  const Tensor here = torch::arange(frames), far = torch::full({}, blend_radius, torch::kInt64);
-  const Tensor away =
-      torch::minimum(torch::where(last < 0, far, here - last), torch::where(next >= frames, far, next - here));
-  const Tensor x = (1 - away.to(torch::kFloat32) / blend_radius).clamp_min(0);
-  return x * x * (3 - 2 * x);
-}
-
-Tensor without_key_bias(const Tensor& found, const KeyConstraints& given) {
-  return given.t_star > 0 ? found + bias_at_noisy_keys(found, given) : found;
-}
-
-Tensor impose_constraints(const Tensor& found, const KeyConstraints& given) {
-  const Tensor predicted = given.blend_radius > 1 ? without_key_bias(found, given) : found,
-               set = hard_constraints(given);
-  const Tensor missed = interpolate_keys({given.values - predicted, set});
-  return torch::where(set > 0, given.values, predicted + blend_weights(set, given.blend_radius) * missed);
 }
 
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
@@ -144,7 +113,7 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
     }
     if (progress) progress(count - i);
   }
-  return given.blend_radius == 0 ? x : impose_constraints(x, given);
+  return given.imposed ? torch::where(hard_constraints(given) > 0, given.values, x) : x;
 }
 
 }  // namespace inhabit::inbetween

@@ -15,9 +15,7 @@ struct KeyConstraints {
   int64_t t_star = 0;         ///< T*: values are imputed at diffusion steps t >= T* only (0: at all steps)
   torch::Tensor always = {};  ///< (B, F, T), 1 where a value is imputed at every step whatever T* is; undefined: in the
                               ///< clip's first and last frame
-  /// Blend radius, frames: a correction at a constraint fades to zero over so many. 1: the constrained frames alone are
-  /// corrected; 0: not even they, so that the residual can be measured.
-  int64_t blend_radius = 1;
+  bool imposed = true;  ///< a sample meets them; else it is what the network says, so that the residual can be seen
 };
 
 /// Mask of the constraints that are imputed at every step (B, F, T).
@@ -39,19 +37,6 @@ KeyNeighbours key_neighbours(const torch::Tensor& mask);
 /// first and after the last. A feature that no frame constrains is 0.
 torch::Tensor interpolate_keys(const KeyConstraints& given);
 
-/// Blend weights (B, F, T) of corrections at the entries of a mask: 1 at the entries, falling smoothly with the
-/// distance in frames to the nearest one, 0 from the blend radius `blend_radius` on.
-torch::Tensor blend_weights(const torch::Tensor& mask, int64_t blend_radius);
-
-/// With t_star > 0: removes the bias against the noisy keys. The mean residual at those keys, shrunk as far as noise
-/// explains it (James and Stein), is added to all frames of `found` (B, F, T).
-torch::Tensor without_key_bias(const torch::Tensor& found, const KeyConstraints& given);
-
-/// Imposes the hard constraints on a prediction. Entries that are imputed at every step take their values; the residual
-/// there is also added to the frames within the blend radius, weighted by blend_weights. With t_star > 0 the bias
-/// against the noisy keys is removed first. With blend_radius = 1 no other frame changes. @param found (B, F, T)
-torch::Tensor impose_constraints(const torch::Tensor& found, const KeyConstraints& given);
-
 enum class Sampler {
   ddpm,       ///< ancestral: draws from the posterior of every step
   ddim,       ///< Song et al. 2021, eta 0
@@ -72,8 +57,8 @@ using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
 
 /// Samples clips (B, F, T) with `count` evaluations. The result meets the hard constraints: all of them where t_star is
-/// 0, else those imputed at every step; none where blend_radius is 0. @param progress called after each evaluation with
-/// the number done; may be empty
+/// 0, else those imputed at every step; none where `imposed` is false. @param progress called after each evaluation
+/// with the number done; may be empty
 torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
                      const KeyConstraints& given, const NoiseSource& noise,
                      const std::function<void(int64_t)>& progress = {});

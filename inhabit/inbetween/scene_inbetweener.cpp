@@ -13,7 +13,6 @@
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/obstacle_detours.h"
-#include "inhabit/inbetween/reach.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/windows.h"
 #include "inhabit/math/random.h"
@@ -24,6 +23,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
+#include "inhabit/refine/refine_generated.h"
 #include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/floor.h"
 
@@ -35,7 +35,7 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr int64_t kBlendRadius = 60;  // frames around a clean key that its residual is blended over
+constexpr int64_t kDenseKeys = 6;     // frames from one key to the next, in the mean
 constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
@@ -151,7 +151,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   on.given.mask = feature_mask(groups).t().unsqueeze(0);
   on.given.always = on.given.mask * always;
   on.given.t_star = c.t_star;
-  on.given.blend_radius = 0;
+  on.given.imposed = false;
   on.shape = f.body_shape;
   if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
   Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
@@ -163,6 +163,24 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
     on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
   }
+  return out;
+}
+
+/// What refinement brings a window to: known frames and clean whole keys exactly.
+refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
+  refine::KeyPoses out;
+  std::vector<int64_t> at;
+  const bool clean = f.config().t_star == 0 && !f.options.key_groups.defined();
+  const auto add = [&](int64_t frame, bool exact) {
+    at.push_back(frame);
+    out.frames.push_back(frame - window.first);
+    out.exact.push_back(exact ? 1 : 0);
+  };
+  for (int64_t frame = window.first; frame <= window.known; ++frame) add(frame, true);
+  for (const int64_t key : f.keys)
+    if (key > window.known && key <= window.last) add(key, clean || key == 0 || key == f.last_frame());
+  out.poses = frames_at(f.motion, at);
+  for (const int64_t joint : key_joints_of(f.options.key_groups)) out.joints.push_back(static_cast<int>(joint));
   return out;
 }
 
@@ -182,12 +200,16 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
     if (f.options.progress)
       f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
   });
-  const Tensor met = impose_pose_constraints(sampled, given, kBlendRadius, f.networks.scale);
-  const Tensor features = f.networks.scale.from_network(met[0].t());
-  const Clip moved = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
+  const Tensor features = f.networks.scale.from_network(sampled[0].t());
+  const Clip predicted = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
+  refine::GeneratedOptions refining;
+  // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
+  refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);
+  const Clip refined =
+      refine::refine_generated(slice(predicted, 0, window.last + 1 - window.first), key_poses(f, window), refining);
   const int64_t from = w == 0 ? 0 : window.known + 1;
-  for (auto [to, source] : {std::pair(f.motion.joints, moved.joints), std::pair(f.motion.rotations, moved.rotations),
-                            std::pair(f.motion.trans, moved.trans)})
+  for (auto [to, source] : {std::pair(f.motion.joints, refined.joints),
+                            std::pair(f.motion.rotations, refined.rotations), std::pair(f.motion.trans, refined.trans)})
     to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
 }
 
@@ -248,7 +270,6 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
   f.floor = floor_under(out.key_poses, query);
   for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
-  if (options.key_groups.defined()) f.motion = reach_targets(f.motion, keyed.clip, keyed.keys, options.key_groups);
   if (options.clean_feet)
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;

@@ -23,7 +23,17 @@ using ConstView = Eigen::Map<const MatrixXd>;
 /// fight for.
 void multiply(char ta, char tb, int m, int n, int k, double alpha, const double* a, int lda, const double* b, int ldb,
               double* c, int ldc) {
-  constexpr int kLargest = 250000, kDeepest = 72;
+  constexpr int kLargest = 250000, kDeepest = 72, kSmallest = 64;
+  if (m * n * k <= kSmallest) {  // a call of BLAS takes longer
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < m; ++i) {
+        double sum = 0;
+        for (int l = 0; l < k; ++l)
+          sum += (ta == 'N' ? a[l * lda + i] : a[i * lda + l]) * (tb == 'N' ? b[j * ldb + l] : b[l * ldb + j]);
+        c[j * ldc + i] += alpha * sum;
+      }
+    return;
+  }
   const double one = 1;
   for (int row = 0; row < k; row += kDeepest) {
     const int depth = std::min(kDeepest, k - row), columns = std::max(1, kLargest / std::max(1, m * depth));

@@ -12,13 +12,6 @@ namespace inhabit::refine {
 // at the motion sought. Each term adds weight / 2 times its squared residual (loss aside), weights are 1 / sigma^2 with
 // sigma in the unit of the residual. Metres, seconds, radians, +Y up.
 
-/// The pose of one frame.
-struct FramePose {
-  std::vector<Eigen::Quaterniond> local;  ///< one unit quaternion a joint, relative to its parent
-  Eigen::Vector3d trans;                  ///< root joint = trans + bones.offsets[0]
-};
-using Trajectory = std::vector<FramePose>;
-
 /// One joint's part of a point that moves with the body: linear blend skinning.
 struct Attachment {
   int joint = 0;
@@ -34,10 +27,18 @@ struct Loss {
   double scale = 1;
 };
 
-/// Pulls poses to `Problem::start`: rotations by the angle in between, the root by its distance.
+/// The pose of one frame.
+struct FramePose {
+  std::vector<Eigen::Quaterniond> local;  ///< one unit quaternion a joint, relative to its parent
+  Eigen::Vector3d trans;                  ///< root joint = trans + bones.offsets[0]
+};
+using Trajectory = std::vector<FramePose>;
+
+/// Pulls poses to others: rotations by the angle in between, the root by its distance.
 struct StayNear {
   std::vector<double> rotations;  ///< (frames x joints) 1 / rad^2
   std::vector<double> root;       ///< (frames) 1 / m^2
+  Trajectory to;                  ///< empty: to `Problem::start`
 };
 
 /// The n-th difference in time of every joint's position and local rotation, n = 1 velocity, 2 acceleration, 3 jerk.
@@ -81,9 +82,9 @@ struct DepthTerm;
 struct Problem {
   Bones bones;
   double rate = 30;
-  Trajectory start;           ///< what StayNear and changes are measured from
+  Trajectory start;           ///< what changes are measured from
   Trajectory initial;         ///< where the search begins; empty: at `start`
-  std::vector<char> fixed;    ///< (frames) 1: comes out exactly as it went in; empty: none
+  std::vector<char> fixed;    ///< (frames) 1: comes out exactly as the search begins; empty: none
   std::vector<char> rotates;  ///< (joints) 1: its rotation is unknown; empty: all
   bool moves = true;          ///< whether the root's translation is unknown
   std::vector<Point> points;  ///< the first are the joints themselves, see joint_points

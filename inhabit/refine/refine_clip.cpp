@@ -13,17 +13,16 @@
 #include "inhabit/refine/contacts.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
+#include "inhabit/refine/weights.h"
 
 namespace inhabit::refine {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 // What a clean recording's noise is taken for: less is none, and no motion is believed more closely than this, as what
 // contacts ask for must be possible.
 constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
-constexpr double kRotationJerk = 120, kPlaceJerk = 60;    // rad/s^3, m/s^3: of motion without noise
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
 constexpr double kKept = 0.0001;                          // metres
@@ -35,7 +34,6 @@ constexpr int kRounds = 2;
 constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
-double inverse_square(double x) { return 1 / (x * x); }
 double squared(double x) { return x * x; }
 
 bool is_ball(int joint) { return joint >= 10; }
@@ -75,6 +73,7 @@ Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, i
   cut(out.fixed, 1);
   cut(out.stay_near.rotations, problem.bones.size());
   cut(out.stay_near.root, 1);
+  cut(out.stay_near.to, 1);
   const auto keep = [&](auto& terms, int64_t more) {
     std::erase_if(terms, [&](const auto& t) { return t.frame < first || t.frame + more >= last; });
     for (auto& t : terms) t.frame -= first;
@@ -110,7 +109,7 @@ class Refinement {
     for (int round = 0; round < kRounds; ++round) {
       problem_.initial = found;
       const Poses poses = posed(problem_.bones, found);
-      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, inverse_square(kOutside));
+      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, weight_of(kOutside));
       add_clearance(poses);
       found = solve_windows({5, 1e-3});
     }
@@ -143,18 +142,18 @@ class Refinement {
       const double sigma = std::max(kLeastAngle, noise_.rotations[j]);
       noisy[j] = 1 - squared(kLeastAngle / sigma);
       for (size_t t = 0; t < frames; ++t)
-        problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * inverse_square(sigma);
+        problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
     const double root = std::max(kLeastPlace, noise_.root);
-    for (double& w : problem_.stay_near.root) w = per_frame * inverse_square(root);
+    for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
-      const double from_root = smooth * (1 - squared(kLeastPlace / root)) * inverse_square(kPlaceJerk);
-      problem_.smoothness.push_back({3, 0, smooth * inverse_square(kRotationJerk), {}, false, noisy});
+      const double from_root = smooth * (1 - squared(kLeastPlace / root)) * weight_of(kPlaceJerk);
+      problem_.smoothness.push_back({3, 0, smooth * weight_of(kRotationJerk), {}, false, noisy});
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
       problem_.smoothness.push_back({3, from_root, 0, {}, false, free});
-      problem_.smoothness.push_back({2, per_frame * inverse_square(kChange), 0, {}, true, {}});
+      problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, {}});
     }
     const torch::Tensor limits = builtin_body().joint_limits;
     for (int64_t j = 0; j < kStandardJoints; ++j) {
@@ -164,14 +163,14 @@ class Refinement {
       problem_.low.push_back(side(0));
       problem_.high.push_back(side(1));
     }
-    problem_.limit_weight = per_frame * inverse_square(kLimit);
+    problem_.limit_weight = per_frame * weight_of(kLimit);
     const Poses poses = posed(problem_.bones, problem_.start);
     for (const int joint : options_.keep_joints)
       for (size_t t = 0; t < frames; ++t)
         problem_.places.push_back({static_cast<int64_t>(t),
                                    joint,
                                    poses[t].positions[static_cast<size_t>(joint)],
-                                   Vector3d::Constant(inverse_square(kKept)),
+                                   Vector3d::Constant(weight_of(kKept)),
                                    {}});
   }
 
@@ -227,7 +226,7 @@ class Refinement {
           problem_.places.push_back({t,
                                      foot.joint,
                                      places[static_cast<size_t>(t - contact.first)],
-                                     Vector3d::Constant(per_frame * inverse_square(sigma)),
+                                     Vector3d::Constant(per_frame * weight_of(sigma)),
                                      {}});
       }
     }
@@ -252,7 +251,7 @@ class Refinement {
         const double height = standing + going * (std::max(standing, foot.floor[t] + kClear) - standing);
         if (track[t].y() < height + kReach)
           problem_.planes.push_back({static_cast<int64_t>(t), foot.joint, Vector3d::UnitY(), height,
-                                     per_frame * inverse_square(kClearPlace), false});
+                                     per_frame * weight_of(kClearPlace), false});
       }
     }
   }

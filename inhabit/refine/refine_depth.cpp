@@ -11,6 +11,7 @@
 #include "inhabit/refine/depth_terms.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/trajectory.h"
+#include "inhabit/refine/weights.h"
 
 namespace inhabit::refine {
 namespace {
@@ -31,8 +32,6 @@ constexpr double kDepthFar = 0.5;                        // metres, median of a 
 constexpr int64_t kDepthOverlap = 30;                    // frames of neighbouring windows
 constexpr int64_t kSearchPoints = 4000;                  // of each cloud that vertices are pulled to
 constexpr int kVertexStep = 5;                           // every so many vertices are pulled
-
-double inverse_square_of(double x) { return 1 / (x * x); }
 
 /// Evenly taken rows.
 std::vector<Vector3d> some_rows(const torch::Tensor& points, int64_t most) {
@@ -157,18 +156,18 @@ class DepthRefinement {
     depth->skin = skin_;
     depth->clouds = read_;
     see_vertices(out.initial, depth->clouds);
-    depth->weight = 2 * inverse_square_of(kDepthSigma);
+    depth->weight = 2 * weight_of(kDepthSigma);
     depth->loss = {Loss::Kind::huber, kDepthHuber};
     depth->reach = kDepthReach;
     out.depth = depth;
-    out.stay_near.rotations.assign(out.start.size() * kStandardJoints, inverse_square_of(kNearPose));
+    out.stay_near.rotations.assign(out.start.size() * kStandardJoints, weight_of(kNearPose));
     for (size_t t = 0; t < out.start.size(); ++t)
-      out.stay_near.rotations[t * kStandardJoints] = inverse_square_of(kNearRootRotation);
-    out.stay_near.root.assign(out.start.size(), inverse_square_of(kNearRoot));
+      out.stay_near.rotations[t * kStandardJoints] = weight_of(kNearRootRotation);
+    out.stay_near.root.assign(out.start.size(), weight_of(kNearRoot));
     const JointLimits limits = joint_limits(body_);
     out.low = {limits.low.begin(), limits.low.begin() + kStandardJoints};
     out.high = {limits.high.begin(), limits.high.begin() + kStandardJoints};
-    out.limit_weight = inverse_square_of(kDepthLimit);
+    out.limit_weight = weight_of(kDepthLimit);
     return out;
   }
 
@@ -184,7 +183,7 @@ class DepthRefinement {
 
   /// Weight of the n-th difference between frames for `weight` of the paper's.
   double smoothness(double weight, int order) const {
-    return 2 * options_.smooth * weight * inverse_square_of(kDepthSigma) * std::pow(30.0, -2 * order);
+    return 2 * options_.smooth * weight * weight_of(kDepthSigma) * std::pow(30.0, -2 * order);
   }
 
   /// Eq. 17: the root's translation and rotation.

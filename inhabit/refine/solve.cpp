@@ -1,5 +1,8 @@
 #include "inhabit/refine/solve.h"
 
+#include <ATen/Parallel.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "inhabit/error.h"
@@ -29,7 +32,8 @@ void check(const Problem& problem) {
   require(problem.low.size() == problem.high.size() && (problem.low.empty() || problem.low.size() == joints),
           "limits: not one a joint");
   require(problem.initial.empty() || problem.initial.size() == frames, "the beginning has other frames");
-  for (const Trajectory* trajectory : {&problem.start, &problem.initial})
+  require(near.to.empty() || near.to.size() == frames, "what to stay near to has other frames");
+  for (const Trajectory* trajectory : {&problem.start, &problem.initial, &near.to})
     for (const FramePose& pose : *trajectory) {
       require(pose.local.size() == joints, "rotations: not one a joint");
       require(pose.trans.allFinite(), "a translation is not finite");
@@ -59,7 +63,7 @@ void check(const Problem& problem) {
 }
 
 Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Trajectory& from,
-                 const std::array<VectorXd, 2>& step) {
+                 const std::vector<VectorXd>& step) {
   Trajectory out = from;
   for (size_t t = 0; t < out.size(); ++t) {
     if (!problem.fixed.empty() && problem.fixed[t] != 0) continue;
@@ -77,6 +81,17 @@ Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Traject
   return out;
 }
 
+/// Replaces a right-hand side by the solution; false where the matrix, which is factored, is not positive definite.
+bool solve_damped(BlockBand& matrix, double damping, VectorXd& x) {
+  for (int64_t t = 0; t < matrix.frames(); ++t) {
+    BlockBand::Block block = matrix.at(t, 0);
+    block.diagonal().array() += damping * block.diagonal().array() + 1e-9;
+  }
+  const bool good = matrix.factor();
+  if (good) matrix.solve(x);
+  return good;
+}
+
 }  // namespace
 
 Solution solve(const Problem& problem, const SolveOptions& options) {
@@ -89,19 +104,13 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
     out.cost = linearise(problem, unknowns, out.trajectory, equations);
     require(std::isfinite(out.cost), "the cost is not finite");
     if (round == 0) out.start_cost = out.cost;
-    std::array<VectorXd, 2> step;
-    bool solved = true;
-    for (size_t i = 0; i < 2 && solved; ++i) {
-      step[i] = -equations.gradients[i];
-      if (step[i].size() == 0) continue;
-      BlockBand& matrix = equations.matrices[i];
-      for (int64_t t = 0; t < matrix.frames(); ++t) {
-        BlockBand::Block block = matrix.at(t, 0);
-        block.diagonal().array() += damping * block.diagonal().array() + 1e-9;
-      }
-      solved = matrix.factor();
-      if (solved) matrix.solve(step[i]);
-    }
+    std::vector<VectorXd> step;
+    for (const VectorXd& gradient : equations.gradients) step.push_back(-gradient);
+    bool solved = step[0].size() == 0 || solve_damped(equations.matrices[0], damping, step[0]);  // on two threads
+    std::vector<char> others(step.size(), 1);                                                    // small: a thread each
+#pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
+    for (size_t i = 1; i < step.size(); ++i) others[i] = solve_damped(equations.matrices[i], damping, step[i]) ? 1 : 0;
+    solved = solved && std::all_of(others.begin(), others.end(), [](char good) { return good != 0; });
     Trajectory trial;
     double next = out.cost;
     if (solved) {

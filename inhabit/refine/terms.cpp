@@ -222,7 +222,7 @@ class RotationTerms {
     }
     for (int64_t t = 0; t < problem_.frames() && !problem_.stay_near.root.empty(); ++t) {
       const double weight = problem_.stay_near.root[t];
-      const Vector3d r = trajectory_[t].trans - problem_.start[t].trans;
+      const Vector3d r = trajectory_[t].trans - near_[t].trans;
       cost += 0.5 * weight * r.squaredNorm();
       if (out_ == nullptr || unknowns_->root < 0) continue;
       auto block = out_->matrices[0].at(t, 0);
@@ -246,7 +246,7 @@ class RotationTerms {
       const Eigen::Quaterniond& now = trajectory_[t].local[joint];
       const double near = problem_.stay_near.rotations.empty() ? 0 : problem_.stay_near.rotations[t * joints + joint];
       if (near > 0) {
-        const Vector3d r = axis_angle_of(problem_.start[t].local[joint].conjugate() * now);
+        const Vector3d r = axis_angle_of(near_[t].local[joint].conjugate() * now);
         cost += 0.5 * near * r.squaredNorm();
         if (linear()) {
           const Matrix3d d = log_derivative(r);
@@ -322,6 +322,7 @@ class RotationTerms {
   }
 
   const Problem& problem_;
+  const Trajectory& near_ = problem_.stay_near.to.empty() ? problem_.start : problem_.stay_near.to;
   const Unknowns* unknowns_;
   const Trajectory& trajectory_;
   NormalEquations* out_;
@@ -353,7 +354,7 @@ std::vector<Matrix3d> matrices_of(const BonesPose& pose) {
 
 /// What is known does not move: no coupling, and a step of zero.
 void hold_fixed(const Problem& problem, NormalEquations& equations) {
-  for (size_t system = 0; system < 2; ++system) {
+  for (size_t system = 0; system < equations.matrices.size(); ++system) {
     BlockBand& matrix = equations.matrices[system];
     for (int64_t t = 0; t < matrix.frames(); ++t) {
       if (!is_fixed(problem, t)) continue;
@@ -419,18 +420,20 @@ Unknowns unknowns_of(const Problem& problem) {
       for (int j = w.joint; j >= 0 && moves[static_cast<size_t>(j)] == 0; j = problem.bones.parents[j])
         moves[static_cast<size_t>(j)] = 1;
   Unknowns out;
-  if (problem.moves) {
-    out.root = 0;
-    out.columns[0] = 3;
-  }
+  out.columns = {problem.moves ? 3 : 0};
+  if (problem.moves) out.root = 0;
   for (int j = 0; j < joints; ++j) {
     if (!problem.rotates.empty() && problem.rotates[static_cast<size_t>(j)] == 0) {
       out.rotations.push_back({-1, -1});
       continue;
     }
-    const int system = moves[static_cast<size_t>(j)] ? Unknowns::kMain : Unknowns::kBeside;
-    out.rotations.push_back({system, out.columns[system]});
-    out.columns[system] += 3;
+    if (moves[static_cast<size_t>(j)]) {
+      out.rotations.push_back({Unknowns::kMain, out.columns[Unknowns::kMain]});
+      out.columns[Unknowns::kMain] += 3;
+    } else {
+      out.rotations.push_back({static_cast<int>(out.columns.size()), 0});
+      out.columns.push_back(3);
+    }
   }
   return out;
 }
@@ -438,8 +441,11 @@ Unknowns unknowns_of(const Problem& problem) {
 NormalEquations make_equations(const Problem& problem, const Unknowns& unknowns) {
   const int64_t frames = problem.frames();
   const int band = coupling(problem);
-  NormalEquations out{{BlockBand(frames, unknowns.columns[0], band), BlockBand(frames, unknowns.columns[1], band)}, {}};
-  for (size_t i = 0; i < 2; ++i) out.gradients[i] = VectorXd::Zero(frames * unknowns.columns[i]);
+  NormalEquations out;
+  for (const int columns : unknowns.columns) {
+    out.matrices.emplace_back(frames, columns, band);
+    out.gradients.push_back(VectorXd::Zero(frames * columns));
+  }
   return out;
 }
 
@@ -470,7 +476,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   const std::vector<int> core = core_points(problem);
   const std::vector<FrameTerms> terms = by_frame(problem);
   const int rows = static_cast<int>(3 * core.size()), columns = unknowns.columns[0], band = out.matrices[0].band();
-  for (size_t i = 0; i < 2; ++i) {
+  for (size_t i = 0; i < out.matrices.size(); ++i) {
     out.matrices[i].clear();
     out.gradients[i].setZero();
   }

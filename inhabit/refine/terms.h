@@ -17,22 +17,22 @@ Weighted weighted(const Loss& loss, double squared);
 /// Frames that the terms of a problem tie together: how far apart at most, 0 to 3.
 int coupling(const Problem& problem);
 
-/// The unknowns of a frame. Rotations are updated on the right: R exp(delta). Joints that move no point of any term
-/// (head, wrists, feet where nothing hangs on them) meet the others nowhere: they are solved beside them, in a system
-/// of their own.
+/// The unknowns of a frame. Rotations are updated on the right: R exp(delta). A joint that moves no point of any term
+/// (head, wrists, all but the legs where nothing but feet is asked for) meets the others nowhere: it is solved beside
+/// them, in a system of its own.
 struct Unknowns {
-  enum { kMain = 0, kBeside = 1 };
+  static constexpr int kMain = 0;
   int root = -1;  ///< column of the root's translation in the main system, or -1
   std::vector<std::array<int, 2>>
-      rotations;                     ///< (joints) system and column of its rotation; {-1, -1} where it is known
-  std::array<int, 2> columns{0, 0};  ///< of a frame, in each system
+      rotations;             ///< (joints) system and column of its rotation; {-1, -1} where it is known
+  std::vector<int> columns;  ///< of a frame, in each system
 };
 Unknowns unknowns_of(const Problem& problem);
 
-/// The normal equations of both systems at a trajectory: matrix and gradient of the cost.
+/// The normal equations of every system at a trajectory: matrix and gradient of the cost.
 struct NormalEquations {
-  std::array<BlockBand, 2> matrices;
-  std::array<Eigen::VectorXd, 2> gradients;
+  std::vector<BlockBand> matrices;
+  std::vector<Eigen::VectorXd> gradients;
 };
 
 /// The cost of a trajectory, the sum of all terms.

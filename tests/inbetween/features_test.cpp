@@ -125,16 +125,5 @@ TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
       1e-6);
 }
 
-TEST(GivenPoses, WhatAPredictionMissesByMuchIsMadeUpForAsATurn) {
-  const Tensor truth = torch::full({61}, 150.F);
-  KeyConstraints given{knee_bent(truth), torch::zeros({1, kFeatureCount, 61})};
-  given.mask.select(2, 0).fill_(1);
-  const Tensor led = knee_bend(impose_pose_constraints(knee_bent(torch::zeros({61})), given, 30, {kMean, kDeviation}));
-  EXPECT_NEAR(led[0].item<double>(), 150, 0.1);
-  EXPECT_NEAR(led[15].item<double>(), 75, 0.5) << "half of it half way";
-  EXPECT_LT(largest(led.slice(0, 30)), 0.1);
-  EXPECT_LT(largest(led.diff()), 1.5 * 150 / 30 + 0.1) << "no faster than the smooth step";
-}
-
 }  // namespace
 }  // namespace inhabit::inbetween

@@ -265,45 +265,27 @@ TEST(InterpolateKeys, RunsStraightBetweenKeysAndIsConstantOutside) {
   EXPECT_LT(largest_difference(interpolate_keys(given), expected), 1e-6);
 }
 
-TEST(ImposeConstraints, MovesFramesAroundConstraintsAndNoOthers) {
+TEST(Sampler, ImposesWhatHoldsAndNothingElseWhereAsked) {
   torch::manual_seed(5);
   const Tensor predicted = torch::randn({2, 3, 20});
   KeyConstraints given{torch::randn({2, 3, 20}), torch::zeros({2, 3, 20})};
   given.mask.select(2, 6).fill_(1);
-  given.blend_radius = 4;
-  const Tensor led = impose_constraints(predicted, given), moved = led - predicted;
-  EXPECT_TRUE(torch::equal(led.select(2, 6), given.values.select(2, 6)));
-  const std::vector<double> weights = {0.84375, 0.5, 0.15625, 0};  // 1 - smooth step of 1/4, 2/4, ...
-  for (int64_t away = 1; away <= 4; ++away)
-    for (const int64_t frame : {6 - away, 6 + away})
-      EXPECT_LT(largest_difference(moved.select(2, frame), moved.select(2, 6) * weights[static_cast<size_t>(away - 1)]),
-                1e-6)
-          << frame;
-  EXPECT_EQ(largest(moved.slice(2, 11)), 0);
-  given.blend_radius = 1;
-  EXPECT_EQ(largest((impose_constraints(predicted, given) - predicted).slice(2, 7)), 0);
+  const auto sampled = [&] {
+    return sample(
+        cosine_schedule(50), Sampler::ddim, 1, [&](const Tensor&, int64_t) { return predicted; }, given,
+        seeded_noise(2, 3, 20, 1));
+  };
+  const Tensor imposed = sampled();
+  EXPECT_TRUE(torch::equal(imposed.select(2, 6), given.values.select(2, 6)));
+  EXPECT_LT(largest((imposed - predicted).slice(2, 7)), 1e-5);
+  given.imposed = false;
+  EXPECT_LT(largest(sampled() - predicted), 1e-5) << "the residual can be seen";
+  given.imposed = true;
   given.t_star = 20;  // the key in the middle is cleaned, too: only the ends hold
   given.mask.fill_(1);
-  EXPECT_TRUE(torch::equal(impose_constraints(predicted, given).slice(2, 1, 19), predicted.slice(2, 1, 19)));
-  EXPECT_TRUE(torch::equal(impose_constraints(predicted, given).select(2, 19), given.values.select(2, 19)));
-}
-
-TEST(ImposeConstraints, TakesAwayTheResidualOfNoisyKeysAllAlongAndNoNoise) {
-  torch::manual_seed(6);
-  const int64_t frames = 121;
-  const Tensor truth = torch::randn({1, 400, 1}).expand({1, 400, frames}), noise = 0.1 * torch::randn({1, 400, frames});
-  Tensor off = torch::zeros({1, 400, 1});
-  off.slice(1, 0, 200).fill_(0.5);  // half of the features are half a unit off, the others right
-  KeyConstraints given{truth + noise, torch::zeros({1, 400, frames}), 20};
-  given.mask.slice(2, 0, frames, 5).fill_(1);
-  given.blend_radius = 2;
-  const Tensor left = (impose_constraints(truth + off, given) - truth).slice(2, 10, 110);
-  EXPECT_LT(left.slice(1, 0, 200).abs().mean().item<double>(), 0.03) << "25 keys tell the mean to a fiftieth";
-  EXPECT_LT(left.slice(1, 200).abs().mean().item<double>(), 0.01) << "and most of chance is not believed";
-  given.mask.slice(2, 6, 115).fill_(0);
-  EXPECT_EQ(
-      largest_difference(impose_constraints(truth + off, given).slice(2, 10, 110), (truth + off).slice(2, 10, 110)), 0)
-      << "three keys tell nothing";
+  const Tensor cleaned = sampled();
+  EXPECT_LT(largest((cleaned - predicted).slice(2, 1, 19)), 1e-5);
+  EXPECT_TRUE(torch::equal(cleaned.select(2, 19), given.values.select(2, 19)));
 }
 
 }  // namespace

@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+
+namespace inhabit::refine {
+
+/// The poses that a network's motion was conditioned on.
+struct KeyPoses {
+  std::vector<int64_t> frames;  ///< of the motion, in order
+  Clip poses;                   ///< (K) one for each, on the motion's skeleton
+  std::vector<char> exact;      ///< (K) 1: a hard constraint, that frame comes out as the pose is, bit by bit
+  std::vector<int> joints;      ///< of the other keys the places of these joints alone are constrained; empty: they are
+                                ///< whole poses with noise
+};
+
+/// Standard deviations of what a network's motion is changed by.
+struct GeneratedOptions {
+  double rotation = 0.2, root = 0.6;          ///< radians of each joint, metres of the root
+  double rotation_curve = 1, root_curve = 2;  ///< rad/s^2, m/s^2: changes come and go smoothly
+  double noise = 1;     ///< of whole keys that are not exact: degrees in each component of a rotation, centimetres
+  bool smooth = false;  ///< the motion has the keys' noise: it is smoothed itself, in place of what it is changed by
+};
+
+/// A network's motion brought to the poses that it was conditioned on. Hard keys are met exactly and the frames around
+/// change smoothly along with them; of partial keys the joints are met within millimetres, as far as limbs reach, by
+/// the least change of the body but its orientation; noisy keys count by their noise.
+/// @param motion on the standard skeleton with rotations. Throws Error where sizes disagree.
+Clip refine_generated(const Clip& motion, const KeyPoses& keys, const GeneratedOptions& options = {});
+
+}  // namespace inhabit::refine
