@@ -146,10 +146,8 @@ void BlockBand::solve(Eigen::VectorXd& x) const {
   up(0, middle_, frames_);
   for (int64_t t = frames_ - 1; t >= back_; --t) {
     part(t) = (block(t, 0) * part(t)).eval();
-#ifndef __clang_analyzer__  // takes what Eigen reads in a product with a transposed matrix for garbage
     for (int k = 1; k <= band_ && t - k >= middle_ + band_; ++k)
       part(t - k).noalias() -= block(t - k, k).transpose() * part(t);
-#endif
   }
   up(middle_, back_, back_);
   back_up(middle_, back_, back_);

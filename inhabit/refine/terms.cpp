@@ -383,7 +383,6 @@ Weighted weighted(const Loss& loss, double squared) {
 
 std::vector<Point> joint_points(int joints) {
   std::vector<Point> points;
-  points.reserve(static_cast<size_t>(joints));
   for (int j = 0; j < joints; ++j) points.push_back({Attachment{j, 1, Vector3d::Zero()}});
   return points;
 }
@@ -502,9 +501,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
       add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);
     parts[t] = own.cost;
     auto gradient = out.gradients[0].segment(t * columns, columns);
-#ifndef __clang_analyzer__  // takes what Eigen reads in a product with a transposed matrix for garbage
     gradient.noalias() += jacobian.transpose() * places.gradient[t];
-#endif
     if (own.residuals.empty()) continue;
     const auto count = static_cast<Eigen::Index>(own.residuals.size());
     const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> by_row(
