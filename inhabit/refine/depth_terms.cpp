@@ -134,6 +134,7 @@ Skin skin_of(const BodyModel& model, const torch::Tensor& betas) {
   out.rest = rows_of(rest);
   out.joints = rows_of(joints.slice(0, 0, kStandardJoints));
   std::vector<int> standard;  // the standard joint that carries each of the model's
+  standard.reserve(static_cast<size_t>(model.joints()));
   for (int j = 0; j < model.joints(); ++j)
     standard.push_back(j < kStandardJoints ? j : standard[static_cast<size_t>(model.skeleton.parents[j])]);
 

@@ -383,6 +383,7 @@ Weighted weighted(const Loss& loss, double squared) {
 
 std::vector<Point> joint_points(int joints) {
   std::vector<Point> points;
+  points.reserve(static_cast<size_t>(joints));
   for (int j = 0; j < joints; ++j) points.push_back({Attachment{j, 1, Vector3d::Zero()}});
   return points;
 }
