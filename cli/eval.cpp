@@ -26,6 +26,8 @@ void add_settings(CLI::App& verb, std::vector<std::string>& settings) {
                   "Settings of how the model is used, KEY=VALUE, such as inference.guidance=0 (docs/training.md)");
 }
 
+const std::vector<std::string> kInbetweenUse = {"inference.", "around_obstacles=", "t_star="};
+
 /// Sets fields of a model that is measured: those that begin with one of `keys`.
 template <class Config>
 void set_used(Config& config, const std::vector<std::string>& settings, const std::vector<std::string>& keys) {
@@ -138,7 +140,7 @@ std::vector<inhabit::inbetween::Method> inbetween_methods(const InbetweenOptions
   if (!o.options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
   for (const std::string& file : o.models) {
     inbetween::Networks networks = inbetween::load_networks(file);
-    set_used(networks.config, o.settings, {"inference."});
+    set_used(networks.config, o.settings, kInbetweenUse);
     config = networks.config;
     if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
     for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
@@ -238,7 +240,7 @@ void add_eval_detour(CLI::App& verb) {
   detour->callback([o] {
     inhabit::inbetween::Networks networks =
         inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
-    set_used(networks.config, o->settings, {"inference."});
+    set_used(networks.config, o->settings, kInbetweenUse);
     const inhabit::inbetween::SceneInbetweener model(networks);
     const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
     std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
