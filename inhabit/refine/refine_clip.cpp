@@ -8,6 +8,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
+#include "inhabit/math/smooth_step.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/refine/contacts.h"
@@ -46,11 +47,6 @@ struct Foot {
   std::vector<Contact> contacts;
 };
 
-double smooth_between(double x, double low, double high) {
-  const double u = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return u * u * (3 - 2 * u);
-}
-
 /// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near.
 double flat_floor(const Poses& poses) {
   std::vector<double> heights;
@@ -63,24 +59,28 @@ double flat_floor(const Poses& poses) {
 
 /// Frames [first, last) of a problem, begun at `from`.
 Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, int64_t last) {
-  Problem out = problem;
-  const auto cut = [&](auto& values, int64_t each) {
-    if (!values.empty()) values = {values.begin() + first * each, values.begin() + last * each};
+  const auto cut = [&](const auto& values, int64_t each) {
+    return std::decay_t<decltype(values)>(values.begin() + first * each, values.begin() + last * each);
   };
-  out.initial = from;
-  cut(out.start, 1);
-  cut(out.initial, 1);
-  cut(out.fixed, 1);
-  cut(out.stay_near.rotations, problem.bones.size());
-  cut(out.stay_near.root, 1);
-  cut(out.stay_near.to, 1);
-  const auto keep = [&](auto& terms, int64_t more) {
-    std::erase_if(terms, [&](const auto& t) { return t.frame < first || t.frame + more >= last; });
-    for (auto& t : terms) t.frame -= first;
+  Problem out;
+  out.bones = problem.bones;
+  out.rate = problem.rate;
+  out.points = problem.points;
+  out.smoothness = problem.smoothness;
+  out.low = problem.low;
+  out.high = problem.high;
+  out.limit_weight = problem.limit_weight;
+  out.start = cut(problem.start, 1);
+  out.initial = cut(from, 1);
+  out.fixed = cut(problem.fixed, 1);
+  out.stay_near.rotations = cut(problem.stay_near.rotations, problem.bones.size());
+  out.stay_near.root = cut(problem.stay_near.root, 1);
+  const auto pick = [&](const auto& terms, auto& to) {
+    for (const auto& term : terms)
+      if (term.frame >= first && term.frame < last) to.push_back(term), to.back().frame -= first;
   };
-  keep(out.places, 0);
-  keep(out.holds, 1);
-  keep(out.planes, 0);
+  pick(problem.places, out.places);
+  pick(problem.planes, out.planes);
   return out;
 }
 
@@ -102,6 +102,7 @@ class Refinement {
     Trajectory found = solve_windows({2, 1e-3});  // smooth enough to see contacts in
     if (options_.contacts) {
       find_contacts(posed(problem_.bones, found));
+      lift_to_floor(found);
       for (const Foot& foot : feet_) out.contacts += static_cast<int64_t>(foot.contacts.size());
       add_footholds();
     }
@@ -189,6 +190,20 @@ class Refinement {
     }
   }
 
+  /// A motion whose feet stand under the scene's floor is too low as a whole, where nothing of it is to be kept.
+  void lift_to_floor(Trajectory& found) {
+    double low = 0;
+    for (const Foot& foot : feet_)
+      if (is_ball(foot.joint)) low = std::max(low, -foot.standing);
+    if (low < kContact || !options_.keep_frames.empty() || !options_.keep_joints.empty()) return;
+    for (Trajectory* trajectory : {&problem_.start, &found})
+      for (FramePose& pose : *trajectory) pose.trans.y() += low;
+    for (Foot& foot : feet_) {
+      foot.standing += low;
+      for (Vector3d& place : foot.track) place.y() += low;
+    }
+  }
+
   /// Where a contact holds its joint in each of its frames: at one place, that of a kept frame if it has one, or from
   /// each kept frame's place to the next one's.
   std::vector<Vector3d> footholds(const Contact& contact, const Foot& foot) const {
@@ -246,7 +261,8 @@ class Refinement {
         const auto speed = [&](size_t from) {
           return from + 1 < track.size() ? (track[from + 1] - track[from]).norm() * clip_.rate : 0;
         };
-        const double going = smooth_between(std::max(speed(t), t > 0 ? speed(t - 1) : 0), kResting, kGoing);
+        const double going =
+            smooth_step((std::max(speed(t), t > 0 ? speed(t - 1) : 0) - kResting) / (kGoing - kResting));
         const double standing = foot.floor[t] + std::clamp(foot.standing - 0.01, 0.0, 0.02);
         const double height = standing + going * (std::max(standing, foot.floor[t] + kClear) - standing);
         if (track[t].y() < height + kReach)

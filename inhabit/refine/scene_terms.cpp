@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/body/capsules.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit::refine {
 namespace {
@@ -18,11 +19,6 @@ constexpr double kSupportedGive = 0.03, kGive = 0.005;
 bool supports(int joint) {
   constexpr std::array<int, 10> kJoints = {0, 1, 2, 3, 6, 9, 18, 19, 20, 21};
   return std::find(kJoints.begin(), kJoints.end(), joint) != kJoints.end();
-}
-
-bool is_ground(const std::string& mesh) {
-  const std::string object = mesh.substr(0, mesh.find('.'));
-  return object == "floor" || object == "rug";
 }
 
 torch::Tensor tensor_of(const std::vector<Vector3d>& places) {
@@ -56,7 +52,7 @@ Surroundings::Surroundings(const Scene& scene) {
   for (const Mesh& mesh : scene.meshes) {
     if (mesh.faces.size(0) == 0) continue;
     faces = true;
-    if (!is_ground(mesh.name)) solid.meshes.push_back(mesh);
+    if (!is_floor(mesh.name)) solid.meshes.push_back(mesh);
   }
   if (faces) ground_ = std::make_unique<SceneQuery>(scene);
   if (!solid.meshes.empty()) solid_ = std::make_unique<SceneQuery>(solid);

@@ -65,17 +65,34 @@ struct Grid {
   void fill(const Vector3i& c) const { at(c).store(1, std::memory_order_relaxed); }
 };
 
+/// Along the axis that a triangle faces most, its plane crosses each column of cells between two heights: only cells
+/// there are asked whether they meet the triangle.
 void mark_surface(const Corners& t, const Grid& grid) {
   const Region region =
       cells_around(t[0].cwiseMin(t[1]).cwiseMin(t[2]), t[0].cwiseMax(t[1]).cwiseMax(t[2]), grid.cells);
   if (region.empty()) return;
   const bool in_one_cell = (region.high - region.low).sum() == 3;
+  const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+  int axis = 0;
+  const double most = normal.cwiseAbs().maxCoeff(&axis);
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const bool flat = most > 0;  // else it has no area and no plane
+  const Vector3d slope = flat ? Vector3d(normal / normal[axis]) : Vector3d::Zero();
+  const double reach = 0.5 * (std::abs(slope[u]) + std::abs(slope[v])) + 1e-6;
   Vector3i c;
-  for (c.x() = region.low.x(); c.x() < region.high.x(); ++c.x()) {
-    for (c.y() = region.low.y(); c.y() < region.high.y(); ++c.y()) {
-      for (c.z() = region.low.z(); c.z() < region.high.z(); ++c.z()) {
-        if (grid.free(c) && (in_one_cell || meets_cell(t, c.cast<double>() + Vector3d::Constant(0.5)))) grid.fill(c);
+  for (c[u] = region.low[u]; c[u] < region.high[u]; ++c[u]) {
+    for (c[v] = region.low[v]; c[v] < region.high[v]; ++c[v]) {
+      int low = region.low[axis], high = region.high[axis];
+      if (flat) {
+        const double middle = slope.dot(t[0]) - slope[u] * (c[u] + 0.5) - slope[v] * (c[v] + 0.5);
+        const auto within = [&](double x) {
+          return static_cast<int>(std::clamp<double>(x, region.low[axis], region.high[axis]));
+        };
+        low = within(std::floor(middle - reach));
+        high = within(std::floor(middle + reach) + 1);
       }
+      for (c[axis] = low; c[axis] < high; ++c[axis])
+        if (grid.free(c) && (in_one_cell || meets_cell(t, c.cast<double>() + Vector3d::Constant(0.5)))) grid.fill(c);
     }
   }
 }

@@ -67,6 +67,19 @@ TEST(Refine, ACleanRecordingStaysNearlyAsItIs) {
   EXPECT_GT(result.contacts, 4);
 }
 
+TEST(Refine, AMotionUnderTheFloorIsLifted) {
+  const Clip truth = walk();
+  Clip input = truth;
+  input.trans = truth.trans - torch::tensor({0.F, 0.1F, 0.F});
+  input.joints = joint_positions(input.skeleton, input.rotations, input.trans);
+  const auto lowest = [](const Clip& clip) {
+    return clip.joints.index_select(1, torch::tensor({10, 11})).select(2, 1).min().item<double>();
+  };
+  ASSERT_LT(lowest(input), -0.05);
+  EXPECT_GT(lowest(refine(input, floor_scene()).clip), -0.01);
+  EXPECT_NEAR(lowest(refine(truth, floor_scene()).clip), lowest(truth), 0.01);
+}
+
 TEST(Refine, SlidingFeetStand) {
   Clip input = walk();
   Tensor slide = torch::arange(input.frames()) * 0.003;  // the whole body drifts by 9 cm/s

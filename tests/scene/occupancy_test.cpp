@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/scene/query.h"
 #include "shapes.h"
 
@@ -45,6 +46,30 @@ TEST(Occupancy, InsideAgreesWithTheQuery) {
   const torch::Tensor clear = distance > 0.0434;
   const torch::Tensor differ = filled.index({clear}) != inside.index({clear});
   EXPECT_LT(differ.to(torch::kFloat32).mean().item<float>(), 0.002F);  // near the rim of the box without a lid
+}
+
+TEST(Occupancy, LargeSlantedFacesFillEveryCellTheyPass) {
+  torch::manual_seed(3);
+  const OccupancyShape shape{{30, 30, 30}, 0.1};
+  for (int i = 0; i < 20; ++i) {
+    Mesh face{"face", (torch::rand({3, 3}) - 0.5) * 3.4F, torch::tensor({{0, 1, 2}})};
+    if (i == 0) face.vertices.select(1, 1).fill_(0.31F);  // level
+    if (i == 1) face.vertices[2] = face.vertices[1];      // a line
+    const torch::Tensor grid = occupancy_grid(make_solid(scene_of({face})), {0, 0, 0}, 0.3, shape);
+    // Points of the face, spread evenly, seen along the grid's axes.
+    const torch::Tensor r = torch::rand({20000, 2}).sqrt(), a = r.select(1, 0), b = torch::rand({20000}) * a;
+    const torch::Tensor points = ((1 - a).unsqueeze(1) * face.vertices[0] + (a - b).unsqueeze(1) * face.vertices[1] +
+                                  b.unsqueeze(1) * face.vertices[2])
+                                     .matmul(yaw_matrix(0.3));
+    const torch::Tensor cells = ((points + 1.5) / 0.1).floor().to(torch::kInt64);
+    const torch::Tensor there = cells.ge(0).logical_and(cells.lt(30)).all(1);
+    const torch::Tensor at = cells.index({there});
+    EXPECT_TRUE(grid.index({at.select(1, 0), at.select(1, 1), at.select(1, 2)}).gt(0).all().item<bool>()) << i;
+    const torch::Tensor full = grid.gt(0).nonzero();
+    if (full.size(0) == 0) continue;
+    const torch::Tensor middles = ((full + 0.5) * 0.1 - 1.5).to(torch::kFloat32).matmul(yaw_matrix(0.3).t());
+    EXPECT_LT(SceneQuery(scene_of({face})).closest(middles.contiguous()).distances.max().item<double>(), 0.08661) << i;
+  }
 }
 
 TEST(Occupancy, WallInFrontStaysInFront) {

@@ -1,0 +1,58 @@
+#pragma once
+#include <torch/types.h>
+
+#include <string>
+#include <vector>
+
+namespace inhabit {
+
+// The scores of anybody's motion: what `inhabit score` prints. Poses know neither place nor heading
+// (motion/local_pose.h) but where said; futures of several lengths count as long as the shortest.
+
+/// One motion and what errors call it.
+struct NamedMotion {
+  std::string name;
+  torch::Tensor joints;  ///< (T, 22, 3) metres, world, standard skeleton
+};
+
+struct NdmsOptions {
+  double rate = 25;       ///< frames a second of all motions, for NdmsOfMotion::by_second
+  int64_t kappa = 8;      ///< frames of a motion word
+  int64_t observed = 0;   ///< frames at the start of each motion that were observed: words of them alone do not count
+  bool in_world = false;  ///< words of the motion as it is, each moved by its first frame
+};
+
+struct NdmsOfMotion {
+  std::string name;
+  double ndms = 0;  ///< mean over its words
+  int64_t words = 0;
+  std::vector<double> by_second;
+};
+
+struct NdmsScore {
+  double ndms = 0;  ///< mean over all words
+  int64_t words = 0, reference_words = 0;
+  std::vector<NdmsOfMotion> motions;
+};
+
+/// NDMS (Eq. 10-12 of the anticipation paper) of motions against those of `reference`. Throws Error naming the motion
+/// of which no word is left.
+NdmsScore score_ndms(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& reference,
+                     const NdmsOptions& options);
+
+/// Mean NPSS of motions, each with what came true. Throws Error unless they are as many.
+double score_npss(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& truth);
+
+/// Average pairwise distance of two futures or more by frame, (T) metres.
+torch::Tensor score_apd(const std::vector<NamedMotion>& futures);
+
+struct PoseError {
+  torch::Tensor mean;  ///< (T) metres: joint error of each frame, over all futures
+  torch::Tensor best;  ///< (T) of the best future of each horizon (metrics/forecast_error.h)
+  double overall = 0, best_overall = 0;
+};
+
+/// Joint error of futures against the one that came true. Throws Error where `truth` holds several.
+PoseError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth);
+
+}  // namespace inhabit
