@@ -1,13 +1,8 @@
 #include "inhabit/anticipate/intention_anticipator.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/io/clip_npz.h"
-#include "inhabit/io/extension.h"
-#include "inhabit/io/files.h"
 #include "inhabit/view/futures_page.h"
 #include "inputs.h"
 #include "models.h"
@@ -24,20 +19,6 @@ struct AnticipateArguments {
   std::vector<std::string> outputs;
   inhabit::anticipate::Options anticipate;
 };
-
-/// out.bvh, or out_003.bvh where there are several futures.
-std::string numbered(const std::string& path, size_t number, size_t count) {
-  if (count == 1) return path;
-  const fs::path p(path);
-  return (p.parent_path() / fmt::format("{}_{:03}{}", p.stem().string(), number, p.extension().string())).string();
-}
-
-void write_futures(const std::string& path, const inhabit::anticipate::Result& a, bool standard) {
-  const std::vector<inhabit::Clip>& futures = standard ? a.futures : a.on_source;
-  if (inhabit::extension_of(path) == "npz")
-    return inhabit::write_clips_npz(path, futures, {{"intention", standard ? a.labels : a.labels_on_source}});
-  for (size_t i = 0; i < futures.size(); ++i) inhabit::write_clip(numbered(path, i, futures.size()), futures[i]);
-}
 
 inhabit::Page page_of(const inhabit::anticipate::Result& a, const std::string& title) {
   std::vector<torch::Tensor> labels;
@@ -88,6 +69,10 @@ void add_anticipate(CLI::App& app) {
     say(notes);
     write_outputs(
         o->outputs, [&] { return page_of(a, "Futures of " + fs::path(o->motion).filename().string()); },
-        [&](const std::string& out) { write_futures(out, a, o->anticipate.standard); });
+        [&](const std::string& out) {
+          const bool standard = o->anticipate.standard;
+          write_motions(out, standard ? a.futures : a.on_source,
+                        {{"intention", standard ? a.labels : a.labels_on_source}});
+        });
   });
 }

@@ -11,6 +11,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/interact/evaluate.h"
 #include "inhabit/io/atomic_file.h"
 #include "inputs.h"
 #include "models.h"
@@ -249,6 +250,45 @@ void add_eval_detour(CLI::App& verb) {
   });
 }
 
+void add_eval_interact(CLI::App& verb) {
+  struct Options {
+    std::vector<std::string> data, settings;
+    std::string split = "test", model, json;
+    int64_t runs = 120;
+    double seconds = 16;
+    uint64_t seed = 1;
+  };
+  CLI::App* interact = verb.add_subcommand(
+      "interact", "How near hands come to their contacts, who sits, and how the motion moves, beside the recordings");
+  auto o = std::make_shared<Options>();
+  interact->add_option("--data", o->data, "Native data set folders")->required();
+  interact->add_option("--split", o->split, "train, val, test or all")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  interact->add_option("--model", o->model, "Model file (default: the one that ships)");
+  interact->add_option("--runs", o->runs, "Starts at most, spread over the split")
+      ->check(whole_over_zero)
+      ->capture_default_str();
+  interact->add_option("--seconds", o->seconds, "Length of each run")->check(positive_number)->capture_default_str();
+  interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
+  add_settings(*interact, o->settings);
+  interact->add_option("--json", o->json, "Also write the table as JSON");
+  interact->callback([o] {
+    using namespace inhabit;
+    if (!o->json.empty()) require_writable(o->json);
+    interact::Networks networks =
+        interact::load_networks(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
+    set_used(networks.config, o->settings, {"inference."});
+    const auto interactor = std::make_shared<const interact::ChairInteractor>(networks);
+    const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
+    if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
+    const interact::Table table =
+        interact::evaluate(trials, {interact::model_method(interactor, o->seconds)}, o->seed, progress_lines("runs"));
+    if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
+    std::printf("%s", table_text(table).c_str());
+  });
+}
+
 }  // namespace
 
 void add_eval(CLI::App& app) {
@@ -258,4 +298,5 @@ void add_eval(CLI::App& app) {
   add_eval_anticipate(*verb);
   add_eval_inbetween(*verb);
   add_eval_detour(*verb);
+  add_eval_interact(*verb);
 }

@@ -30,6 +30,8 @@ int main(int argc, char** argv) {
   add_forecast(app);
   add_inbetween(app);
   add_anticipate(app);
+  add_interact(app);
+  add_contacts(app);
   add_refine(app);
   add_train(app);
   add_eval(app);

@@ -1,5 +1,7 @@
 #include "outputs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -8,7 +10,9 @@
 #include <fstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/io/files.h"
 
 namespace fs = std::filesystem;
 
@@ -49,5 +53,17 @@ void write_outputs(const std::vector<std::string>& outputs, const std::function<
     else
       write_motion(out);
     std::printf("%s\n", out.c_str());
+  }
+}
+
+void write_motions(const std::string& path, const std::vector<inhabit::Clip>& motions,
+                   const std::map<std::string, torch::Tensor>& more, const inhabit::Scene* scene) {
+  if (motions.size() == 1 && more.empty()) return inhabit::write_clip(path, motions.front(), scene);
+  if (inhabit::extension_of(path) == "npz") return inhabit::write_clips_npz(path, motions, more);
+  const fs::path p(path);
+  for (size_t i = 0; i < motions.size(); ++i) {
+    const std::string number = motions.size() == 1 ? "" : fmt::format("_{:03}", i);
+    inhabit::write_clip((p.parent_path() / (p.stem().string() + number + p.extension().string())).string(), motions[i],
+                        scene);
   }
 }

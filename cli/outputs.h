@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,3 +20,8 @@ bool pages_alone(const std::vector<std::string>& outputs);
 /// Writes every output, an .html by `page`, others by `write_motion`, and prints its name.
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
                    const std::function<void(const std::string& path)>& write_motion);
+
+/// Several motions of one person: all of them in one .npz, with `more` arrays (S, ...), else a file each,
+/// "out_000.bvh", "out_001.bvh", ... @param scene shown in a .glb, may be null
+void write_motions(const std::string& path, const std::vector<inhabit::Clip>& motions,
+                   const std::map<std::string, torch::Tensor>& more = {}, const inhabit::Scene* scene = nullptr);

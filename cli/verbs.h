@@ -61,6 +61,8 @@ void add_version(CLI::App& app);
 void add_forecast(CLI::App& app);
 void add_inbetween(CLI::App& app);
 void add_anticipate(CLI::App& app);
+void add_interact(CLI::App& app);
+void add_contacts(CLI::App& app);
 void add_refine(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);

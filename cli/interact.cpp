@@ -1,0 +1,231 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "inhabit/error.h"
+#include "inhabit/interact/chair_interactor.h"
+#include "inhabit/interact/contact_area.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/extension.h"
+#include "inhabit/io/files.h"
+#include "inhabit/scene/sampling.h"
+#include "inputs.h"
+#include "models.h"
+#include "outputs.h"
+#include "verbs.h"
+
+namespace {
+
+using namespace inhabit;
+using interact::HandContacts;
+
+struct InteractArguments {
+  std::string start_file, start, model, left, right, contacts, sit_at;
+  ClipReadOptions reading;
+  SceneInput scene;
+  int samples = 0;
+  std::vector<std::string> outputs;
+  interact::Options options;
+};
+
+/// Numbers between commas. @param option named in errors
+std::vector<double> numbers(const std::string& text, size_t count, const std::string& option) {
+  std::vector<double> out;
+  std::stringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    double value = 0;
+    if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
+      throw Error(option, "'" + part + "' is no number");
+    out.push_back(value);
+  }
+  if (out.size() != count) throw Error(option, fmt::format("has {} numbers, {} are wanted", out.size(), count));
+  return out;
+}
+
+/// "none", a part of the chair, or a point in metres.
+std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interact::Chair& chair, int side) {
+  if (text.empty() || text == "none") return std::nullopt;
+  if (text.find(',') == std::string::npos) return interact::contact_on(chair, text, side);
+  const std::vector<double> p = numbers(text, 3, side == 0 ? "--left" : "--right");
+  return Eigen::Vector3d(p[0], p[1], p[2]);
+}
+
+/// [{"left": "armrest", "right": [x, y, z]}, ...]
+std::vector<HandContacts> script_of(const std::string& path, const interact::Chair& chair) {
+  std::ifstream file(path);
+  if (!file) throw Error(path, "cannot be read");
+  const nlohmann::json script = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (!script.is_array() || script.empty()) throw Error(path, "is no JSON list of contacts");
+  std::vector<HandContacts> out;
+  for (const auto& entry : script) {
+    HandContacts contacts;
+    for (int side = 0; side < 2; ++side) {
+      const char* name = side == 0 ? "left" : "right";
+      if (!entry.is_object() || !entry.contains(name)) continue;
+      const auto& value = entry[name];
+      if (value.is_string()) {
+        contacts[static_cast<size_t>(side)] = contact_of(value.get<std::string>(), chair, side);
+      } else if (value.is_array() && value.size() == 3 && value[0].is_number() && value[1].is_number() &&
+                 value[2].is_number()) {
+        contacts[static_cast<size_t>(side)] =
+            Eigen::Vector3d(value[0].get<double>(), value[1].get<double>(), value[2].get<double>());
+      } else if (!value.is_null()) {
+        throw Error(path, fmt::format("{}: neither a part of the chair nor [x, y, z]", name));
+      }
+    }
+    out.push_back(contacts);
+  }
+  return out;
+}
+
+Page interact_page(const std::vector<interact::Result>& results, const Scene& scene) {
+  Page page;
+  page.title = "Sitting on " + results.front().chair.name;
+  page.note = "Handles: where the hands were to go.";
+  page.scene = &scene;
+  for (size_t i = 0; i < results.size(); ++i) {
+    page.people.push_back({results[i].motion, results.size() == 1 ? "motion" : fmt::format("sample {}", i + 1),
+                           PagePerson::Role::motion});
+  }
+  return page;
+}
+
+/// Contacts painted on the scene: a heap about each, for both hands together.
+Page contacts_page(const std::vector<HandContacts>& drawn, const interact::Chair& chair, const Scene& scene) {
+  Page page;
+  page.title = "Contacts on " + chair.name;
+  page.note = "Red: where hands are proposed to touch.";
+  page.scene = &scene;
+  std::mt19937_64 random(1);
+  const torch::Tensor points = sample_points(Scene{chair.name, {chair.mesh}, {}}, 6000, random);
+  torch::Tensor near = torch::zeros({1, 2, points.size(0)});
+  for (const HandContacts& contacts : drawn)
+    for (int64_t side = 0; side < 2; ++side)
+      if (const auto& c = contacts[static_cast<size_t>(side)]) {
+        const torch::Tensor far = (points - torch::tensor({c->x(), c->y(), c->z()}, torch::kFloat32)).norm(2, {1});
+        near[0][side] = torch::max(near[0][side], (1 - far / 0.05).clamp_min(0));
+      }
+  page.contacts = PageContacts{points, near, {"left hand", "right hand"}, 30, 0};
+  return page;
+}
+
+}  // namespace
+
+void add_interact(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("interact", "Sit down on a chair with the hands where they are wanted");
+  auto o = std::make_shared<InteractArguments>();
+  verb->add_option("start_motion", o->start_file, "Motion whose last pose the person starts in");
+  add_reading(*verb, o->reading);
+  add_scene(*verb, o->scene);
+  verb->add_option("--chair", o->options.chair, "Object of the scene to sit on, or auto (default: the nearest seat)");
+  verb->add_option("--sit-at", o->sit_at, "x,y,z,heading: sit here instead, facing that many degrees from +Z to +X");
+  verb->add_option("--start", o->start, "x,z,heading: where the person starts, standing");
+  verb->add_option("--left", o->left, "Contact of the left hand: armrest, front, side, back, none, or x,y,z");
+  verb->add_option("--right", o->right, "Contact of the right hand");
+  verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached");
+  verb->add_option("--samples", o->samples, "Draw contacts by ContactNet, this many times")->check(CLI::Range(1, 1000));
+  verb->add_option("--seconds", o->options.seconds, "Length of the motion")
+      ->check(positive_number)
+      ->capture_default_str();
+  verb->add_option("--seed", o->options.seed, "Seed of contacts that are drawn")
+      ->check(whole_number)
+      ->capture_default_str();
+  verb->add_flag("--force", o->options.force, "Try seats of any height and contacts out of reach");
+  verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb->add_option("-o,--out", o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
+  verb->callback([o] {
+    require_motion_outputs(o->outputs, "interact.html", "interaction");
+    if (o->scene.file.empty()) throw Error("--scene", "is needed: it holds the chair");
+    Notes notes;
+    const Scene scene = read_scene(o->scene, notes);
+    const auto interactor =
+        interact::ChairInteractor::load(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
+    if (!o->sit_at.empty()) {
+      const std::vector<double> at = numbers(o->sit_at, 4, "--sit-at");
+      o->options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
+    }
+    Clip start;
+    if (!o->start_file.empty()) {
+      start = read_motion(o->start_file, o->reading, notes);
+      o->options.name = o->start_file;
+    } else if (!o->start.empty()) {
+      const std::vector<double> at = numbers(o->start, 3, "--start");
+      start = interact::standing_clip({at[0], at[1]}, at[2] * M_PI / 180);
+      o->options.name = "--start";
+    } else {
+      throw Error("--start", "or a motion file is needed: where the person starts");
+    }
+    const interact::Chair chair = interactor.chair_of(start, scene, o->options);
+    if (!o->contacts.empty())
+      o->options.contacts = script_of(o->contacts, chair);
+    else if (!o->left.empty() || !o->right.empty())
+      o->options.contacts = {{contact_of(o->left, chair, 0), contact_of(o->right, chair, 1)}};
+    o->options.draw_contacts = o->samples > 0;
+    std::vector<interact::Result> results;
+    for (int i = 0; i < std::max(1, o->samples); ++i) {
+      results.push_back(interactor.run(start, scene, o->options));
+      ++o->options.seed;
+    }
+    say(notes);
+    for (const interact::Result& r : results)
+      for (const auto& errors : r.contact_error)
+        for (int side = 0; side < 2; ++side)
+          if (errors[static_cast<size_t>(side)])
+            std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
+                        100 * *errors[static_cast<size_t>(side)]);
+    std::vector<Clip> motions;
+    for (const interact::Result& r : results) motions.push_back(r.motion);
+    write_outputs(
+        o->outputs, [&] { return interact_page(results, scene); },
+        [&](const std::string& out) { write_motions(out, motions, {}, &scene); });
+  });
+}
+
+void add_contacts(CLI::App& app) {
+  struct Arguments {
+    std::string scene, chair, model, out = "contacts.html";
+    int samples = 10;
+    uint64_t seed = 1;
+  };
+  CLI::App* verb = app.add_subcommand("contacts", "Propose where hands touch a chair (ContactNet)");
+  auto o = std::make_shared<Arguments>();
+  verb->add_option("scene", o->scene, "Mesh of a chair, or a scene that holds one")->required();
+  verb->add_option("--chair", o->chair, "Object of the scene (default: its first seat)");
+  verb->add_option("--samples", o->samples, "How many")->check(CLI::Range(1, 1000))->capture_default_str();
+  verb->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
+  verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb->add_option("-o,--out", o->out, "A page (.html), or the points as .json")->capture_default_str();
+  verb->callback([o] {
+    const bool page = extension_of(o->out) == "html";
+    if (!page && extension_of(o->out) != "json") throw Error(o->out, "is no output of contacts: .html or .json");
+    require_writable(o->out);
+    Notes notes;
+    SceneInput input;
+    input.file = o->scene;
+    const Scene scene = read_scene(input, notes);
+    const auto interactor =
+        interact::ChairInteractor::load(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
+    interact::Options options;
+    options.chair = o->chair;
+    const interact::Chair chair = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, options);
+    const std::vector<HandContacts> drawn = interactor.draw_contacts(chair, o->samples, o->seed);
+    say(notes);
+    if (page) {
+      write_page(o->out, contacts_page(drawn, chair, scene));
+    } else {
+      nlohmann::json list = nlohmann::json::array();
+      for (const HandContacts& contacts : drawn) {
+        nlohmann::json entry;
+        for (int side = 0; side < 2; ++side)
+          if (const auto& c = contacts[static_cast<size_t>(side)])
+            entry[side == 0 ? "left" : "right"] = {c->x(), c->y(), c->z()};
+        list.push_back(entry.is_null() ? nlohmann::json::object() : entry);
+      }
+      write_atomically(o->out, list.dump(1) + "\n");
+    }
+    std::printf("%s: %zu contacts on %s\n", o->out.c_str(), drawn.size(), chair.name.c_str());
+  });
+}

@@ -1,0 +1,219 @@
+#include "inhabit/interact/chair_interactor.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/error.h"
+#include "inhabit/math/heading.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/math/random.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/scene/query.h"
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Vector3d;
+using torch::Tensor;
+
+constexpr double kOffSurface = 0.1;     // metres from the chair: no contact of it
+constexpr double kLowestContact = 0.1;  // metres above the floor
+constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
+constexpr double kLean = 0.3;           // metres that leaning adds to an arm's reach
+
+const char* side_name(int side) { return side == 0 ? "left" : "right"; }
+
+Tensor row_of(const Vector3d& p) { return torch::tensor({{p.x(), p.y(), p.z()}}, torch::kFloat32); }
+
+/// The scene with the floor that the chair stands on at y = 0.
+Scene on_floor(const Scene& scene, double floor) {
+  Scene out = scene;
+  const Tensor down = torch::tensor({0.F, static_cast<float>(-floor), 0.F});
+  for (Mesh& mesh : out.meshes) mesh.vertices = mesh.vertices + down;
+  if (out.points.defined()) out.points = out.points + down;
+  return out;
+}
+
+/// The chair that is meant, in a scene.
+Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
+  if (o.sit_at) return chair_at(scene, o.sit_at->head<3>(), (*o.sit_at)[3]);
+  if (!o.chair.empty() && o.chair != "auto") return find_chair(scene, o.chair, o.force);
+  std::vector<Chair> chairs = find_chairs(scene);
+  if (chairs.empty()) throw Error(scene.name.empty() ? "scene" : scene.name, "holds nothing to sit on");
+  return *std::min_element(chairs.begin(), chairs.end(), [&](const Chair& a, const Chair& b) {
+    return (a.seat() - from).norm() < (b.seat() - from).norm();
+  });
+}
+
+/// Metres from the middle of the shoulders to the middle of a palm, arm stretched, and the shoulders' height when
+/// seated.
+struct Reach {
+  double arm, shoulders, half_width;
+};
+Reach reach_of(const Skeleton& skeleton) {
+  const Tensor offsets = skeleton.offsets.to(torch::kFloat64);
+  const auto length = [&](int64_t joint) { return offsets[joint].norm().item<double>(); };
+  Reach out{length(18) + length(20) + 0.09, 0.1, 0};
+  for (const int64_t joint : {3, 6, 9, 13, 16}) out.shoulders += offsets[joint][1].item<double>();
+  for (const int64_t joint : {13, 16}) out.half_width += offsets[joint][0].item<double>();
+  return out;
+}
+
+/// The contact on the chair's surface.
+Vector3d on_surface(const SceneQuery& chair, const Vector3d& point, double& off) {
+  const ClosestPoints closest = chair.closest(row_of(point));
+  off = closest.distances.item<double>();
+  const float* p = closest.points.data_ptr<float>();
+  return {p[0], p[1], p[2]};
+}
+
+/// Moves contacts to the chair's surface. Throws Error for one in the air or out of the arms' reach.
+void settle_contacts(const Chair& chair, const Skeleton& skeleton, bool force, HandContacts& contacts) {
+  const SceneQuery surface(Scene{chair.name, {chair.mesh}, {}});
+  const Reach reach = reach_of(skeleton);
+  const Eigen::Vector2d left = left_of(chair.heading());
+  for (int side = 0; side < 2; ++side) {
+    auto& contact = contacts[static_cast<size_t>(side)];
+    if (!contact) continue;
+    const std::string name = fmt::format("{} contact", side_name(side));
+    if (!contact->allFinite()) throw Error(name, "is not finite");
+    double off = 0;
+    const Vector3d touched = on_surface(surface, *contact, off);
+    if (off > kOffSurface) throw Error(name, fmt::format("is {:.2f} m from {}: in the air", off, chair.name));
+    contact = touched;
+    // From the shoulder of a person who sits upright.
+    const Eigen::Vector2d aside = (side == 0 ? 1 : -1) * reach.half_width * left;
+    const Vector3d shoulder = chair.seat() + Vector3d(aside.x(), reach.shoulders, aside.y());
+    const double far = (touched - shoulder).norm() - reach.arm - kLean;
+    if (far > 0 && !force) throw Error(name, fmt::format("is out of the arm's reach of the seat by {:.2f} m", far));
+  }
+}
+
+}  // namespace
+
+struct ChairInteractor::Impl {
+  Engine engine;
+  explicit Impl(const Networks& networks) : engine(networks) {}
+};
+
+ChairInteractor::ChairInteractor(const Networks& networks) : impl_(new Impl(networks)) {}
+ChairInteractor::~ChairInteractor() = default;
+ChairInteractor::ChairInteractor(ChairInteractor&&) noexcept = default;
+ChairInteractor ChairInteractor::load(const std::string& path) { return ChairInteractor(load_networks(path)); }
+const Config& ChairInteractor::config() const { return impl_->engine.config(); }
+const Engine& ChairInteractor::engine() const { return impl_->engine; }
+
+std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int64_t count, uint64_t seed) const {
+  const torch::NoGradGuard no_gradients;
+  ContactNetwork network = impl_->engine.networks().contact;
+  if (network.is_empty()) throw Error("contacts", "the model has no ContactNet");
+  const ChairGrid grid = sense_chair(chair, config());
+  Tensor condition = torch::empty({1, config().chair_size()});
+  contact_condition(grid, condition.data_ptr<float>());
+  const SceneQuery surface(Scene{chair.name, {chair.mesh}, {}});
+  const double floor = chair.frame.translation().y();
+  std::vector<HandContacts> out;
+  for (int64_t i = 0; i < count; ++i) {
+    std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
+    Tensor z = torch::empty({1, config().contact_z});
+    for (int64_t k = 0; k < z.numel(); ++k)
+      z.data_ptr<float>()[k] = static_cast<float>(config().inference.contact_spread * normal(random));
+    const Tensor drawn = network->decode(z, condition).contiguous();
+    HandContacts contacts;
+    for (const int side : {1, 0}) {  // the network has the right hand first
+      const float* p = drawn.data_ptr<float>() + (side == 1 ? 0 : 3);
+      const Vector3d point = grid.seat.out({p[0], p[1], p[2]}).cast<double>() + Vector3d(0, floor, 0);
+      double off = 0;
+      const Vector3d touched = on_surface(surface, point, off);
+      if (off <= kOffSurface && touched.y() - floor >= kLowestContact) contacts[static_cast<size_t>(side)] = touched;
+    }
+    out.push_back(contacts);
+  }
+  return out;
+}
+
+Chair ChairInteractor::chair_of(const Clip& start, const Scene& scene, const Options& options) const {
+  if (start.frames() < 1) throw Error(options.name, "has no frame");
+  const Tensor root = start.joints[-1][0].to(torch::kFloat64).contiguous();
+  return chosen_chair(scene, options, Eigen::Map<const Vector3d>(root.data_ptr<double>()));
+}
+
+Result ChairInteractor::run(const Clip& start, const Scene& scene, const Options& options) const {
+  return run_on(start, scene, chair_of(start, scene, options), options);
+}
+
+Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chair& chosen,
+                               const Options& options) const {
+  const torch::NoGradGuard no_gradients;
+  if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "are not over 0 and up to 3600");
+  Result out;
+  if (start.frames() < 1) throw Error(options.name, "has no frame");
+  out.chair = chosen;
+  Clip person = retarget(slice(start, start.frames() - 1, start.frames()), options.name);
+  const double floor = out.chair.frame.translation().y();
+
+  out.contacts = options.draw_contacts ? draw_contacts(out.chair, 1, options.seed) : options.contacts;
+  for (HandContacts& contacts : out.contacts) settle_contacts(out.chair, person.skeleton, options.force, contacts);
+  const Scene there = on_floor(scene, floor);
+  const auto around = std::make_shared<const Surroundings>(there);
+  Chair chair = out.chair;
+  chair.frame.translation().y() = 0;
+  chair.mesh.vertices = chair.mesh.vertices - torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
+  if (around->distance(Eigen::Vector3f(person.joints[0][0].data_ptr<float>()), 1) < kInside && !options.force)
+    throw Error(options.name, "begins inside what stands in the scene");
+  const Vector3d up(0, floor, 0);
+  const auto lowered = [&](HandContacts contacts) {
+    for (auto& contact : contacts)
+      if (contact) *contact -= up;
+    return contacts;
+  };
+
+  LivePerson live(impl_->engine, person);
+  size_t present = 0;
+  live.sit_on(chair, around, out.contacts.empty() ? HandContacts{} : lowered(out.contacts[0]));
+  out.contact_error.resize(out.contacts.size());
+  const auto frames = std::max<int64_t>(1, std::llround(options.seconds * config().rate));
+  std::vector<LivePerson::Pose> poses{live.pose()};
+  Tensor targets = torch::zeros({frames, 2, 4}), action = torch::zeros({frames}, torch::kInt64);
+  int64_t sits_from = -1;
+  for (int64_t t = 1; t < frames; ++t) {
+    live.step();
+    poses.push_back(live.pose());
+    if (!live.seated())
+      sits_from = -1;
+    else if (sits_from < 0)
+      sits_from = t;
+    for (int side = 0; side < 2; ++side) {
+      const auto s = static_cast<size_t>(side);
+      if (!live.state().wanted[s]) continue;
+      const Eigen::Vector3f& c = live.state().contact[s];
+      targets[t][side] = torch::tensor({c.x(), c.y() + static_cast<float>(floor), c.z(), 1.F});
+    }
+    if (present >= out.contacts.size()) continue;
+    bool all = true;
+    for (int side = 0; side < 2; ++side) {
+      const auto distance = live.contact_distance(side);
+      if (!distance) continue;
+      auto& least = out.contact_error[present][static_cast<size_t>(side)];
+      least = std::min(least.value_or(*distance), *distance);
+      all = all && live.done(side);
+    }
+    if (all && present + 1 < out.contacts.size()) live.reach_for(lowered(out.contacts[++present]));
+  }
+  if (sits_from >= 0) out.seated = sits_from;
+  out.motion = clip_of(poses, person, config().rate);
+  out.motion.hand_targets = targets;
+  out.motion.action_names = {"idle", "walk", "sit"};
+  out.motion.action = action;
+  out.motion.trans = out.motion.trans + torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  out.motion.joints = out.motion.joints + torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  return out;
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,72 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inhabit/interact/live_person.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit::interact {
+
+struct Options {
+  std::string chair;  ///< object of the scene, "armchair_0"; empty: its only seat, or of several the nearest
+  std::optional<Eigen::Vector4d> sit_at;  ///< x y z metres, then radians: any place to sit on instead
+  /// One after the other: the next are given once the present ones are reached. None: hands are free.
+  std::vector<HandContacts> contacts;
+  bool draw_contacts = false;  ///< ContactNet draws them
+  bool force = false;          ///< a seat that is too high or low, a contact that is out of reach: tried all the same
+  double seconds = 16;         ///< of motion
+  uint64_t seed = 1;           ///< of contacts that are drawn
+  std::string name = "start";  ///< what errors call the clip
+};
+
+struct Result {
+  Clip motion;  ///< on the standard skeleton, 30 frames a second, from the pose that was given on
+  Chair chair;
+  std::vector<HandContacts> contacts;  ///< that were reached for, on the surface
+  /// (contacts, left and right) metres: the palm's closest approach to each contact (ACE); none without one
+  std::vector<std::array<std::optional<double>, 2>> contact_error;
+  std::optional<int64_t> seated;  ///< first frame from which the person sits to the end
+};
+
+/// Controllable human-chair interaction (COUCH): a person, a chair and where the hands are to go in, motion out. On the
+/// CPU. Safe to use from several threads.
+///
+///   const auto interactor = interact::ChairInteractor::load("interact-compact.safetensors");
+///   interact::Options options{.chair = "armchair_0", .draw_contacts = true};
+///   interact::Result r = interactor.run(interact::standing_clip({2.5, 1}, 0), scene, options);   // r.motion
+class ChairInteractor {
+ public:
+  explicit ChairInteractor(const Networks& networks);
+  /// Throws Error naming the file where it is no model of interaction.
+  static ChairInteractor load(const std::string& path);
+  ~ChairInteractor();
+  ChairInteractor(ChairInteractor&&) noexcept;
+
+  const Config& config() const;
+  const Engine& engine() const;
+
+  /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.
+  /// @param scene as read, with the chair. Contacts are moved to the nearest place of the chair's surface. Throws Error
+  /// where the scene has no such chair or seat, a contact is over 10 cm from the chair or farther from the seat than
+  /// arms reach, the person begins inside something, or the model lacks ContactNet where contacts are to be drawn.
+  Result run(const Clip& start, const Scene& scene, const Options& options) const;
+
+  /// The same on a chair that is known.
+  Result run_on(const Clip& start, const Scene& scene, const Chair& chair, const Options& options) const;
+
+  /// The chair that run() takes: to find contacts on it before.
+  Chair chair_of(const Clip& start, const Scene& scene, const Options& options) const;
+
+  /// Contacts that ContactNet proposes on a chair (sec. 4.4), moved to its surface; those over 10 cm from it or under
+  /// 10 cm above the floor are dropped (appendix 3). @param count draws, one for each numbered seed.
+  std::vector<HandContacts> draw_contacts(const Chair& chair, int64_t count, uint64_t seed) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace inhabit::interact

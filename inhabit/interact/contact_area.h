@@ -1,0 +1,18 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "inhabit/interact/chair.h"
+
+namespace inhabit::interact {
+
+/// The parts of a chair that hands are sent to by name: "armrest", "front" and "side" (edges of the seat), "back" (top
+/// of the back rest).
+const std::vector<std::string>& contact_areas();
+
+/// A point on the surface of a part of a chair, for the left (0) or right (1) hand of a person who sits there, world
+/// metres. Throws Error(name of the chair, ...) where it has no such part on that side, or the part is unknown.
+Eigen::Vector3d contact_on(const Chair& chair, const std::string& area, int side);
+
+}  // namespace inhabit::interact

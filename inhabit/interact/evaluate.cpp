@@ -1,0 +1,241 @@
+#include "inhabit/interact/evaluate.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/data/native.h"
+#include "inhabit/interact/labels.h"
+#include "inhabit/interact/recording.h"
+#include "inhabit/interact/sample.h"
+#include "inhabit/interact/seated.h"
+#include "inhabit/math/random.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/metrics/dynamics.h"
+#include "inhabit/metrics/foot_skating.h"
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Vector3d;
+using torch::Tensor;
+
+constexpr double kSeatHeight = 0.05, kSeatPlace = 0.15;  // metres: how near a pelvis must rest
+constexpr int64_t kApdFrames = 1500;
+constexpr std::array<double, 4> kPrecision = {0.03, 0.05, 0.07, 0.09};
+const std::vector<std::string> kActionNames = {"idle", "walk", "sit"};
+
+/// The first contact of each hand while the person gets seated.
+HandContacts first_contacts(const Labels& labels) {
+  HandContacts out;
+  const Tensor targets = labels.hand_target.to(torch::kFloat64).contiguous();
+  const auto at = targets.accessor<double, 3>();
+  for (int64_t side = 0; side < 2; ++side)
+    for (int64_t t = 0; t < targets.size(0); ++t)
+      if (at[t][side][3] > 0.5) {
+        out[static_cast<size_t>(side)] = Vector3d(at[t][side][0], at[t][side][1], at[t][side][2]);
+        break;
+      }
+  return out;
+}
+
+/// (T, 22 x 12) positions, axes and velocities of the joints as seen from the root of each frame.
+Tensor pose_features(const Clip& clip) {
+  const Recording recording = record(clip, label(clip, std::nullopt), "motion");
+  Tensor out = torch::zeros({recording.size(), kJoints * 12});
+  float* next = out.data_ptr<float>();
+  const auto write = [&](const Eigen::Vector3f& v) {
+    for (int i = 0; i < 3; ++i) *next++ = v[i];
+  };
+  for (int64_t t = 0; t < recording.size(); ++t) {
+    const auto& frame = recording.frames[static_cast<size_t>(t)];
+    const auto& before = recording.frames[static_cast<size_t>(std::max<int64_t>(0, t - 1))];
+    const Place& root = frame.sample.root;
+    for (size_t j = 0; j < kJoints; ++j) {
+      write(root.in(frame.position[j]));
+      write(root.turned_in(frame.forward[j]));
+      write(root.turned_in(frame.up[j]));
+      write(root.turned_in(Eigen::Vector3f((frame.position[j] - before.position[j]) * static_cast<float>(clip.rate))));
+    }
+  }
+  return out;
+}
+
+/// Eq. 5 over rows.
+double pairwise_distance(const std::vector<Tensor>& rows) {
+  if (rows.empty()) return std::nan("");
+  Tensor all = torch::cat(rows);
+  if (all.size(0) < 2) return std::nan("");
+  all = all.index_select(0, torch::tensor(spread_indices(all.size(0), kApdFrames)));
+  const auto n = static_cast<double>(all.size(0));
+  return torch::cdist(all, all).to(torch::kFloat64).sum().item<double>() / (n * (n - 1));
+}
+
+/// Metres from the palm to a point, the least over a clip.
+double closest_approach(const Clip& clip, int side, const Vector3d& point) {
+  const Recording recording = record(clip, label(clip, std::nullopt), "motion");
+  double least = HUGE_VAL;
+  for (const auto& frame : recording.frames)
+    least = std::min(least, (frame.sample.hand[static_cast<size_t>(side)].cast<double>() - point).norm());
+  return least;
+}
+
+/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
+  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
+  const auto at = root.accessor<double, 2>();
+  int64_t first = clip.frames();
+  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
+    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
+    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
+    first = t;
+  }
+  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
+  return first;
+}
+
+Scores score(const std::string& method, const std::vector<Trial>& trials, const std::vector<Clip>& motions) {
+  std::vector<double> errors, success, seconds, depth;
+  std::array<std::vector<double>, 4> near;
+  std::vector<Tensor> approach, sit;
+  double skating = 0, jerk = 0, frames = 0;
+  for (size_t i = 0; i < trials.size(); ++i) {
+    const Trial& trial = trials[i];
+    const Clip& motion = motions[i];
+    for (int side = 0; side < 2; ++side)
+      if (const auto& contact = trial.contacts[static_cast<size_t>(side)]) {
+        errors.push_back(closest_approach(motion, side, *contact));
+        for (size_t k = 0; k < 4; ++k) near[k].push_back(errors.back() < kPrecision[k] ? 1 : 0);
+      }
+    const std::optional<int64_t> seated = seated_from(motion, trial);
+    success.push_back(seated ? 1 : 0);
+    if (seated) seconds.push_back(static_cast<double>(*seated) / motion.rate);
+    const auto count = static_cast<double>(motion.frames());
+    skating += count * foot_skating(motion).fraction();
+    jerk += count * dynamics(motion).jerk;
+    frames += count;
+    depth.push_back(CollisionMeter(builtin_body(), trial.scene).measure(motion).penetration());
+    const Tensor features = pose_features(motion);
+    approach.push_back(features.index({frames_of_action(motion, "walk")}));
+    sit.push_back(features.index({frames_of_action(motion, "sit")}));
+  }
+  Scores out{method,
+             estimate(errors),
+             {},
+             estimate(success),
+             estimate(seconds),
+             skating / frames,
+             jerk / frames,
+             estimate(depth),
+             pairwise_distance(approach),
+             pairwise_distance(sit)};
+  for (size_t k = 0; k < 4; ++k) out.precision[k] = estimate(near[k]);
+  return out;
+}
+
+/// Idle, walk or sit of every frame, as generated motion has them.
+void set_actions(const Labels& labels, Clip& clip) {
+  clip.action_names = kActionNames;
+  clip.action = labels.action.argmax(1);
+}
+
+}  // namespace
+
+std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
+                             double seconds) {
+  std::vector<Trial> all;
+  for (const std::string& folder : folders) {
+    const Dataset set = open_dataset(folder);
+    const std::vector<DatasetClip> entries = set.split(split);
+    for (const int64_t i : spread_indices(static_cast<int64_t>(entries.size()), count)) {
+      const DatasetClip& entry = entries[static_cast<size_t>(i)];
+      if (entry.scene.empty()) continue;
+      const Clip clip = load_clip(set, entry);
+      Scene scene = load_scene(set, entry.scene);
+      const std::optional<Chair> chair = chair_of(clip, scene);
+      if (!chair) continue;
+      const Labels labels = label(clip, chair);
+      Trial trial{
+          folder + "/" + entry.file, std::move(scene), *chair, slice(clip, 0, 1), first_contacts(labels), clip, 0};
+      trial.rest = stays_of(clip).front().rest.y() - chair->seat().y();
+      set_actions(labels, trial.truth);
+      trial.truth = slice(trial.truth, 0, std::min(clip.frames(), static_cast<int64_t>(seconds * clip.rate)));
+      all.push_back(std::move(trial));
+    }
+  }
+  return all;
+}
+
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds) {
+  return {"ours", [interactor = std::move(interactor), seconds](const Trial& trial, uint64_t seed) {
+            Options options;
+            options.contacts = {trial.contacts};
+            options.seconds = seconds;
+            options.seed = seed;
+            options.force = true;
+            options.name = trial.name;
+            return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
+          }};
+}
+
+Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMethod>& methods, uint64_t seed,
+               const std::function<void(int64_t done, int64_t all)>& progress) {
+  const torch::NoGradGuard no_gradients;
+  Table out;
+  out.trials = static_cast<int64_t>(trials.size());
+  for (const Trial& trial : trials)
+    for (const auto& contact : trial.contacts) out.contacts += contact ? 1 : 0;
+  std::vector<Clip> truth;
+  for (const Trial& trial : trials) truth.push_back(trial.truth);
+  out.rows.push_back(score("data", trials, truth));
+  int64_t done = 0;
+  const int64_t all = out.trials * static_cast<int64_t>(methods.size());
+  for (const InteractMethod& method : methods) {
+    std::vector<Clip> motions;
+    for (size_t i = 0; i < trials.size(); ++i) {
+      motions.push_back(method.run(trials[i], item_seed(seed, i)));
+      if (progress) progress(++done, all);
+    }
+    out.rows.push_back(score(method.name, trials, motions));
+  }
+  return out;
+}
+
+ScoreTable score_table(const Table& table) {
+  ScoreTable out;
+  out.labels = {"method"};
+  out.columns = {{"", "contact (cm)", "contact_error_cm", 2},
+                 {"AP (%)", "3 cm", "ap/3cm", 1},
+                 {"AP (%)", "5 cm", "ap/5cm", 1},
+                 {"AP (%)", "7 cm", "ap/7cm", 1},
+                 {"AP (%)", "9 cm", "ap/9cm", 1},
+                 {"", "seated (%)", "seated_percent", 1},
+                 {"", "after (s)", "seconds_to_sit", 1},
+                 {"", "skating (%)", "skating_percent", 1},
+                 {"", "jerk (m/s^3)", "jerk", 0},
+                 {"", "depth (cm)", "penetration_cm", 1},
+                 {"APD", "approach", "apd/approach", 2},
+                 {"APD", "sit", "apd/sit", 2}};
+  const auto times = [](const Estimate& e, double factor) { return Estimate{e.mean * factor, e.interval * factor}; };
+  for (const Scores& s : table.rows) {
+    ScoreTable::Row row{{s.method}, {times(s.contact_error, 100)}};
+    for (const Estimate& p : s.precision) row.cells.push_back(times(p, 100));
+    for (const Estimate& e :
+         {times(s.success, 100), s.seconds_to_sit, Estimate{100 * s.skating, 0}, Estimate{s.jerk, 0},
+          times(s.penetration, 100), Estimate{s.apd_approach, 0}, Estimate{s.apd_sit, 0}})
+      row.cells.push_back(e);
+    out.rows.push_back(row);
+  }
+  out.notes = {fmt::format("{} runs, {} contacts", table.trials, table.contacts)};
+  return out;
+}
+
+std::string table_text(const Table& table) { return text_of(score_table(table), true); }
+
+nlohmann::ordered_json table_json(const Table& table) {
+  return {{"runs", table.trials}, {"contacts", table.contacts}, {"rows", rows_json(score_table(table), true)}};
+}
+
+}  // namespace inhabit::interact

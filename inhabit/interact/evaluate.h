@@ -1,0 +1,62 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "inhabit/interact/chair_interactor.h"
+#include "inhabit/metrics/method.h"
+#include "inhabit/metrics/score_table.h"
+
+namespace inhabit::interact {
+
+/// Somebody's start before a chair, where their hands went, and what they did.
+struct Trial {
+  std::string name;  ///< of the clip, in errors
+  Scene scene;
+  Chair chair;
+  Clip start;  ///< its first frame
+  HandContacts contacts;
+  Clip truth;       ///< at most as long as what is generated, its Clip::action in the names of `run`'s
+  double rest = 0;  ///< metres: the pelvis above the seat's surface in the recording
+};
+
+/// Trials of the clips of one split in which somebody sits down, at most `count`, evenly spread.
+std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
+                             double seconds);
+
+/// What a method made of a trial. Its Clip::action is idle, walk or sit by name.
+using InteractMethod = Method<Trial, Clip>;
+
+/// Ours, raw.
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds);
+
+/// One method over all trials, lengths in metres.
+struct Scores {
+  std::string method;
+  Estimate contact_error;             ///< mean of the palms' closest approach to their contacts (ACE)
+  std::array<Estimate, 4> precision;  ///< share of contacts nearer than 3, 5, 7, 9 cm (AP@k)
+  Estimate success;         ///< share of runs that end seated: the pelvis within 5 cm of the height, and 15 cm of
+                            ///< the place over the seat, at which the recording's rests
+  Estimate seconds_to_sit;  ///< of those
+  double skating = 0;       ///< share of frames in which a foot slides
+  double jerk = 0;          ///< m/s^3, mean over joints and frames
+  Estimate penetration;     ///< the deepest vertex of the skin in the scene
+  double apd_approach = 0, apd_sit = 0;  ///< average pairwise distance (Eq. 5)
+};
+
+struct Table {
+  std::vector<Scores> rows;
+  int64_t trials = 0, contacts = 0;
+};
+
+/// The recordings themselves, then each method. Intervals are over trials.
+Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMethod>& methods, uint64_t seed,
+               const std::function<void(int64_t done, int64_t all)>& progress = {});
+
+ScoreTable score_table(const Table& table);
+std::string table_text(const Table& table);
+nlohmann::ordered_json table_json(const Table& table);
+
+}  // namespace inhabit::interact

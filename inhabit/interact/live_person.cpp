@@ -1,0 +1,220 @@
+#include "inhabit/interact/live_person.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/body/two_bone.h"
+#include "inhabit/error.h"
+#include "inhabit/math/heading.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/synth/posing.h"
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kWalkAction = 1, kSitAction = 2;
+constexpr int kSoon = 15;          // frames: hands leave for their contacts when sitting down begins this soon
+constexpr double kBeside = 0.4;    // metres from the seat: and at the latest here
+constexpr double kReached = 0.05;  // metres from a palm to its contact
+constexpr int kHeld = 60;          // frames that a contact is held for
+constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
+
+Vector3f single(const Vector3d& v) { return v.cast<float>(); }
+
+}  // namespace
+
+struct LivePerson::Impl {
+  const Engine& engine;
+  Bones bones;
+  State state;
+  Pose pose;
+  BonesPose posed;
+  ControlState memory;  // of ControlNet, of one reach
+  ChairGrid grid;
+  std::optional<Chair> chair;
+  std::shared_ptr<const Surroundings> around;
+  HandContacts contacts;
+  std::array<int, 2> held{};         // frames since the contact was reached
+  std::array<bool, 2> begun{};       // the hand has left for it
+  std::vector<float> input, output;  // of PoseNet
+  std::array<float, kControlPose> control_pose{};
+  std::array<float, kControlSize> control_in{}, control_out{};
+
+  explicit Impl(const Engine& e)
+      : engine(e), input(static_cast<size_t>(e.input().size)), output(static_cast<size_t>(e.output().size)) {}
+
+  bool seated() const {
+    if (!chair) return false;
+    const Vector3d off = state.position[0].cast<double>() - chair->seat();
+    return Eigen::Vector2d(off.x(), off.z()).norm() < kNearSeat && off.y() < kOnSeat;
+  }
+
+  /// Hands leave for contacts when sitting down is about to begin, or at once where the person sits.
+  void plan_hands() {
+    if (!chair) return;
+    const Eigen::Vector2f seat = single(chair->seat())({0, 2});
+    const bool close = (state.now().root.position - seat).norm() < kBeside;
+    const bool about_to = state.samples[kNow + kSoon].action[kSitAction] > 0.5F;
+    for (int side = 0; side < 2; ++side) {
+      const auto s = static_cast<size_t>(side);
+      if (!contacts[s]) continue;
+      if (!begun[s] && (close || about_to)) {
+        if (!state.wanted[0] && !state.wanted[1]) memory = {};
+        give_contact(state, side, single(*contacts[s]));
+        begun[s] = true;
+        held[s] = 0;
+      } else if (state.wanted[s]) {
+        const bool there = (palm_of(state, side) - single(*contacts[s])).norm() < kReached;
+        if ((there || held[s] > 0) && ++held[s] > kHeld) drop_contact(state, side);
+      }
+    }
+  }
+
+  void step() {
+    plan_hands();
+    if (grid.centres.empty()) std::fill_n(input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
+    build_input(engine.input(), state, {grid, engine.ego(), *around}, input.data());
+    engine.pose(input.data(), output.data());
+    const Place root = state.now().root;
+    const bool controlled = state.wanted[0] || state.wanted[1];
+    if (controlled) {
+      build_control_input(state, control_pose.data(), control_in.data());
+      engine.control(control_pose.data(), control_in.data(), memory, control_out.data());
+    }
+    const auto& shares = engine.config().inference;
+    apply_output(engine.output(), output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
+                 engine.config().rate, state);
+    if (controlled) apply_control(control_out.data(), root, state);
+    settle();
+  }
+
+  /// The predicted pose on the person's bones: rotations as predicted, then legs and arms to where ankles and wrists
+  /// are.
+  void settle() {
+    const auto parent = [&](size_t j) { return static_cast<size_t>(bones.parents[j]); };
+    std::array<Quaterniond, kJoints> global;
+    for (size_t j = 0; j < kJoints; ++j) global[j] = Quaterniond(state.rotation[j].cast<double>()).normalized();
+    for (size_t j = 0; j < kJoints; ++j)
+      pose.local[j] = j == 0 ? global[0] : (global[parent(j)].conjugate() * global[j]).normalized();
+    pose.trans = state.position[0].cast<double>() - bones.offsets[0];
+    pose_bones(bones, pose.local, pose.trans, posed);
+    for (const Side side : {Side::left, Side::right})
+      for (const Limb& limb : {leg(side), arm(side)}) {
+        const auto end = static_cast<size_t>(limb.end);
+        move_limb_end(bones, limb, state.position[end].cast<double>() - posed.positions[end], posed, pose.local);
+      }
+    pose_bones(bones, pose.local, pose.trans, posed);
+    for (size_t j = 0; j < kJoints; ++j) {
+      state.position[j] = single(posed.positions[j]);
+      state.rotation[j] = posed.rotations[j].toRotationMatrix().cast<float>();
+    }
+    for (int side = 0; side < 2; ++side) state.now().hand[static_cast<size_t>(side)] = palm_of(state, side);
+  }
+};
+
+LivePerson::LivePerson(const Engine& engine, const Clip& start) : impl_(new Impl(engine)) {
+  if (start.frames() < 1 || start.skeleton.parents != standard_parents() || !start.rotations.defined() ||
+      !start.trans.defined())
+    throw Error("start", "needs a pose with rotations on the standard skeleton");
+  Impl& p = *impl_;
+  p.bones = bones_of(start.skeleton);
+  p.pose.local = local_quaternions(start.rotations[-1]);
+  const torch::Tensor trans = start.trans[-1].to(torch::kFloat64).contiguous();
+  p.pose.trans = Eigen::Map<const Vector3d>(trans.data_ptr<double>());
+  pose_bones(p.bones, p.pose.local, p.pose.trans, p.posed);
+  std::array<Vector3f, kJoints> position;
+  std::array<Eigen::Matrix3f, kJoints> rotation;
+  for (size_t j = 0; j < kJoints; ++j) {
+    position[j] = single(p.posed.positions[j]);
+    rotation[j] = p.posed.rotations[j].toRotationMatrix().cast<float>();
+  }
+  p.state = standing_state(position, rotation);
+  p.around = std::make_shared<Surroundings>(Scene{});
+}
+LivePerson::~LivePerson() = default;
+LivePerson::LivePerson(LivePerson&&) noexcept = default;
+
+void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts) {
+  impl_->chair = chair;
+  impl_->grid = sense_chair(chair, impl_->engine.config());
+  impl_->around = std::move(around);
+  const Eigen::Vector2d ahead = ahead_of(chair.heading());
+  set_goal(impl_->state, single(chair.seat()), ahead.cast<float>(), kSitAction, -kNow);
+  reach_for(contacts);
+}
+
+void LivePerson::reach_for(const HandContacts& contacts) {
+  impl_->contacts = contacts;
+  impl_->begun = {};
+  for (int side = 0; side < 2; ++side)
+    if (impl_->state.wanted[static_cast<size_t>(side)]) drop_contact(impl_->state, side);
+}
+
+void LivePerson::walk_to(const Eigen::Vector2d& place, double heading) {
+  reach_for({});
+  set_goal(impl_->state, Vector3f(static_cast<float>(place.x()), 0, static_cast<float>(place.y())),
+           ahead_of(heading).cast<float>(), kWalkAction, 0);
+}
+
+void LivePerson::step() { impl_->step(); }
+const LivePerson::Pose& LivePerson::pose() const { return impl_->pose; }
+const State& LivePerson::state() const { return impl_->state; }
+bool LivePerson::seated() const { return impl_->seated(); }
+
+bool LivePerson::done(int side) const {
+  const auto s = static_cast<size_t>(side);
+  return !impl_->contacts[s] || (impl_->begun[s] && !impl_->state.wanted[s]);
+}
+
+std::optional<double> LivePerson::contact_distance(int side) const {
+  const auto& contact = impl_->contacts[static_cast<size_t>(side)];
+  if (!contact) return std::nullopt;
+  return (palm_of(impl_->state, side).cast<double>() - *contact).norm();
+}
+
+Clip clip_of(const std::vector<LivePerson::Pose>& poses, const Clip& person, double rate) {
+  const auto frames = static_cast<int64_t>(poses.size());
+  Clip clip = person_of(person);
+  clip.rate = rate;
+  clip.rotations = torch::empty({frames, kStandardJoints, 3});
+  clip.trans = torch::empty({frames, 3});
+  float *rotation = clip.rotations.data_ptr<float>(), *trans = clip.trans.data_ptr<float>();
+  const auto write = [](const Vector3d& v, float*& to) {
+    for (int i = 0; i < 3; ++i) *to++ = static_cast<float>(v[i]);
+  };
+  for (const LivePerson::Pose& pose : poses) {
+    for (const Quaterniond& q : pose.local) write(axis_angle_of(q), rotation);
+    write(pose.trans, trans);
+  }
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  return clip;
+}
+
+Clip standing_clip(const Eigen::Vector2d& place, double heading, const torch::Tensor& betas) {
+  const BodyModel& body = builtin_body();
+  const Figure figure = make_figure(body, betas);
+  Controls controls;
+  controls.root = {place.x(), figure.stand_height, place.y()};
+  controls.yaw = controls.gaze_yaw = heading;
+  const Eigen::Vector2d ahead = ahead_of(heading), left = left_of(heading);
+  for (int side = 0; side < 2; ++side) {
+    const Eigen::Vector2d ball = place + (side == 0 ? 0.09 : -0.09) * left + (figure.ankle_ahead + 0.1) * ahead;
+    controls.foot[side] = {{ball.x(), figure.ball_height, ball.y()}, heading, 0, 0};
+    controls.arm[side].abduction = 0.12;
+    controls.arm[side].elbow = 0.2;
+  }
+  const Posed posed = pose_figure(figure, controls);
+  LivePerson::Pose pose{{posed.local.begin(), posed.local.end()}, posed.position[0] - figure.bones.offsets[0]};
+  Clip person;
+  person.skeleton = shaped_skeleton(body, betas);
+  person.betas = betas;
+  return clip_of({pose}, person, 30);
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,68 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "inhabit/body/bones.h"
+#include "inhabit/interact/engine.h"
+#include "inhabit/interact/features.h"
+#include "inhabit/motion/clip.h"
+
+namespace inhabit::interact {
+
+/// Contacts of the hands, left and right, world metres; none: the hand is free.
+using HandContacts = std::array<std::optional<Eigen::Vector3d>, 2>;
+
+/// A person who is moved frame by frame (sec. 4.5): PoseNet alone while they approach, ControlNet and PoseNet while
+/// their hands go to contacts. 30 frames a second.
+///
+///   LivePerson person(engine, standing_clip(place, heading));
+///   person.sit_on(chair, {left, right});
+///   while (...) { person.step(); draw(person.pose()); }
+class LivePerson {
+ public:
+  /// One posed frame.
+  struct Pose {
+    std::vector<Eigen::Quaterniond> local;  ///< one a joint, relative to its parent
+    Eigen::Vector3d trans = Eigen::Vector3d::Zero();
+  };
+
+  /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
+  /// motion before it their velocity is known too. Standard skeleton with rotations.
+  LivePerson(const Engine& engine, const Clip& start);
+  ~LivePerson();
+  LivePerson(LivePerson&&) noexcept;
+
+  /// From now on they go to `chair` and sit down, hands at `contacts` while they do.
+  /// @param scene what must not be walked into, the chair among it.
+  void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
+  /// Contacts of a person who sits, or other ones of one on the way.
+  void reach_for(const HandContacts& contacts);
+  /// They stand up, if they sit, and walk to a place on the floor (x, z).
+  void walk_to(const Eigen::Vector2d& place, double heading);
+
+  /// One frame on.
+  void step();
+
+  const Pose& pose() const;
+  const State& state() const;
+  /// Metres from a palm to its contact, while it has one.
+  std::optional<double> contact_distance(int side) const;
+  bool done(int side) const;  ///< the hand's contact was reached and let go, or there is none
+  bool seated() const;        ///< the pelvis is on the seat
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Poses, a frame each, of the person of a clip (its skeleton and shape).
+Clip clip_of(const std::vector<LivePerson::Pose>& poses, const Clip& person, double rate);
+
+/// A person who stands with hanging arms: one frame. @param place (x, z) metres, on the floor y = 0; @param
+/// heading radians from +Z towards +X; @param betas (B) shape or undefined.
+Clip standing_clip(const Eigen::Vector2d& place, double heading, const torch::Tensor& betas = {});
+
+}  // namespace inhabit::interact
