@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace inhabit::interact {
+
+/// Columns handled together, and rows at most.
+inline constexpr int64_t kExpertColumns = 64, kExpertRows = 48;
+
+/// What becomes of a layer's outputs.
+enum class Activation { kNone, kElu, kLeaky };
+/// Slope under 0 of kLeaky.
+inline constexpr float kLeak = 0.05F;
+
+/// Experts' gates under this are taken for 0: softmax leaves none exactly so, and their weights need not be read.
+inline constexpr float kNoGate = 1e-6F;
+
+/// A linear layer of several experts (or of one) for inference, in 16 bits: each weight is a whole number times a scale
+/// that it shares with up to 127 others of its column. The rounding is 1/65534 of the largest of those, so that outputs
+/// are within some 1e-5 of float's, and a frame reads half the memory: that is what bounds its time.
+struct PackedExperts {
+  int64_t experts = 1, in = 0, out = 0;
+  std::shared_ptr<const uint8_t> data;  ///< block of columns by block, expert by expert, 128 inputs by 128 inputs
+  std::vector<float> bias;              ///< (experts, blocks() * kExpertColumns)
+
+  int64_t blocks() const { return (out + kExpertColumns - 1) / kExpertColumns; }
+  int64_t numbers() const { return experts * in * out; }
+};
+
+/// @param weight (experts, out, in); @param bias (experts, out).
+PackedExperts pack_experts(const float* weight, const float* bias, int64_t experts, int64_t out, int64_t in);
+
+/// Columns [64 block, 64 block + 64), as many as there are, of y[r] = activation(sum over experts of gate (bias + W
+/// x[r])).
+/// @param gates of each row, `gate_stride` apart; nullptr where there is one expert, whose gate is 1.
+/// @param rows at most kExpertRows. @param y where the block's first column goes, rows `y_stride` apart.
+void expert_products(const PackedExperts& w, int64_t block, const float* x, int64_t x_stride, const float* gates,
+                     int64_t gate_stride, int64_t rows, Activation activation, float* y, int64_t y_stride);
+
+/// Long short-term memory (PyTorch's equations) of 16 units: cell and hidden are moved on.
+/// @param gates 16 each of input, forget, cell and output, before their activation.
+void lstm_units(const float* gates, float* cell, float* hidden);
+
+}  // namespace inhabit::interact
