@@ -1,37 +1,49 @@
 #include "inhabit/interact/engine.h"
 
-#include <algorithm>
-
 #include "inhabit/error.h"
-#include "inhabit/interact/features.h"
 
 namespace inhabit::interact {
+namespace {
+
+const Networks& complete(const Networks& networks) {
+  if (networks.pose.is_empty() || networks.control.is_empty())
+    throw Error("interaction", "the model lacks PoseNet or ControlNet");
+  require_window(networks.config, "interaction");
+  return networks;
+}
+
+std::vector<float> floats(const torch::Tensor& t) {
+  const torch::Tensor plain = t.to(torch::kFloat32).contiguous();
+  return {plain.data_ptr<float>(), plain.data_ptr<float>() + plain.numel()};
+}
+
+}  // namespace
 
 Engine::Engine(const Networks& networks)
-    : networks_(networks),
+    : networks_(complete(networks)),
       input_(input_layout(networks.config)),
       output_(output_layout(networks.config)),
-      ego_(networks.config) {
-  if (networks_.pose.is_empty() || networks_.control.is_empty())
-    throw Error("interaction", "the model lacks PoseNet or ControlNet");
-  require_window(networks_.config, "interaction");
+      ego_(networks.config),
+      pose_(networks.pose),
+      control_(networks.control),
+      input_mean_(floats(networks.input_scale.mean)),
+      input_factor_(floats(1 / networks.input_scale.deviation)),
+      output_mean_(floats(networks.output_scale.mean)),
+      output_factor_(floats(networks.output_scale.deviation)) {}
+
+Engine::Workspace Engine::workspace() const {
+  Workspace work;
+  work.input.resize(static_cast<size_t>(input_.size));
+  work.output.resize(static_cast<size_t>(output_.size));
+  work.memory.resize(static_cast<size_t>(control_.state_size()));
+  start_control(work);
+  return work;
 }
 
-void Engine::pose(float* in, float* out) const {
-  const torch::NoGradGuard no_gradients;
-  const torch::Tensor x = networks_.input_scale.to_network(torch::from_blob(in, {1, input_.size}));
-  PoseNetwork network = networks_.pose;
-  const torch::Tensor y = networks_.output_scale.from_network(network->forward(x)).contiguous();
-  std::copy_n(y.data_ptr<float>(), output_.size, out);
-}
-
-void Engine::control(const float* pose, const float* control, ControlState& state, float* out) const {
-  const torch::NoGradGuard no_gradients;
-  ControlNetwork network = networks_.control;
-  if (!state.hidden.defined()) state = network->start(1);
-  const auto row = [](const float* p, int64_t size) { return torch::from_blob(const_cast<float*>(p), {1, size}); };
-  const torch::Tensor y = network->step(row(pose, kControlPose), row(control, kControlSize), state).contiguous();
-  std::copy_n(y.data_ptr<float>(), kControlSize, out);
+void Engine::pose(Workspace& work) const {
+  for (size_t i = 0; i < work.input.size(); ++i) work.input[i] = (work.input[i] - input_mean_[i]) * input_factor_[i];
+  pose_.forward(work.input.data(), 1, work.output.data(), work.pose);
+  for (size_t i = 0; i < work.output.size(); ++i) work.output[i] = work.output[i] * output_factor_[i] + output_mean_[i];
 }
 
 }  // namespace inhabit::interact

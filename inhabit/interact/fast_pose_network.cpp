@@ -32,17 +32,17 @@ void softmax(float* x, int64_t count) {
 }  // namespace
 
 FastPoseNetwork::FastPoseNetwork(const PoseNetwork& network) : sizes_(network->sizes) {
-  using Place = Piece::Place;
+  using Store = Piece::Store;
   if (sizes_.experts > kExpertColumns) throw Error("PoseNet", "has more experts than the fast evaluation takes");
   // Encoders and the gating network side by side, each layer a stage; every network's rows in columns of their own, of
   // layers in turn two such.
-  const auto chain = [&](const std::vector<torch::nn::Linear>& linears, int64_t from_column, Place last,
+  const auto chain = [&](const std::vector<torch::nn::Linear>& linears, int64_t from_column, Store last,
                          int64_t last_column, Activation last_activation) {
-    Place from = Place::kInput;
+    Store from = Store::kInput;
     for (size_t i = 0; i < linears.size(); ++i) {
       Piece piece{packed(linears[i]), from, last, from_column, last_column, last_activation};
       if (i + 1 < linears.size()) {
-        piece.to = Place::kLayers;
+        piece.to = Store::kLayers;
         piece.to_column = wide_;
         piece.activation = Activation::kElu;
         wide_ += piece.layer.out;
@@ -57,21 +57,21 @@ FastPoseNetwork::FastPoseNetwork(const PoseNetwork& network) : sizes_(network->s
     std::vector<torch::nn::Linear> linears;
     for (const auto& module : network->encoders[i]->children())
       if (auto linear = std::dynamic_pointer_cast<torch::nn::LinearImpl>(module)) linears.emplace_back(linear);
-    chain(linears, input, Place::kCodes, code_, Activation::kElu);
+    chain(linears, input, Store::kCodes, code_, Activation::kElu);
     input += sizes_.inputs[i];
     code_ += sizes_.encoders[i];
   }
   const GatingNetwork& gating = network->gating;
-  chain({gating->fc0, gating->fc1, gating->fc2}, sizes_.row - sizes_.gating, Place::kGates, 0, Activation::kNone);
+  chain({gating->fc0, gating->fc1, gating->fc2}, sizes_.row - sizes_.gating, Store::kGates, 0, Activation::kNone);
 
-  Place from = Place::kCodes;
+  Store from = Store::kCodes;
   int64_t from_column = 0;
   const auto& experts = *network->experts;
   for (size_t i = 0; i < experts.weights.size(); ++i) {
     const bool last = i + 1 == experts.weights.size();
     Piece piece{packed(experts.weights[i], experts.biases[i]),
                 from,
-                last ? Place::kOutput : Place::kLayers,
+                last ? Store::kOutput : Store::kLayers,
                 from_column,
                 last ? 0 : wide_,
                 last ? Activation::kNone : Activation::kElu,
@@ -94,20 +94,20 @@ void FastPoseNetwork::add(size_t stage, Piece piece) {
 
 void FastPoseNetwork::run(const Piece& piece, int64_t block, int64_t first_row, int64_t rows, const float* x, float* y,
                           Workspace& workspace) const {
-  using Place = Piece::Place;
-  const auto row_of = [&](Place place) -> std::pair<float*, int64_t> {
+  using Store = Piece::Store;
+  const auto row_of = [&](Store place) -> std::pair<float*, int64_t> {
     switch (place) {
-      case Place::kCodes:
+      case Store::kCodes:
         return {workspace.codes.data(), code_};
-      case Place::kGates:
+      case Store::kGates:
         return {workspace.gates.data(), sizes_.experts};
-      case Place::kOutput:
+      case Store::kOutput:
         return {y, sizes_.outputs};
       default:
         return {workspace.layers.data(), wide_};
     }
   };
-  const bool from_input = piece.from == Place::kInput;
+  const bool from_input = piece.from == Store::kInput;
   const auto [source, source_stride] = row_of(piece.from);
   const int64_t in_stride = from_input ? sizes_.row : source_stride;
   const float* in = (from_input ? x : source) + first_row * in_stride + piece.from_column;
@@ -115,7 +115,7 @@ void FastPoseNetwork::run(const Piece& piece, int64_t block, int64_t first_row, 
   float* out = target + first_row * out_stride + piece.to_column + block * kExpertColumns;
   const float* gates = piece.gated ? workspace.gates.data() + first_row * sizes_.experts : nullptr;
   expert_products(piece.layer, block, in, in_stride, gates, sizes_.experts, rows, piece.activation, out, out_stride);
-  if (piece.to == Place::kGates)
+  if (piece.to == Store::kGates)
     for (int64_t r = 0; r < rows; ++r) softmax(out + r * out_stride, sizes_.experts);
 }
 

@@ -34,7 +34,7 @@ class FastPoseNetwork {
   /// A layer and where its rows come from and go to.
   struct Piece {
     PackedExperts layer;
-    enum class Place { kInput, kLayers, kCodes, kGates, kOutput } from, to;
+    enum class Store { kInput, kLayers, kCodes, kGates, kOutput } from, to;
     int64_t from_column = 0, to_column = 0;
     Activation activation = Activation::kElu;
     bool gated = false;

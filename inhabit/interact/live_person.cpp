@@ -35,19 +35,17 @@ struct LivePerson::Impl {
   State state;
   Pose pose;
   BonesPose posed;
-  ControlState memory;  // of ControlNet, of one reach
   ChairGrid grid;
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
   HandContacts contacts;
-  std::array<int, 2> held{};         // frames since the contact was reached
-  std::array<bool, 2> begun{};       // the hand has left for it
-  std::vector<float> input, output;  // of PoseNet
+  std::array<int, 2> held{};    // frames since the contact was reached
+  std::array<bool, 2> begun{};  // the hand has left for it
+  Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
 
-  explicit Impl(const Engine& e)
-      : engine(e), input(static_cast<size_t>(e.input().size)), output(static_cast<size_t>(e.output().size)) {}
+  explicit Impl(const Engine& e) : engine(e), work(e.workspace()) {}
 
   bool seated() const {
     if (!chair) return false;
@@ -65,7 +63,7 @@ struct LivePerson::Impl {
       const auto s = static_cast<size_t>(side);
       if (!contacts[s]) continue;
       if (!begun[s] && (close || about_to)) {
-        if (!state.wanted[0] && !state.wanted[1]) memory = {};
+        if (!state.wanted[0] && !state.wanted[1]) engine.start_control(work);
         give_contact(state, side, single(*contacts[s]));
         begun[s] = true;
         held[s] = 0;
@@ -85,10 +83,10 @@ struct LivePerson::Impl {
     const bool controlled = state.wanted[0] || state.wanted[1];
     if (controlled) {
       build_control_input(state, control_pose.data(), control_in.data());
-      engine.control(control_pose.data(), control_in.data(), memory, control_out.data());
+      engine.control(control_pose.data(), control_in.data(), control_out.data(), work);
     }
     const auto& shares = engine.config().inference;
-    apply_output(engine.output(), output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
+    apply_output(engine.output(), work.output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
                  engine.config().rate, state);
     if (controlled) apply_control(control_out.data(), root, state);
     settle();

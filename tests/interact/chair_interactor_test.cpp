@@ -1,0 +1,143 @@
+// Protects the running of human-chair interaction as far as no training is needed for it: bones keep their lengths, the
+// same input gives the same motion, contacts are put on the chair or refused with the reason, and the person of any
+// floor height is the same person.
+#include "inhabit/interact/chair_interactor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "chair_scene.h"
+#include "inhabit/interact/contact_area.h"
+#include "inhabit/scene/query.h"
+#include "largest.h"
+#include "refusal_of.h"
+#include "small_networks.h"
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+using torch::Tensor;
+
+Scene armchair_scene() {
+  std::mt19937_64 random(5);
+  Furniture chair = make_armchair(random);
+  chair.place(0.5, -0.4, 0.7);
+  return scene_of({chair});
+}
+
+/// Networks whose outputs are small, so that a person who is moved by them stays where they are.
+const ChairInteractor& interactor() {
+  static const ChairInteractor it = [] {
+    Networks networks = untrained_networks(small_interact_config());
+    networks.output_scale.mean.zero_();
+    networks.output_scale.deviation.fill_(0.05);
+    return ChairInteractor(networks);
+  }();
+  return it;
+}
+
+Options on_chair(HandContacts contacts) {
+  Options options;
+  options.chair = "armchair_0";
+  options.contacts = {contacts};
+  options.seconds = 1;
+  return options;
+}
+
+TEST(ChairInteractor, BonesKeepTheirLengthsAndTheSameIsTheSame) {
+  const Scene scene = armchair_scene();
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  const Chair chair = find_chair(scene, "armchair_0");
+  const Options options = on_chair({contact_on(chair, "armrest", 0), std::nullopt});
+  const Result result = interactor().run(start, scene, options);
+  ASSERT_EQ(result.motion.frames(), 30);
+  EXPECT_TRUE(result.motion.joints.isfinite().all().item<bool>());
+  EXPECT_LT(largest(result.motion.joints[0] - start.joints[0]), 1e-5) << "it begins with the pose that was given";
+  const auto& parents = result.motion.skeleton.parents;
+  for (size_t j = 1; j < parents.size(); ++j) {
+    const Tensor bone =
+        (result.motion.joints.select(1, static_cast<int64_t>(j)) - result.motion.joints.select(1, parents[j]))
+            .norm(2, {1});
+    EXPECT_LT(largest(bone - bone[0]), 1e-4) << j;
+  }
+  EXPECT_EQ(result.motion.action.size(0), 30);
+  EXPECT_TRUE(torch::equal(interactor().run(start, scene, options).motion.joints, result.motion.joints));
+}
+
+TEST(ChairInteractor, AFloorOfAnyHeightIsTheFloor) {
+  const Scene scene = armchair_scene();
+  Scene raised = scene;
+  const Tensor up = torch::tensor({0.F, 1.5F, 0.F});
+  for (Mesh& mesh : raised.meshes) mesh.vertices = mesh.vertices + up;
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  Clip high = start;
+  high.trans = high.trans + up;
+  high.joints = high.joints + up;
+  const Tensor low = interactor().run(start, scene, on_chair({})).motion.joints,
+               lifted = interactor().run(high, raised, on_chair({})).motion.joints;
+  EXPECT_LT(largest(lifted - up - low), 2e-3);
+}
+
+TEST(ChairInteractor, ContactsAreOnTheChairOrRefused) {
+  const Scene scene = armchair_scene();
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  const Chair chair = find_chair(scene, "armchair_0");
+  const Vector3d arm = contact_on(chair, "armrest", 1);
+  const Result result = interactor().run(start, scene, on_chair({std::nullopt, arm + Vector3d(0, 0.05, 0)}));
+  EXPECT_LT((*result.contacts[0][1] - arm).norm(), 0.02) << "moved to the surface";
+  EXPECT_FALSE(result.contacts[0][0]);
+  const auto refused = [&](const Options& options) {
+    return refusal_of([&] { interactor().run(start, scene, options); });
+  };
+  EXPECT_THAT(refused(on_chair({arm + Vector3d(0, 0.4, 0), std::nullopt})),
+              testing::AllOf(HasSubstr("left contact"), HasSubstr("in the air")));
+  Options none = on_chair({});
+  none.chair = "throne";
+  EXPECT_THAT(refused(none), testing::AllOf(HasSubstr("throne"), HasSubstr("armchair_0")));
+  Options endless = on_chair({});
+  endless.seconds = 0;
+  EXPECT_THAT(refused(endless), HasSubstr("seconds"));
+  EXPECT_THAT(refusal_of([&] {
+                interactor().run(standing_clip({0.5, -0.4}, 0), scene, on_chair({}));
+              }),
+              HasSubstr("inside"));
+}
+
+TEST(ChairInteractor, ContactNetsContactsAreOnTheSurface) {
+  const Chair chair = find_chair(armchair_scene(), "armchair_0");
+  const auto drawn = interactor().draw_contacts(chair, 20, 3);
+  ASSERT_EQ(drawn.size(), 20);
+  const SceneQuery surface(Scene{chair.name, {chair.mesh}, {}});
+  for (const HandContacts& contacts : drawn)
+    for (const auto& c : contacts)
+      if (c)
+        EXPECT_LT(surface.closest(torch::tensor({{c->x(), c->y(), c->z()}}, torch::kFloat32)).distances.item<double>(),
+                  1e-3);
+  EXPECT_EQ(drawn[4], interactor().draw_contacts(chair, 5, 3)[4]) << "a draw depends on its number alone";
+}
+
+TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
+  const Chair chair = find_chair(armchair_scene(), "armchair_0");
+  const auto in_seat = [&](const Vector3d& p) -> Vector3d { return chair.frame.inverse() * p; };
+  for (int side = 0; side < 2; ++side) {
+    const double sign = side == 0 ? 1 : -1;
+    const Vector3d arm = in_seat(contact_on(chair, "armrest", side)), front = in_seat(contact_on(chair, "front", side)),
+                   back = in_seat(contact_on(chair, "back", side));
+    EXPECT_GT(sign * arm.x(), 0.15);
+    EXPECT_GT(arm.y(), chair.seat_height + 0.08);
+    EXPECT_GT(front.z(), 0.1);
+    EXPECT_NEAR(front.y(), chair.seat_height, 0.06);
+    EXPECT_LT(back.z(), -0.05);
+    EXPECT_GT(back.y(), chair.seat_height + 0.2);
+  }
+  EXPECT_THAT(refusal_of([&] { contact_on(chair, "lid", 0); }), HasSubstr("armrest"));
+  std::mt19937_64 random(5);
+  Furniture stool = make_stool(random);
+  const Chair plain = find_chair(scene_of({stool}), "stool_0");
+  EXPECT_THAT(refusal_of([&] { contact_on(plain, "armrest", 0); }), HasSubstr("no armrest on the left"));
+}
+
+}  // namespace
+}  // namespace inhabit::interact
