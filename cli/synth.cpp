@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
+#include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/generate.h"
@@ -38,6 +39,24 @@ void add_rooms(CLI::App& synth) {
   verb->callback([given] {
     given->options.progress = progress_lines("clips");
     print_summary(inhabit::generate_rooms(given->out, given->options));
+  });
+}
+
+void add_chairs(CLI::App& synth) {
+  struct Given {
+    std::string out;
+    inhabit::ChairsOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("chairs", "Make people who walk up to chairs and sit on them");
+  verb->add_option("--out", given->out, "Folder of the data set")->required();
+  verb->add_option("--minutes", given->options.minutes, "Minutes of motion")->capture_default_str();
+  verb->add_option("--subjects", given->options.subjects, "Number of people")->capture_default_str();
+  verb->add_option("--chairs", given->options.chairs, "Number of chairs")->capture_default_str();
+  verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  verb->callback([given] {
+    given->options.progress = progress_lines("clips");
+    print_summary(inhabit::generate_chairs(given->out, given->options));
   });
 }
 
@@ -119,6 +138,7 @@ void add_synth(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("synth", "Make data sets: rooms, people in them, rooms around recordings");
   verb->require_subcommand(1);
   add_rooms(*verb);
+  add_chairs(*verb);
   add_fit(*verb);
   add_check(*verb);
 }

@@ -17,6 +17,23 @@ double capsule_in_box(const Vector3d& a, const Vector3d& b, double radius, const
   return std::max(0.0, radius - nearest);
 }
 
+double deepest_in(const Furniture& piece, const std::vector<Capsule>& capsules, const Performance& performance) {
+  const Eigen::Isometry3d to_own = piece.pose.inverse();
+  const Eigen::AlignedBox3d bounds = piece.bounds();
+  double deepest = 0;
+  for (const Posed& pose : performance.pose)
+    for (const Capsule& c : capsules) {
+      if (c.joint >= kStandardJoints) continue;
+      const Vector3d& at = pose.position[c.joint];
+      const Eigen::Quaterniond& turn = pose.global[c.joint];
+      const Vector3d a = to_own * (at + turn * Vector3d(c.a[0], c.a[1], c.a[2]));
+      const Vector3d b = to_own * (at + turn * Vector3d(c.b[0], c.b[1], c.b[2]));
+      if (bounds.exteriorDistance(a) > (b - a).norm() + c.radius) continue;
+      for (const Box& box : piece.boxes) deepest = std::max(deepest, capsule_in_box(a, b, c.radius, box));
+    }
+  return deepest;
+}
+
 double deepest_collision(const Room& room, const std::vector<Capsule>& capsules, const Performance& performance) {
   struct SolidBox {
     Box box;

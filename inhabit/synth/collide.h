@@ -12,4 +12,7 @@ double capsule_in_box(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double
 /// @param capsules of the person's own shape (shaped_capsules).
 double deepest_collision(const Room& room, const std::vector<Capsule>& capsules, const Performance& performance);
 
+/// The same for one piece and the capsules given, in use or not.
+double deepest_in(const Furniture& piece, const std::vector<Capsule>& capsules, const Performance& performance);
+
 }  // namespace inhabit

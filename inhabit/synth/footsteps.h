@@ -50,6 +50,11 @@ class StepPlan {
   /// Turns to `heading` by small steps, the foot of that side first, and comes to stand at `to`, which is near.
   void turn(double heading, const Eigen::Vector2d& to, std::mt19937_64& random);
 
+  /// Moves one foot to `foothold` in `seconds`, for somebody who sits.
+  void place_foot(int side, const Foothold& foothold, double seconds) { add(side, foothold, now_, now_ + seconds); }
+  /// Where the foot of `side` stands now.
+  const Foothold& foothold(int side) const { return foothold_[side]; }
+
   const std::array<Foothold, 2>& start() const { return start_; }
   const std::vector<Footstep>& steps() const { return steps_; }
   /// Where the foot of `side` stands when the body stands at `place` with `heading`.

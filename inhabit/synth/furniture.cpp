@@ -167,6 +167,22 @@ void Furniture::place(double x, double z, double yaw) {
   pose = Eigen::Translation3d(x, 0, z) * Eigen::AngleAxisd(yaw, Vector3d::UnitY());
 }
 
+void Furniture::rescale(const Vector3d& factors) {
+  for (Box& box : boxes) {
+    box.center = box.center.cwiseProduct(factors);
+    box.half = box.half.cwiseProduct(factors);
+  }
+  for (Surface& surface : surfaces) {
+    surface.center = surface.center.cwiseProduct(factors);
+    surface.half_width *= factors.x();
+    surface.half_depth *= factors.z();
+  }
+  back_height *= factors.y();
+  back_z *= factors.z();
+  const torch::Tensor stretch = torch::tensor({factors.x(), factors.y(), factors.z()}).to(torch::kFloat);
+  for (Mesh& mesh : meshes) mesh.vertices = mesh.vertices * stretch;
+}
+
 Furniture make_chair(std::mt19937_64& random, std::optional<double> seat_height) {
   Builder b("chair");
   const Color wood = chance(random, 0.15) ? kSteel : pick(random, kWoods);

@@ -40,6 +40,8 @@ struct Furniture {
   Eigen::AlignedBox3d bounds() const;
   /// Puts the origin at (x, z) on the floor and rotates the front from +Z towards +X by `yaw` radians.
   void place(double x, double z, double yaw);
+  /// Stretches the piece along its own axes; bevels go along.
+  void rescale(const Eigen::Vector3d& factors);
 };
 
 // Pieces of random size, style and colour, with their own origin. Heights may be asked for, in metres.

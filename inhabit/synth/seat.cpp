@@ -11,9 +11,6 @@ namespace inhabit {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-namespace {
-
-/// A hand flat on a level surface of the room at `point` (world), fingers along `ahead`.
 HandTrip flat_hand(int side, const Vector3d& point, const Vector3d& ahead, const Figure& figure) {
   HandTrip trip;
   trip.side = side;
@@ -24,7 +21,6 @@ HandTrip flat_hand(int side, const Vector3d& point, const Vector3d& ahead, const
   return trip;
 }
 
-/// A hand on its own thigh, in the thigh's frame.
 HandTrip thigh_hand(int side, const Figure& figure, std::mt19937_64& random) {
   const double mirror = side == 0 ? 1 : -1;
   HandTrip trip;
@@ -38,8 +34,6 @@ HandTrip thigh_hand(int side, const Figure& figure, std::mt19937_64& random) {
   trip.arch = 0.04;
   return trip;
 }
-
-}  // namespace
 
 std::vector<Seat> seats_of(const Room& room, const Figure& figure) {
   std::vector<Seat> seats;

@@ -26,6 +26,11 @@ Eigen::Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937
 /// Where the root will rest for somebody who stands at `place`; times are left to the caller.
 SeatStay plan_stay(const Seat& seat, const Figure& figure, const Eigen::Vector2d& place, std::mt19937_64& random);
 
+/// A hand flat on a level surface at `point` (world), fingers along `ahead`.
+HandTrip flat_hand(int side, const Eigen::Vector3d& point, const Eigen::Vector3d& ahead, const Figure& figure);
+/// A hand on its own thigh, in the thigh's frame.
+HandTrip thigh_hand(int side, const Figure& figure, std::mt19937_64& random);
+
 /// What the hands do on the way down, while seated (on the thighs, on arm rests) and on the way up.
 void plan_seat_hands(const Seat& seat, const SeatStay& stay, const Figure& figure, std::mt19937_64& random,
                      std::vector<HandTrip>& hands);

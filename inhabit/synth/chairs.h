@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "inhabit/data/native.h"
+#include "inhabit/synth/chair_life.h"
+#include "inhabit/synth/generate.h"
+
+namespace inhabit {
+
+struct ChairsOptions {
+  double minutes = 180;
+  int subjects = 6;
+  int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
+  uint64_t seed = 1;
+  Progress progress;
+};
+
+/// A native data set of people who walk up to chairs and sit on them, in `folder`: the composition of the COUCH data
+/// set (right hand 17.3, left hand 14.0, both hands 28.9, no contact 17.4, free interaction 15.2, locomotion 7.2 % of
+/// the minutes), clips of 12 to 24 s, starts 1 to 5 m from the chair in every direction. Each chair stands in a scene
+/// of its own, a floor and in a third of them one or two pieces in the way, and is in one split only. Every clip draws
+/// from a seed of its own, so the bytes do not depend on the number of threads (OpenMP, over clips); nothing is kept of
+/// a clip that is written.
+Dataset generate_chairs(const std::string& folder, const ChairsOptions& options);
+
+/// What DatasetClip::source tells about a clip made here: "subject_2/right_hand/chair_017".
+struct ChairSource {
+  int subject = 0;
+  Interaction interaction = Interaction::no_contact;
+  int64_t chair = 0;
+};
+std::string source_text(const ChairSource& source);
+/// Throws Error(text, ...) where it is none of a chairs data set.
+ChairSource parse_chair_source(const std::string& text);
+
+/// The split of chair `index`.
+std::string split_of_chair(int64_t index);
+
+/// A straight chair, an armchair, a stool or a sofa of random size, seats 0.38 to 0.55 m high, at a place near the
+/// middle of a floor without walls; sometimes with other pieces around it.
+Room make_chair_room(std::mt19937_64& random);
+
+}  // namespace inhabit
