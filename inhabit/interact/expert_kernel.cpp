@@ -14,11 +14,15 @@
 namespace inhabit::interact {
 namespace {
 
-constexpr int64_t kDepth = 128;  // inputs that share scales: 16 KB of weights, which stay in the first-level cache
+constexpr int64_t kDepth = 64;  // inputs that share scales; their weights stay in the first-level cache for all rows
 
-/// Bytes of one expert's block of columns: for every 128 inputs a scale for each column, then the weights.
-int64_t block_bytes(int64_t in) {
-  return (in + kDepth - 1) / kDepth * kExpertColumns * int64_t{sizeof(float)} + in * kExpertColumns * 2;
+/// Bytes of the weights of `depth` inputs with their scales, which stand before them for each column.
+int64_t part_bytes(int64_t depth, bool floats) {
+  return kExpertColumns * (int64_t{sizeof(float)} + depth * (floats ? 4 : 2));
+}
+/// Bytes of one expert's block of columns.
+int64_t block_bytes(int64_t in, bool floats) {
+  return in / kDepth * part_bytes(kDepth, floats) + (in % kDepth != 0 ? part_bytes(in % kDepth, floats) : 0);
 }
 
 /// Vectors of whole numbers: spelt out for each width, because GCC 12 converts none whose width is a parameter's.
@@ -43,14 +47,23 @@ struct Whole<16> {
   typedef float Float __attribute__((vector_size(64)));
 };
 
+template <int kWidth>
+INHABIT_INLINE void load_weights(const int16_t* w, typename Whole<kWidth>::Float& to) {
+  typename Whole<kWidth>::Short numbers;
+  std::memcpy(&numbers, w, sizeof(numbers));
+  to = __builtin_convertvector(__builtin_convertvector(numbers, typename Whole<kWidth>::Int),
+                               typename Whole<kWidth>::Float);
+}
+template <int kWidth>
+INHABIT_INLINE void load_weights(const float* w, typename Whole<kWidth>::Float& to) {
+  std::memcpy(&to, w, sizeof(to));
+}
+
 /// Sums of `kRows` rows over `depth` inputs for kVectors vectors of columns, times scale and gate, added to y.
-template <int kWidth, int kVectors, int kRows>
-INHABIT_INLINE void tile(const int16_t* w, const float* scale, int64_t depth, const float* x, int64_t x_stride,
+template <int kWidth, int kVectors, int kRows, class Weight>
+INHABIT_INLINE void tile(const Weight* w, const float* scale, int64_t depth, const float* x, int64_t x_stride,
                          const float* gate, float* y) {
   typedef float vec __attribute__((vector_size(kWidth * sizeof(float)), aligned(4), may_alias));
-  using Short = typename Whole<kWidth>::Short;
-  using Int = typename Whole<kWidth>::Int;
-  using Float = typename Whole<kWidth>::Float;
   vec sum[kRows][kVectors];
 #pragma GCC unroll 8
   for (int r = 0; r < kRows; ++r) {
@@ -58,13 +71,9 @@ INHABIT_INLINE void tile(const int16_t* w, const float* scale, int64_t depth, co
     for (int v = 0; v < kVectors; ++v) sum[r][v] = vec{};
   }
   for (int64_t c = 0; c < depth; ++c, w += kExpertColumns) {
-    vec weight[kVectors];
+    typename Whole<kWidth>::Float weight[kVectors];
 #pragma GCC unroll 8
-    for (int v = 0; v < kVectors; ++v) {
-      Short number;
-      std::memcpy(&number, w + v * kWidth, sizeof(number));
-      weight[v] = __builtin_convertvector(__builtin_convertvector(number, Int), Float);
-    }
+    for (int v = 0; v < kVectors; ++v) load_weights<kWidth>(w + v * kWidth, weight[v]);
 #pragma GCC unroll 8
     for (int r = 0; r < kRows; ++r) {
       const float value = x[r * x_stride + c];
@@ -82,11 +91,11 @@ INHABIT_INLINE void tile(const int16_t* w, const float* scale, int64_t depth, co
   }
 }
 
-template <int kWidth, int kVectors, int kRows>
+template <int kWidth, int kVectors, int kRows, class Weight>
 INHABIT_INLINE void tiles_across(const uint8_t* at, int64_t depth, const float* x, int64_t x_stride, const float* gate,
                                  float* y) {
   const auto* scale = reinterpret_cast<const float*>(at);
-  const auto* w = reinterpret_cast<const int16_t*>(at + kExpertColumns * sizeof(float));
+  const auto* w = reinterpret_cast<const Weight*>(at + kExpertColumns * sizeof(float));
   for (int64_t column = 0; column < kExpertColumns; column += kWidth * kVectors)
     tile<kWidth, kVectors, kRows>(w + column, scale + column, depth, x, x_stride, gate, y + column);
 }
@@ -109,15 +118,15 @@ INHABIT_INLINE void activate(Activation activation, float* y, int64_t count) {
 }
 
 /// @param kWide, kTall vectors of a tile of one row, and of one of several.
-template <int kWidth, int kWide, int kTall>
-INHABIT_INLINE void products(const PackedExperts& w, int64_t block, const float* x, int64_t x_stride,
-                             const float* gates, int64_t gate_stride, int64_t rows, Activation activation, float* y,
-                             int64_t y_stride) {
+template <int kWidth, int kWide, int kTall, class Weight>
+INHABIT_INLINE void products_of(const PackedExperts& w, int64_t block, const float* x, int64_t x_stride,
+                                const float* gates, int64_t gate_stride, int64_t rows, Activation activation, float* y,
+                                int64_t y_stride) {
   constexpr int kRows = 6;
   alignas(64) float sums[kExpertRows * kExpertColumns];
   float gate[kExpertRows];
   std::fill_n(sums, rows * kExpertColumns, 0.0F);
-  const uint8_t* at = w.data.get() + block * w.experts * block_bytes(w.in);
+  const uint8_t* at = w.data.get() + block * w.experts * block_bytes(w.in, w.floats);
   for (int64_t e = 0; e < w.experts; ++e) {
     float most = 0;
     const float* bias = w.bias.data() + (e * w.blocks() + block) * kExpertColumns;
@@ -127,29 +136,40 @@ INHABIT_INLINE void products(const PackedExperts& w, int64_t block, const float*
       for (int64_t c = 0; c < kExpertColumns; ++c) sums[r * kExpertColumns + c] += gate[r] * bias[c];
     }
     if (most < kNoGate) {
-      at += block_bytes(w.in);
+      at += block_bytes(w.in, w.floats);
       continue;
     }
     for (int64_t first = 0; first < w.in; first += kDepth) {
       const int64_t depth = std::min(kDepth, w.in - first);
       int64_t r = 0;
       for (; r + kRows <= rows; r += kRows)
-        tiles_across<kWidth, kTall, kRows>(at, depth, x + r * x_stride + first, x_stride, gate + r,
-                                           sums + r * kExpertColumns);
+        tiles_across<kWidth, kTall, kRows, Weight>(at, depth, x + r * x_stride + first, x_stride, gate + r,
+                                                   sums + r * kExpertColumns);
       if (r + 3 <= rows) {
-        tiles_across<kWidth, kTall, 3>(at, depth, x + r * x_stride + first, x_stride, gate + r,
-                                       sums + r * kExpertColumns);
+        tiles_across<kWidth, kTall, 3, Weight>(at, depth, x + r * x_stride + first, x_stride, gate + r,
+                                               sums + r * kExpertColumns);
         r += 3;
       }
       for (; r < rows; ++r)
-        tiles_across<kWidth, kWide, 1>(at, depth, x + r * x_stride + first, x_stride, gate + r,
-                                       sums + r * kExpertColumns);
-      at += kExpertColumns * (int64_t{sizeof(float)} + 2 * depth);
+        tiles_across<kWidth, kWide, 1, Weight>(at, depth, x + r * x_stride + first, x_stride, gate + r,
+                                               sums + r * kExpertColumns);
+      at += part_bytes(depth, w.floats);
     }
   }
   activate<kWidth>(activation, sums, rows * kExpertColumns);
   const int64_t columns = std::min(kExpertColumns, w.out - block * kExpertColumns);
   for (int64_t r = 0; r < rows; ++r) std::copy_n(sums + r * kExpertColumns, columns, y + r * y_stride);
+}
+
+template <int kWidth, int kWide, int kTall>
+INHABIT_INLINE void products(const PackedExperts& w, int64_t block, const float* x, int64_t x_stride,
+                             const float* gates, int64_t gate_stride, int64_t rows, Activation activation, float* y,
+                             int64_t y_stride) {
+  if (w.floats)
+    products_of<kWidth, kWide, kTall, float>(w, block, x, x_stride, gates, gate_stride, rows, activation, y, y_stride);
+  else
+    products_of<kWidth, kWide, kTall, int16_t>(w, block, x, x_stride, gates, gate_stride, rows, activation, y,
+                                               y_stride);
 }
 
 /// x becomes 1 / (1 + exp(-x)).
@@ -216,6 +236,50 @@ std::shared_ptr<uint8_t> large_pages(size_t bytes) {
   return {static_cast<uint8_t*>(memory), [](uint8_t* p) { std::free(p); }};
 }
 
+/// Calls part(expert, block, first input, depth, place) for all parts of the packed weights, in their order.
+template <class Part>
+void each_part(const PackedExperts& w, uint8_t* at, const Part& part) {
+  for (int64_t block = 0; block < w.blocks(); ++block)
+    for (int64_t e = 0; e < w.experts; ++e)
+      for (int64_t first = 0; first < w.in; first += kDepth) {
+        const int64_t depth = std::min(kDepth, w.in - first);
+        part(e, block, first, depth, at);
+        at += part_bytes(depth, w.floats);
+      }
+}
+
+/// Packs the weights of w's sizes. Returns the sum of the squares of what rounding changed.
+double pack_weights(const float* weight, PackedExperts& w) {
+  const std::shared_ptr<uint8_t> data =
+      large_pages(static_cast<size_t>(w.blocks() * w.experts * block_bytes(w.in, w.floats)));
+  double squares = 0;
+  each_part(w, data.get(), [&](int64_t e, int64_t block, int64_t first, int64_t depth, uint8_t* at) {
+    auto* scales = reinterpret_cast<float*>(at);
+    const int64_t begin = block * kExpertColumns, columns = std::min(kExpertColumns, w.out - begin);
+    for (int64_t c = 0; c < columns; ++c) {
+      const float* column = weight + (e * w.out + begin + c) * w.in + first;
+      if (w.floats) {
+        scales[c] = 1;
+        for (int64_t i = 0; i < depth; ++i) scales[kExpertColumns * (1 + i) + c] = column[i];
+        continue;
+      }
+      auto* numbers = reinterpret_cast<int16_t*>(at + kExpertColumns * sizeof(float));
+      float most = 0;
+      for (int64_t i = 0; i < depth; ++i) most = std::max(most, std::abs(column[i]));
+      if (most == 0) continue;
+      scales[c] = most / 32767;
+      for (int64_t i = 0; i < depth; ++i) {
+        const float number = std::clamp(std::round(column[i] / scales[c]), -32767.0F, 32767.0F);
+        numbers[i * kExpertColumns + c] = static_cast<int16_t>(number);
+        const double change = static_cast<double>(number * scales[c] - column[i]);
+        squares += change * change;
+      }
+    }
+  });
+  w.data = data;
+  return squares;
+}
+
 }  // namespace
 
 PackedExperts pack_experts(const float* weight, const float* bias, int64_t experts, int64_t out, int64_t in) {
@@ -223,32 +287,15 @@ PackedExperts pack_experts(const float* weight, const float* bias, int64_t exper
   w.experts = experts;
   w.in = in;
   w.out = out;
-  const int64_t blocks = w.blocks();
-  const std::shared_ptr<uint8_t> data = large_pages(static_cast<size_t>(blocks * experts * block_bytes(in)));
-  w.bias.assign(static_cast<size_t>(experts * blocks * kExpertColumns), 0.0F);
-  uint8_t* at = data.get();
-  for (int64_t block = 0; block < blocks; ++block) {
-    const int64_t begin = block * kExpertColumns, columns = std::min(kExpertColumns, out - begin);
-    for (int64_t e = 0; e < experts; ++e) {
-      std::copy_n(bias + e * out + begin, columns, w.bias.data() + (e * blocks + block) * kExpertColumns);
-      for (int64_t first = 0; first < in; first += kDepth) {
-        const int64_t depth = std::min(kDepth, in - first);
-        auto* scales = reinterpret_cast<float*>(at);
-        auto* numbers = reinterpret_cast<int16_t*>(at + kExpertColumns * sizeof(float));
-        for (int64_t c = 0; c < columns; ++c) {
-          const float* column = weight + (e * out + begin + c) * in + first;
-          float most = 0;
-          for (int64_t i = 0; i < depth; ++i) most = std::max(most, std::abs(column[i]));
-          scales[c] = most / 32767;
-          for (int64_t i = 0; i < depth && scales[c] > 0; ++i)
-            numbers[i * kExpertColumns + c] =
-                static_cast<int16_t>(std::clamp(std::round(column[i] / scales[c]), -32767.0F, 32767.0F));
-        }
-        at += kExpertColumns * (int64_t{sizeof(float)} + 2 * depth);
-      }
-    }
+  const int64_t padded = w.blocks() * kExpertColumns;
+  w.bias.assign(static_cast<size_t>(experts * padded), 0.0F);
+  for (int64_t e = 0; e < experts; ++e) std::copy_n(bias + e * out, out, w.bias.data() + e * padded);
+  double all = 0;
+  for (int64_t i = 0; i < w.numbers(); ++i) all += static_cast<double>(weight[i]) * static_cast<double>(weight[i]);
+  if (!(pack_weights(weight, w) <= kRounding * kRounding * all)) {
+    w.floats = true;
+    pack_weights(weight, w);
   }
-  w.data = data;
   return w;
 }
 

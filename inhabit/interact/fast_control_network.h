@@ -10,8 +10,8 @@
 namespace inhabit::interact {
 
 /// Inference-only evaluation of ControlNet on the CPU, frame by frame: the same outputs as ControlNetworkImpl::step()
-/// to 1e-4 (weights are kept in 16 bits, expert_kernel.h), without a graph and without allocating. Copies share the
-/// weights.
+/// to 1e-4 (weights in 16 bits where these do, expert_kernel.h), without a graph and without allocating. Copies share
+/// the weights.
 class FastControlNetwork {
  public:
   explicit FastControlNetwork(const ControlNetwork& network);

@@ -10,8 +10,8 @@
 namespace inhabit::interact {
 
 /// Inference-only evaluation of a PoseNetwork (ours, NSM, NSM+Control) on the CPU: the same outputs as
-/// PoseNetworkImpl::forward() in evaluation mode to 1e-4 (weights are kept in 16 bits, expert_kernel.h), without a
-/// graph and without allocating. Copies share the weights.
+/// PoseNetworkImpl::forward() in evaluation mode to 1e-4 (weights in 16 bits where these do, expert_kernel.h), without
+/// a graph and without allocating. Copies share the weights.
 class FastPoseNetwork {
  public:
   explicit FastPoseNetwork(const PoseNetwork& network);

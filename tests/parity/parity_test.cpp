@@ -17,6 +17,8 @@
 #include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/sampler.h"
+#include "inhabit/interact/fast_control_network.h"
+#include "inhabit/interact/fast_pose_network.h"
 #include "inhabit/interact/model_file.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/safetensors.h"
@@ -185,6 +187,7 @@ void check_chair_posenet(const std::string& path, const SafeTensors& content) {
   const Tensor x = tensor(content, "in.x");
   expect_close(network->gates(x), tensor(content, "out.gating"), "gating");
   expect_close(network->forward(x), tensor(content, "out.y"), "frame");
+  expect_close(interact::FastPoseNetwork(network).forward(x), tensor(content, "out.y"), "frame, fast");
 }
 
 void check_chair_controlnet(const std::string& path, const SafeTensors& content) {
@@ -197,6 +200,18 @@ void check_chair_controlnet(const std::string& path, const SafeTensors& content)
   expect_close(network->forward(x.slice(2, 0, pose), x.slice(2, pose), state), tensor(content, "out.y"), "control");
   expect_close(state.hidden, tensor(content, "out.h"), "state");
   expect_close(state.cell, tensor(content, "out.c"), "cell");
+
+  const interact::FastControlNetwork fast(network);
+  interact::FastControlNetwork::Workspace workspace;
+  const int64_t people = x.size(1);
+  Tensor carried = torch::empty({people, fast.state_size()}), y = torch::empty({x.size(0), people, x.size(2) - pose});
+  for (int64_t i = 0; i < people; ++i) fast.start(carried[i].data_ptr<float>());
+  for (int64_t t = 0; t < x.size(0); ++t) {
+    const Tensor now = x[t].slice(1, 0, pose).contiguous(), control = x[t].slice(1, pose).contiguous();
+    fast.step(now.data_ptr<float>(), control.data_ptr<float>(), people, carried.data_ptr<float>(),
+              y[t].data_ptr<float>(), workspace);
+  }
+  expect_close(y, tensor(content, "out.y"), "control, fast");
 }
 
 void check_chair_contactnet(const std::string& path, const SafeTensors& content) {
