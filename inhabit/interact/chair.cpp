@@ -48,14 +48,21 @@ Eigen::Isometry3d seat_frame(const Vector2d& place, double floor, double heading
   return frame;
 }
 
-/// Metres that are free from a seat outwards along a heading, at the height of a seated trunk.
+/// Metres that are free from a seat outwards along a heading, 2.5 at most: where nothing but the seat's own object is
+/// within 0.2 m of points from shin to breast.
 double free_ahead(const Scene& scene, const std::string& without, const Vector3d& seat, double heading) {
+  constexpr double kFarthest = 2.5, kStep = 0.1;
   const Scene others = obstacles_of(scene, without);
-  if (others.meshes.empty()) return 5;
+  if (others.meshes.empty()) return kFarthest;
   const Vector2d ahead = ahead_of(heading);
-  const torch::Tensor from = torch::tensor({seat.x(), seat.y() + 0.2, seat.z()}, torch::kFloat).view({1, 3});
-  const torch::Tensor way = torch::tensor({ahead.x(), 0., ahead.y()}, torch::kFloat).view({1, 3});
-  return std::min(5.0, SceneQuery(others).cast(from, way).distances.item<double>());
+  std::vector<float> points;
+  for (double d = 0.3; d < kFarthest; d += kStep)
+    for (const double height : {-0.2, 0.15, 0.5})
+      for (const double at : {seat.x() + d * ahead.x(), seat.y() + height, seat.z() + d * ahead.y()})
+        points.push_back(static_cast<float>(at));
+  const torch::Tensor near = SceneQuery(others).closest(torch::tensor(points).view({-1, 3})).distances.view({-1, 3});
+  const torch::Tensor blocked = (std::get<0>(near.min(1)) < 0.2).nonzero();
+  return blocked.numel() == 0 ? kFarthest : 0.3 + kStep * static_cast<double>(blocked[0][0].item<int64_t>());
 }
 
 /// The parts of a piece of furniture around its seat, in axes of `heading` about the seat's middle.
@@ -142,7 +149,7 @@ double facing(const Scene& scene, const Mesh& mesh, const TopView& view, const L
       width = std::max(width, std::abs((p - middle).dot(left_of(side))));
     }
     const Vector3d from(middle.x(), view.floor + seat.height, middle.y());
-    const double room = std::min(free_ahead(scene, mesh.name, from, side), 2.5) * (depth > 1.3 * width ? 0.3 : 1);
+    const double room = free_ahead(scene, mesh.name, from, side) * (depth > 1.3 * width ? 0.3 : 1);
     if (room > most + 1e-6) {
       most = room;
       best = side;

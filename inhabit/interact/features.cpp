@@ -184,7 +184,7 @@ void apply_pose(const OutputLayout& layout, const float* output, const Place& ro
       state.rotation[j].col(0) = x.normalized();
       state.rotation[j].col(1) = state.rotation[j].col(2).cross(state.rotation[j].col(0));
     }
-    state.future_position[j] = future.out({ahead[0], ahead[1], ahead[2]});
+    state.position_from_ahead[j] = future.out({ahead[0], ahead[1], ahead[2]});
   }
 }
 

@@ -164,8 +164,9 @@ torch::Tensor phase_of(const Clip& clip, const std::vector<Stay>& stays, const s
 int64_t reach_start(const std::vector<double>& speed, int64_t touch, int64_t earliest) {
   const auto s = [&](int64_t t) { return speed[static_cast<size_t>(t)]; };
   int64_t t = touch;
-  while (t > earliest && s(t - 1) >= s(t)) --t;                    // back to where it was fastest
-  while (t > earliest && s(t - 1) <= s(t) && s(t) > kMoving) --t;  // and to where it was slowest before that
+  // Back over where it was fastest to where it was slow before that.
+  for (double peak = s(t); t > earliest && (peak < kMoving || s(t) > 0.4 * peak); peak = std::max(peak, s(t))) --t;
+  while (t > earliest && s(t - 1) <= s(t) && s(t) > kMoving) --t;
   return t;
 }
 

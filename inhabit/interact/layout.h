@@ -35,7 +35,7 @@ InputLayout input_layout(const Config& config);
 /// PoseNet's output: the next frame in the axes of the present root.
 struct OutputLayout {
   Span joints;         ///< as in the input
-  Span future_joints;  ///< joint: position in the axes of the root one second after the next frame
+  Span future_joints;  ///< joint: the same positions in the axes of the root one second later
   Span trajectory;     ///< as in the input, at the present and future keys of the next frame
   Span goal_root;      ///< the same keys: root's position x z and direction x z in the axes of that key's goal
   Span goals;          ///< as in the input

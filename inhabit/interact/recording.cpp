@@ -98,7 +98,7 @@ State state_at(const Recording& recording, int64_t frame) {
     return recording.frames[static_cast<size_t>(std::clamp<int64_t>(t, 0, recording.size() - 1))];
   };
   State out;
-  const Recording::Frame &now = at(frame), &before = at(frame - 1), &later = at(frame + kSamples - 1 - kNow);
+  const Recording::Frame &now = at(frame), &before = at(frame - 1);
   for (int i = 0; i < kSamples; ++i) out.samples[static_cast<size_t>(i)] = at(frame + i - kNow).sample;
   for (size_t j = 0; j < kJoints; ++j) {
     out.position[j] = now.position[j];
@@ -107,7 +107,7 @@ State state_at(const Recording& recording, int64_t frame) {
     out.rotation[j].col(1) = now.up[j];
     out.rotation[j].col(2) = now.forward[j];
   }
-  out.future_position = later.position;
+  out.position_from_ahead = now.position;
   out.touching = now.touching;
   out.contact = now.contact;
   out.wanted = now.wanted;

@@ -27,7 +27,7 @@ int64_t usable_frames(const Recording& r) {
   const int64_t last = r.size() - 1, before = std::max<int64_t>(0, last - 9);
   const auto place = [&](int64_t t) { return r.frames[static_cast<size_t>(t)].sample.root.position; };
   const float speed = (place(last) - place(before)).norm() / 9 * static_cast<float>(r.rate);
-  return std::max<int64_t>(0, last - (speed < kAtRest ? 0 : kSamples - kNow));
+  return std::max<int64_t>(0, last - (speed < kAtRest ? 0 : kSamples - 1 - kNow));
 }
 
 bool same_contact(const Recording::Frame& a, const Recording::Frame& b, size_t hand) {

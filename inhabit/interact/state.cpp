@@ -56,7 +56,7 @@ void set_goal(State& state, const Vector3f& goal, const Vector2f& facing, int ac
 State standing_state(const std::array<Vector3f, kJoints>& position,
                      const std::array<Eigen::Matrix3f, kJoints>& rotation) {
   State state;
-  state.position = state.future_position = position;
+  state.position = state.position_from_ahead = position;
   state.rotation = rotation;
   state.velocity.fill(Vector3f::Zero());
   Sample still;

@@ -24,11 +24,11 @@ struct Sample {
 /// What a person does at one moment: the pose, a second of the past and a second of the future as it was predicted
 /// last. World, metres, +Y up, floor at y = 0. Copied without allocation.
 struct State {
-  std::array<Sample, kSamples> samples;                     ///< one a frame; samples[kNow] is the present
-  std::array<Eigen::Vector3f, kJoints> position, velocity;  ///< metres, metres a second
-  std::array<Eigen::Matrix3f, kJoints> rotation;            ///< joint to world
-  std::array<Eigen::Vector3f, kJoints> future_position;     ///< of the pose as it was predicted from a second ahead
-  std::array<float, kContacts> touching{};                  ///< as OutputLayout::contacts
+  std::array<Sample, kSamples> samples;                      ///< one a frame; samples[kNow] is the present
+  std::array<Eigen::Vector3f, kJoints> position, velocity;   ///< metres, metres a second
+  std::array<Eigen::Matrix3f, kJoints> rotation;             ///< joint to world
+  std::array<Eigen::Vector3f, kJoints> position_from_ahead;  ///< the same places as predicted from a second ahead
+  std::array<float, kContacts> touching{};                   ///< as OutputLayout::contacts
 
   /// A hand's contact while it is being reached for or held.
   std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};

@@ -59,8 +59,9 @@ double validated(int64_t size, int64_t count, const std::function<double(const s
 }
 
 /// A task whose losses are those of rows: PoseNet's and the baselines'. `losses(batch)` on the training's device.
-template <class Network, class LossesOf>
-TrainTask row_task(Training& t, Network network, const std::string& prefix, RowKind kind, const LossesOf& losses) {
+template <class Network>
+TrainTask row_task(Training& t, Network network, const std::string& prefix, RowKind kind,
+                   const std::function<Losses(const PoseBatch&)>& losses) {
   TrainTask task;
   task.module = network.ptr();
   task.networks = {{prefix, network.ptr()}};
@@ -68,8 +69,8 @@ TrainTask row_task(Training& t, Network network, const std::string& prefix, RowK
   task.weight_decay = t.model.config.training.pose_decay;
   const auto moved = [&t](const PoseBatch& b) { return PoseBatch{b.input.to(t.device), b.target.to(t.device)}; };
   task.prepare = batches([&t, kind](const TrainStep& step) { return pose_batch(t, t.data, kind, step.indices); },
-                         [losses, moved](const PoseBatch& b, const TrainStep&) mutable { return losses(moved(b)); });
-  task.validate = [&t, losses, moved, kind]() mutable {
+                         [losses, moved](const PoseBatch& b, const TrainStep&) { return losses(moved(b)); });
+  task.validate = [&t, losses, moved, kind] {
     return validated(t.validation.poses(), kValidationRows, [&](const std::vector<int64_t>& some) {
       return losses(moved(pose_batch(t, t.validation, kind, some))).front().second.template item<double>();
     });
@@ -101,17 +102,18 @@ ControlSequences on(const ControlSequences& s, torch::Device d) {
 TrainTask control_task(Training& t, int64_t steps) {
   const Config::Training& settings = t.model.config.training;
   ControlNetwork network = t.model.control;
-  const auto losses = [network, &settings, &t](const ControlSequences& on_cpu, double own) mutable {
-    const ControlSequences s = on(on_cpu, t.device);
-    const ControlRun run = run_control(network, s, own);
-    return control_losses(run.output, run.control, s.target, s.wanted, settings);
-  };
+  const std::function<ControlLosses(const ControlSequences&, double)> losses =
+      [network, &settings, &t](const ControlSequences& on_cpu, double own) mutable {
+        const ControlSequences s = on(on_cpu, t.device);
+        const ControlRun run = run_control(network, s, own);
+        return control_losses(run.output, run.control, s.target, s.wanted, settings);
+      };
   TrainTask task;
   task.module = network.ptr();
   task.networks = {{"control_net.", network.ptr()}};
   task.samples = t.data.sequences();
   task.prepare = batches([&t](const TrainStep& step) { return t.data.control_sequences(step.indices); },
-                         [losses, &settings, steps](const ControlSequences& s, const TrainStep& step) mutable {
+                         [losses, &settings, steps](const ControlSequences& s, const TrainStep& step) {
                            const double done = static_cast<double>(step.number) / static_cast<double>(steps);
                            const double span = std::max(1e-9, settings.sampling_to - settings.sampling_from);
                            const ControlLosses l =
@@ -122,9 +124,9 @@ TrainTask control_task(Training& t, int64_t steps) {
                                          {"straight", l.straight},
                                          {"first", l.first}};
                          });
-  task.validate = [&t, losses]() mutable {
+  task.validate = [&t, losses] {
     return validated(t.validation.sequences(), kValidationSequences, [&](const std::vector<int64_t>& some) {
-      return losses(t.validation.control_sequences(some), 1).total.template item<double>();
+      return losses(t.validation.control_sequences(some), 1).total.item<double>();
     });
   };
   return task;
@@ -133,7 +135,7 @@ TrainTask control_task(Training& t, int64_t steps) {
 TrainTask contact_task(Training& t) {
   const double beta = t.model.config.training.contact_beta;
   ContactNetwork network = t.model.contact;
-  const auto losses = [network, beta, &t](const ContactRows& rows) mutable {
+  const std::function<ContactLosses(const ContactRows&)> losses = [network, beta, &t](const ContactRows& rows) mutable {
     const torch::Tensor noise = torch::randn({rows.contacts.size(0), t.model.config.contact_z}).to(t.device);
     return contact_losses(network, {rows.chair.to(t.device), rows.contacts.to(t.device)},
                           network->is_training() ? noise : torch::zeros_like(noise), beta);
@@ -143,13 +145,13 @@ TrainTask contact_task(Training& t) {
   task.networks = {{"contact_net.", network.ptr()}};
   task.samples = t.data.contact_sets();
   task.prepare = batches([&t](const TrainStep& step) { return t.data.contact_rows(step.indices); },
-                         [losses](const ContactRows& rows, const TrainStep&) mutable {
+                         [losses](const ContactRows& rows, const TrainStep&) {
                            const ContactLosses l = losses(rows);
                            return Losses{{"total", l.total}, {"distance", l.distance}, {"divergence", l.divergence}};
                          });
-  task.validate = [&t, losses]() mutable {
+  task.validate = [&t, losses] {
     return validated(t.validation.contact_sets(), kValidationRows, [&](const std::vector<int64_t>& some) {
-      return losses(t.validation.contact_rows(some)).total.template item<double>();
+      return losses(t.validation.contact_rows(some)).total.item<double>();
     });
   };
   return task;

@@ -46,6 +46,8 @@ ChairGrid sense_chair(const Chair& chair, const Config& config) {
   const torch::Tensor vertices = chair.mesh.vertices.contiguous();
   const float* v = vertices.data_ptr<float>();
   for (int64_t i = 0; i < vertices.size(0); ++i, v += 3) box.extend(own * Vector3f(v[0], v[1], v[2]));
+  // What lies on a side of the box lies in a cell.
+  box = AlignedBox3f(box.min() - Vector3f::Constant(0.001F), box.max() + Vector3f::Constant(0.001F));
   const int n = config.chair_grid;
   const Vector3f cell = box.sizes() / static_cast<float>(n);
   for (int y = 0; y < n; ++y)
@@ -63,7 +65,7 @@ ChairGrid sense_chair(const Chair& chair, const Config& config) {
   const float* p = nearest.data_ptr<float>();
   for (size_t i = 0; i < grid.centres.size(); ++i, p += 3) {
     const Vector3f apart = world.linear().transpose() * (Vector3f(p[0], p[1], p[2]) - grid.centres[i]);
-    const bool within = (apart.cwiseAbs().array() <= 0.5F * cell.array() + 1e-5F).all();
+    const bool within = (apart.cwiseAbs().array() < 0.5F * cell.array() - 1e-5F).all();
     const float value = within ? std::max(0.F, 1 - apart.norm() / cell.maxCoeff()) : 0.F;
     grid.values.push_back(inside.data_ptr<float>()[i] > 0.5F ? 1.F : value);
   }

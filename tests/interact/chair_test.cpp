@@ -31,7 +31,7 @@ TEST(Chair, SeatAndFacingOfEveryKindAreFoundWhereverItStands) {
 
 TEST(Chair, AStoolIsFacedWhereTheFloorIsFree) {
   std::mt19937_64 random(5);
-  Furniture stool = make_stool(random), wall = make_table(random, 3, 0.6, 1.2);
+  Furniture stool = make_stool(random), wall = make_table(random, 3, 0.6, 0.75);
   for (const double free : {0.0, M_PI / 2, M_PI, -M_PI / 2}) {
     std::vector<Furniture> pieces{stool};
     for (int k = 1; k < 4; ++k) {
