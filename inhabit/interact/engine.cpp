@@ -31,13 +31,11 @@ Engine::Engine(const Networks& networks)
       output_mean_(floats(networks.output_scale.mean)),
       output_factor_(floats(networks.output_scale.deviation)) {}
 
-Engine::Workspace Engine::workspace() const {
-  Workspace work;
-  work.input.resize(static_cast<size_t>(input_.size));
-  work.output.resize(static_cast<size_t>(output_.size));
-  work.memory.resize(static_cast<size_t>(control_.state_size()));
-  start_control(work);
-  return work;
+Engine::Workspace::Workspace(const Engine& engine)
+    : input(static_cast<size_t>(engine.input_.size)),
+      output(static_cast<size_t>(engine.output_.size)),
+      memory(static_cast<size_t>(engine.control_.state_size())) {
+  engine.start_control(*this);
 }
 
 void Engine::pose(Workspace& work) const {

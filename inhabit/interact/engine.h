@@ -23,12 +23,12 @@ class Engine {
 
   /// What one person's frames are computed in, and what ControlNet carries from frame to frame.
   struct Workspace {
+    explicit Workspace(const Engine& engine);
     std::vector<float> input, output;  ///< of PoseNet (InputLayout::size, OutputLayout::size)
     std::vector<float> memory;         ///< of ControlNet's LSTM
     FastPoseNetwork::Workspace pose;
     FastControlNetwork::Workspace control;
   };
-  Workspace workspace() const;
 
   /// PoseNet: features as they are in work.input, which is overwritten, to work.output.
   void pose(Workspace& work) const;

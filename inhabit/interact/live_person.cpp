@@ -45,7 +45,7 @@ struct LivePerson::Impl {
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
 
-  explicit Impl(const Engine& e) : engine(e), work(e.workspace()) {}
+  explicit Impl(const Engine& e) : engine(e), work(e) {}
 
   bool seated() const {
     if (!chair) return false;
@@ -76,9 +76,10 @@ struct LivePerson::Impl {
 
   void step() {
     plan_hands();
-    if (grid.centres.empty()) std::fill_n(input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
-    build_input(engine.input(), state, {grid, engine.ego(), *around}, input.data());
-    engine.pose(input.data(), output.data());
+    if (grid.centres.empty())
+      std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
+    build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());
+    engine.pose(work);
     const Place root = state.now().root;
     const bool controlled = state.wanted[0] || state.wanted[1];
     if (controlled) {
