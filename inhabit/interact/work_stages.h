@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
 namespace inhabit::interact {
 
@@ -11,15 +12,18 @@ namespace inhabit::interact {
 struct WorkStages {
   static constexpr int kMost = 24;
 
+  struct Counters {
+    std::atomic<int64_t> taken[kMost] = {}, done[kMost] = {};
+  };
   int stages = 0;
   int64_t pieces[kMost] = {};
-  std::atomic<int64_t> taken[kMost] = {}, done[kMost] = {};
+  std::unique_ptr<Counters> counters = std::make_unique<Counters>();
 
   void add(int64_t count) { pieces[stages++] = count; }
 
   /// Calls work(stage, piece) for all. Several threads take pieces as they come; a stage begins when the one before is
   /// done, whoever did it: a thread that starts late, as they do when waiting is passive, holds nobody up. Nothing is
-  /// allocated. Not to be called on one object from two threads. @param work must not throw.
+  /// allocated. Not to be called on one object from two threads at once. @param work must not throw.
   template <class Work>
   void run(int threads, const Work& work) {
     if (threads <= 1) {
@@ -27,6 +31,8 @@ struct WorkStages {
         for (int64_t i = 0; i < pieces[s]; ++i) work(s, i);
       return;
     }
+    auto& taken = counters->taken;
+    auto& done = counters->done;
     for (int s = 0; s < stages; ++s) {
       taken[s].store(0, std::memory_order_relaxed);
       done[s].store(0, std::memory_order_relaxed);
