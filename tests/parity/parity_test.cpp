@@ -17,10 +17,12 @@
 #include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/sampler.h"
+#include "inhabit/interact/model_file.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
+#include "shared.h"
 #include "temp_folder.h"
 
 using namespace inhabit;
@@ -177,6 +179,36 @@ void check_inbetween_sampler(const std::string& path, const SafeTensors& content
   EXPECT_TRUE(torch::equal(got.select(2, 0), c.given.values.select(2, 0))) << "the first key holds";
 }
 
+void check_chair_posenet(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  interact::PoseNetwork network = interact::load_networks(path).pose;
+  const Tensor x = tensor(content, "in.x");
+  expect_close(network->gates(x), tensor(content, "out.gating"), "gating");
+  expect_close(network->forward(x), tensor(content, "out.y"), "frame");
+}
+
+void check_chair_controlnet(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  const interact::Networks networks = interact::load_networks(path);
+  interact::ControlNetwork network = networks.control;
+  const Tensor x = tensor(content, "in.x");
+  const int64_t pose = networks.config.pose_size();
+  interact::ControlState state = network->start(x.size(1));
+  expect_close(network->forward(x.slice(2, 0, pose), x.slice(2, pose), state), tensor(content, "out.y"), "control");
+  expect_close(state.hidden, tensor(content, "out.h"), "state");
+  expect_close(state.cell, tensor(content, "out.c"), "cell");
+}
+
+void check_chair_contactnet(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  interact::ContactNetwork network = interact::load_networks(path).contact;
+  const Tensor chair = tensor(content, "in.condition");
+  const interact::LatentDistribution q = network->encode(tensor(content, "in.contacts"), chair);
+  expect_close(q.mean, tensor(content, "out.mean"), "mean");
+  expect_close(q.log_variance, tensor(content, "out.log_variance"), "log variance");
+  expect_close(network->decode(tensor(content, "in.z"), chair), tensor(content, "out.contacts"), "contacts");
+}
+
 using Check = void (*)(const std::string& path, const SafeTensors& content);
 
 /// What checks a file, told by its name; none for files of other systems.
@@ -187,6 +219,9 @@ Check check_for(const std::string& name) {
   if (name.rfind("motion_scores", 0) == 0) return check_motion_scores;
   if (name.rfind("inbetween_denoiser", 0) == 0) return check_inbetween_denoiser;
   if (name.rfind("inbetween_sampler", 0) == 0) return check_inbetween_sampler;
+  if (name.rfind("chair_posenet", 0) == 0) return check_chair_posenet;
+  if (name.rfind("chair_controlnet", 0) == 0) return check_chair_controlnet;
+  if (name.rfind("chair_contactnet", 0) == 0) return check_chair_contactnet;
   return nullptr;
 }
 
@@ -239,5 +274,30 @@ TEST(Parity, FilesMayHoldAnyBatch) {
     write_safetensors(doubled, content);
     SCOPED_TRACE(doubled);
     check_for(name)(doubled, read_safetensors(doubled));
+  }
+}
+
+/// The chair networks' files lie beside the project; their batches are theirs, of one sample, and doubled.
+TEST(Parity, ChairNetworksOfTheSharedFolder) {
+  const std::filesystem::path shared = shared_folder();
+  if (shared.empty()) GTEST_SKIP() << "no shared folder";
+  const TempFolder folder;
+  for (const char* name : {"chair_posenet", "chair_controlnet", "chair_contactnet"}) {
+    const std::string path = shared / "parity" / (std::string(name) + ".safetensors");
+    const SafeTensors content = read_safetensors(path);
+    SCOPED_TRACE(name);
+    std::cout << name << "\n";
+    check_for(name)(path, content);
+    const int64_t axis = std::string(name) == "chair_controlnet" ? 1 : 0;
+    for (const bool doubled : {false, true}) {
+      SafeTensors other = content;
+      for (auto& [key, value] : other.tensors) {
+        if (key.rfind("in.", 0) != 0 && key.rfind("out.", 0) != 0) continue;
+        value = doubled ? torch::cat({value, value}, axis) : value.narrow(axis, 1, 1).contiguous();
+      }
+      const std::string changed = folder / (std::string(name) + ".safetensors");
+      write_safetensors(changed, other);
+      check_for(name)(changed, other);
+    }
   }
 }

@@ -1,0 +1,43 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <string>
+#include <vector>
+
+namespace inhabit::interact {
+
+/// Linear layers with a rectifier after each, or between them alone; dropout before each where asked for. In a
+/// Sequential whose indices are the released ones.
+struct LayerSpec {
+  std::vector<int64_t> widths;  ///< inputs, then the outputs of each layer
+  double dropout = -1;          ///< before each layer; under 0: none, which takes no index either
+  double leak = -1;             ///< slope under 0 of a leaky rectifier; 0: ReLU; under 0: ELU
+  bool activate_last = false;
+};
+torch::nn::Sequential make_layers(const LayerSpec& spec);
+
+/// Weights of the experts by a network of three layers, softmax at the end: (B, inputs) -> (B, experts), ELU between.
+struct GatingNetworkImpl : torch::nn::Module {
+  /// @param second width of the second hidden layer.
+  GatingNetworkImpl(int64_t inputs, int64_t first, int64_t second, int64_t experts, double dropout);
+  torch::Tensor forward(const torch::Tensor& x);
+
+  torch::nn::Linear fc0{nullptr}, fc1{nullptr}, fc2{nullptr};
+  double dropout;
+};
+TORCH_MODULE(GatingNetwork);
+
+/// Layers whose weights are blended from those of experts, ELU between. The layer's outputs are blended in their place,
+/// which is the same before the ELU: no blended weight is ever formed.
+struct ExpertLayersImpl : torch::nn::Module {
+  /// @param widths inputs, then the outputs of each layer.
+  ExpertLayersImpl(int64_t experts, const std::vector<int64_t>& widths, double dropout);
+  /// @param x (B, inputs); @param gates (B, experts). @return (B, outputs)
+  torch::Tensor forward(torch::Tensor x, const torch::Tensor& gates);
+
+  std::vector<torch::Tensor> weights, biases;  ///< (experts, out, in) and (experts, out) of each layer
+  double dropout;
+};
+TORCH_MODULE(ExpertLayers);
+
+}  // namespace inhabit::interact

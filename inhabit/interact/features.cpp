@@ -1,0 +1,297 @@
+#include "inhabit/interact/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr std::array<size_t, 2> kHandOrder = {1, 0};  // vectors have the right hand first
+
+/// Writes one number or vector after the other.
+struct FeatureWriter {
+  float* next;
+  void operator()(float value) { *next++ = value; }
+  template <class Derived>
+  void operator()(const Eigen::MatrixBase<Derived>& v) {
+    for (Eigen::Index i = 0; i < v.size(); ++i) *next++ = v[i];
+  }
+  void operator()(const std::array<float, kActions>& v) { next = std::copy(v.begin(), v.end(), next); }
+};
+
+void write_pose(const State& pose, const Place& root, float* out) {
+  FeatureWriter write{out};
+  for (size_t j = 0; j < kJoints; ++j) {
+    write(root.in(pose.position[j]));
+    write(root.turned_in(Vector3f(pose.rotation[j].col(2))));
+    write(root.turned_in(Vector3f(pose.rotation[j].col(1))));
+    write(root.turned_in(pose.velocity[j]));
+  }
+}
+
+void write_trajectory(const State& state, const Place& root, int first_key, float* out) {
+  FeatureWriter write{out};
+  for (int k = first_key; k < kKeys; ++k) {
+    const Sample& s = state.key(k);
+    write(root.turned_in(Vector2f(s.root.position - root.position)));
+    write(root.turned_in(s.root.facing));
+    write(s.action);
+  }
+}
+
+void write_goals(const State& state, const Place& root, float* out) {
+  FeatureWriter write{out};
+  for (int k = 0; k < kKeys; ++k) {
+    const Sample& s = state.key(k);
+    const Vector2f facing = root.turned_in(s.goal_facing);
+    write(root.in(s.goal));
+    write(Vector3f(facing.x(), 0, facing.y()));
+    write(s.goal_action);
+  }
+}
+
+/// Hands of keys from `first_key` on; zeros for one without a contact.
+void write_hands(const State& state, const State& contacts, const Place& root, int first_key, float* out) {
+  FeatureWriter write{out};
+  for (const size_t hand : kHandOrder)
+    for (int k = first_key; k < kKeys; ++k)
+      write(contacts.wanted[hand] ? root.turned_in(Vector3f(state.key(k).hand[hand] - contacts.contact[hand]))
+                                  : Vector3f(Vector3f::Zero()));
+}
+
+Vector2f phase_vector(float phase) {
+  const double angle = 2 * std::numbers::pi * static_cast<double>(phase - std::floor(phase));
+  return {static_cast<float>(std::sin(angle)), static_cast<float>(std::cos(angle))};
+}
+
+void write_gating(const State& state, float* out) {
+  FeatureWriter write{out};
+  for (int k = 0; k < kKeys; ++k) {
+    const Sample& s = state.key(k);
+    const Vector2f phase = phase_vector(s.phase);
+    const float apart = (s.root.position - Vector2f(s.goal.x(), s.goal.z())).norm();
+    const float angle =
+        std::acos(std::clamp(s.root.facing.dot(s.goal_facing), -1.F, 1.F)) * 180 / std::numbers::pi_v<float>;
+    for (const float share : s.action) write((2 * share - 1) * phase);
+    for (const float share : s.goal_action)
+      for (const float by : {1.F, apart, angle}) write((2 * share - 1) * by * phase);
+  }
+}
+
+Vector2f unit_or(const Vector2f& v, const Vector2f& otherwise) {
+  const float n = v.norm();
+  return n > 1e-6F ? Vector2f(v / n) : otherwise;
+}
+
+/// Between two unit vectors, spherically.
+Vector2f slerp_direction(const Vector2f& a, const Vector2f& b, float u) {
+  const float angle = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)) * u, c = std::cos(angle), s = std::sin(angle);
+  return {c * a.x() - s * a.y(), s * a.x() + c * a.y()};
+}
+
+std::array<float, kActions> mixed(const std::array<float, kActions>& a, const std::array<float, kActions>& b, float u) {
+  std::array<float, kActions> out{};
+  for (size_t i = 0; i < kActions; ++i) out[i] = a[i] + u * (b[i] - a[i]);
+  return out;
+}
+
+/// Samples between two neighbouring keys, from these. Hands and goals move on frame by frame and are left alone.
+void fill_between(State& state, int key) {
+  const Sample &a = state.key(key), &b = state.key(key + 1);
+  for (int i = 1; i < kKeyStep; ++i) {
+    const float u = static_cast<float>(i) / kKeyStep;
+    Sample& s = state.samples[static_cast<size_t>(key * kKeyStep + i)];
+    s.root.position = a.root.position + u * (b.root.position - a.root.position);
+    s.root.facing = slerp_direction(a.root.facing, b.root.facing, u);
+    s.action = mixed(a.action, b.action, u);
+    s.phase = a.phase + u * (b.phase - a.phase);
+  }
+}
+
+std::array<float, kActions> shares_from(const float* in) {
+  std::array<float, kActions> out{};
+  for (size_t i = 0; i < kActions; ++i) out[i] = std::clamp(in[i], 0.F, 1.F);
+  return out;
+}
+
+/// Future goals drawn to the predicted ones; the frames between keys take the correction of the key after them.
+void correct_goals(const float* in, const GoalShares& shares, const Place& root, State& state) {
+  for (int i = kNow; i < kSamples; ++i) {
+    Sample& s = state.samples[static_cast<size_t>(i)];
+    const float* g = in + ((i + kKeyStep - 1) / kKeyStep) * (6 + kActions);
+    float share = 0;
+    for (size_t a = 0; a < kActions; ++a) share += s.goal_action[a] * static_cast<float>(shares[a]);
+    if (share <= 0) continue;
+    share = std::min(share, 1.F);
+    s.goal += share * (root.out({g[0], g[1], g[2]}) - s.goal);
+    const Vector2f facing = unit_or(root.turned_out(Vector2f(g[3], g[5])), s.goal_facing);
+    s.goal_facing = slerp_direction(s.goal_facing, facing, share);
+    s.goal_action = mixed(s.goal_action, shares_from(g + 6), share);
+  }
+}
+
+void apply_trajectory(const OutputLayout& layout, const float* output, const Place& root, State& state) {
+  const float* in = output + layout.trajectory.first;
+  const float* by_goal = output + layout.goal_root.first;
+  const float* update = output + layout.phases.first;
+  const float before = state.samples[kNow - 1].phase;
+  float latest = before;
+  for (int k = kPastKeys; k < kKeys; ++k, in += 4 + kActions, by_goal += 4) {
+    Sample& s = state.key(k);
+    Place ego{root.position + root.turned_out(Vector2f(in[0], in[1])),
+              unit_or(root.turned_out(Vector2f(in[2], in[3])), root.facing)};
+    if (k > kPastKeys) {
+      const Place goal = s.goal_place();
+      const Vector2f place = goal.position + goal.turned_out(Vector2f(by_goal[0], by_goal[1]));
+      const Vector2f facing = unit_or(goal.turned_out(Vector2f(by_goal[2], by_goal[3])), ego.facing);
+      const float apart = (ego.position - goal.position).norm();
+      const float weight = std::pow(static_cast<float>(k - kPastKeys) / (kFutureKeys + 1), 100 * apart * apart);
+      ego.position += weight * (place - ego.position);
+      ego.facing = slerp_direction(ego.facing, facing, weight);
+    }
+    s.root = ego;
+    s.action = shares_from(in + 4);
+    latest = s.phase = std::max(latest, before + update[k - kPastKeys]);  // time does not run backwards
+  }
+  for (int k = kPastKeys; k + 1 < kKeys; ++k) fill_between(state, k);
+}
+
+/// Phases count cycles: whole ones are taken off now and then, so that floats stay exact.
+void rebase_phases(State& state) {
+  const float whole = std::floor(state.samples.front().phase);
+  if (whole < 16) return;
+  for (Sample& s : state.samples) s.phase -= whole;
+}
+
+void apply_pose(const OutputLayout& layout, const float* output, const Place& root, const Place& future, double rate,
+                State& state) {
+  const float* in = output + layout.joints.first;
+  const float* ahead = output + layout.future_joints.first;
+  const auto dt = static_cast<float>(1 / rate);
+  for (size_t j = 0; j < kJoints; ++j, in += 12, ahead += 3) {
+    const Vector3f predicted = root.out({in[0], in[1], in[2]});
+    state.velocity[j] = root.turned_out(Vector3f(in[9], in[10], in[11]));
+    state.position[j] = 0.5F * (predicted + state.position[j] + dt * state.velocity[j]);
+    const Vector3f z = root.turned_out(Vector3f(in[3], in[4], in[5])),
+                   y = root.turned_out(Vector3f(in[6], in[7], in[8]));
+    const Vector3f x = y.cross(z);
+    if (z.norm() > 1e-6F && x.norm() > 1e-6F) {
+      state.rotation[j].col(2) = z.normalized();
+      state.rotation[j].col(0) = x.normalized();
+      state.rotation[j].col(1) = state.rotation[j].col(2).cross(state.rotation[j].col(0));
+    }
+    state.position_from_ahead[j] = future.out({ahead[0], ahead[1], ahead[2]});
+  }
+}
+
+}  // namespace
+
+void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out) {
+  const Place root = state.now().root;
+  write_pose(state, root, out + layout.joints.first);
+  write_trajectory(state, root, 0, out + layout.trajectory.first);
+  write_goals(state, root, out + layout.goals.first);
+  senses.ego.sense(senses.around, root, out + layout.ego.first);
+  chair_around(senses.chair, root, out + layout.chair.first);
+  write_hands(state, state, root, 0, out + layout.hands.first);
+  FeatureWriter phases{out + layout.hand_phases.first};
+  for (int k = 0; k < kKeys; ++k)
+    for (const size_t hand : kHandOrder) phases(state.wanted[hand] ? state.key(k).hand_phase[hand] : 0.F);
+  write_gating(state, out + layout.gating.first);
+}
+
+void build_target(const OutputLayout& layout, const State& now, const State& next, float* out) {
+  const Place root = now.now().root, future = next.samples.back().root;
+  write_pose(next, root, out + layout.joints.first);
+  FeatureWriter ahead{out + layout.future_joints.first};
+  for (const Vector3f& p : next.position) ahead(future.in(p));
+  write_trajectory(next, root, kPastKeys, out + layout.trajectory.first);
+  FeatureWriter by_goal{out + layout.goal_root.first}, phases{out + layout.phases.first};
+  for (int k = kPastKeys; k < kKeys; ++k) {
+    const Sample& s = next.key(k);
+    const Place goal = s.goal_place();
+    by_goal(goal.turned_in(Vector2f(s.root.position - goal.position)));
+    by_goal(goal.turned_in(s.root.facing));
+    phases(s.phase - now.now().phase);
+  }
+  write_goals(next, root, out + layout.goals.first);
+  std::copy(next.touching.begin(), next.touching.end(), out + layout.contacts.first);
+}
+
+void build_contacts(const State& state, float* out) {
+  std::fill(out, out + 8, 0.F);
+  for (size_t hand = 0; hand < 2; ++hand, out += 4) {
+    if (!state.wanted[hand]) continue;
+    Eigen::Map<Vector3f>(out, 3) = state.now().root.in(state.contact[hand]);
+    out[3] = 1;
+  }
+}
+
+void build_control_input(const State& state, float* pose, float* control) {
+  const Place root = state.now().root;
+  FeatureWriter joints{pose}, write{control};
+  for (const Vector3f& p : state.position) joints(root.in(p));
+  for (const size_t hand : kHandOrder) {
+    const Vector3f left = root.turned_in(Vector3f(state.now().hand[hand] - state.contact[hand]));
+    for (int k = kFutureKeys; k >= 0; --k)
+      write(state.wanted[hand] ? Vector3f(left * static_cast<float>(k) / kFutureKeys) : Vector3f(Vector3f::Zero()));
+  }
+  for (const size_t hand : kHandOrder)
+    for (int k = kPastKeys; k < kKeys; ++k) write(state.wanted[hand] ? state.key(k).hand_phase[hand] : 0.F);
+}
+
+void build_control_target(const State& now, const State& next, float* control) {
+  write_hands(next, now, now.now().root, kPastKeys, control);
+  FeatureWriter write{control + 6 * kFuturePoints};
+  for (const size_t hand : kHandOrder)
+    for (int k = kPastKeys; k < kKeys; ++k) write(now.wanted[hand] ? next.key(k).hand_phase[hand] : 0.F);
+}
+
+void apply_output(const OutputLayout& layout, const float* output, const GoalShares& shares, double rate,
+                  State& state) {
+  const Place root = state.now().root;
+  std::copy(state.samples.begin() + 1, state.samples.end(), state.samples.begin());
+  correct_goals(output + layout.goals.first, shares, root, state);
+  apply_trajectory(layout, output, root, state);
+  rebase_phases(state);
+  apply_pose(layout, output, root, state.samples.back().root, rate, state);
+  for (size_t i = 0; i < kContacts; ++i) state.touching[i] = output[layout.contacts.first + static_cast<int64_t>(i)];
+  for (int side = 0; side < 2; ++side) state.now().hand[static_cast<size_t>(side)] = palm_of(state, side);
+}
+
+void apply_control(const float* control, const Place& root, State& state) {
+  const float* phases = control + 6 * kFuturePoints;
+  for (size_t i = 0; i < 2; ++i) {
+    const size_t hand = kHandOrder[i];
+    if (!state.wanted[hand]) continue;
+    const auto point = [&](int k) {
+      const float* p = control + (i * kFuturePoints + static_cast<size_t>(k)) * 3;
+      return Vector3f(state.contact[hand] + root.turned_out(Vector3f(p[0], p[1], p[2])));
+    };
+    const auto phase = [&](int k) { return std::clamp(phases[i * kFuturePoints + static_cast<size_t>(k)], 0.F, 1.F); };
+    state.now().hand_phase[hand] = phase(0);  // where the hand is, the pose says
+    for (int f = kNow + 1; f < kSamples; ++f) {
+      const int k = std::min((f - kNow) / kKeyStep, kFutureKeys - 1);
+      const float u = static_cast<float>(f - kNow - k * kKeyStep) / kKeyStep;
+      Sample& s = state.samples[static_cast<size_t>(f)];
+      s.hand[hand] = point(k) + u * (point(k + 1) - point(k));
+      s.hand_phase[hand] = phase(k) + u * (phase(k + 1) - phase(k));
+    }
+  }
+}
+
+void contact_condition(const ChairGrid& grid, float* out) { chair_around(grid, grid.seat, out); }
+
+std::array<float, 6> contacts_in_seat(const ChairGrid& grid, const std::array<Vector3f, 2>& contact,
+                                      const std::array<bool, 2>& wanted) {
+  std::array<float, 6> out{};
+  for (size_t i = 0; i < 2; ++i)
+    if (wanted[kHandOrder[i]]) Eigen::Map<Vector3f>(out.data() + 3 * i) = grid.seat.in(contact[kHandOrder[i]]);
+  return out;
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,63 @@
+#pragma once
+#include <array>
+
+#include "inhabit/interact/layout.h"
+#include "inhabit/interact/state.h"
+#include "inhabit/interact/voxels.h"
+
+namespace inhabit::interact {
+
+/// What a person's surroundings are sensed with.
+struct Senses {
+  const ChairGrid& chair;
+  const EgoGrid& ego;
+  const Surroundings& around;
+};
+
+/// PoseNet's input (input_layout) of a state, not standardised, in the axes of the present root: for training and for
+/// running. A hand without a contact has zeros. Gating: at each key, with the phase as a unit vector (sin, cos) and
+/// v = 2 share - 1: of each action v x phase, then of each goal action v x phase x {1, metres from the key's root to
+/// its goal, degrees between their directions}. Allocates nothing.
+void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out);
+
+/// PoseNet's output (output_layout) that leads from a state to the one of the next frame.
+void build_target(const OutputLayout& layout, const State& now, const State& next, float* out);
+
+/// The contacts as NSM+Control and SAMP+Control see them, 8 numbers: for the left hand, then the right, the point in
+/// the axes of the present root, then 1; zeros without one.
+void build_contacts(const State& state, float* out);
+
+/// ControlNet's control signal: for each hand, right then left, its palm less its contact at the present key and the
+/// future ones, in the axes of a root (2 x 7 x 3); then their phases (2 x 7). Zeros for a hand without a contact.
+inline constexpr int kControlSize = 2 * kFuturePoints * 4, kControlPose = 3 * kJoints;
+
+/// ControlNet's inputs: joint positions in the axes of the present root, and the control signal whose hands are on the
+/// straight line to the contact: 6/6, 5/6, ... 0/6 of what is left (Eq. 1).
+void build_control_input(const State& state, float* pose, float* control);
+
+/// ControlNet's target: the control signal of the next frame in the axes of the present root.
+void build_control_target(const State& now, const State& next, float* control);
+
+/// How much of PoseNet's correction goals take, by the goal's action (idle, walk, sit); 0: they stay as they are set.
+using GoalShares = std::array<double, kActions>;
+
+/// PoseNet's output made the next frame of a state. Window: the past moves on by a frame; the root's future is the
+/// ego-centric prediction blended with the goal-centric one by weight ((i - 6) / 7)^(100 d^2) at key i > 6, d metres
+/// from that key's root to its goal; goals move on, the future ones drawn to the prediction by `shares`; between keys
+/// positions and phases are linear, directions spherical. Pose: positions are the mean of those predicted and of the
+/// last ones moved on by the predicted velocity (bone lengths are the caller's), rotations the predicted axes made
+/// orthonormal. Planned hands move on by a frame. Allocates nothing.
+void apply_output(const OutputLayout& layout, const float* output, const GoalShares& shares, double rate, State& state);
+
+/// ControlNet's output as the planned hands of a state that has just moved on.
+/// @param root the root that the output is in the axes of: the state's before it moved on.
+void apply_control(const float* control, const Place& root, State& state);
+
+/// The chair's grid as ContactNet sees it: position in the axes of the seat (Chair::frame) and value, 4 N^3 numbers.
+void contact_condition(const ChairGrid& grid, float* out);
+
+/// Two contacts, right then left, in the axes of the seat; zeros for none.
+std::array<float, 6> contacts_in_seat(const ChairGrid& grid, const std::array<Eigen::Vector3f, 2>& contact,
+                                      const std::array<bool, 2>& wanted);
+
+}  // namespace inhabit::interact

@@ -1,0 +1,41 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "inhabit/interact/chair.h"
+#include "inhabit/interact/labels.h"
+#include "inhabit/interact/state.h"
+#include "inhabit/interact/voxels.h"
+#include "inhabit/motion/clip.h"
+
+namespace inhabit::interact {
+
+/// A clip and its labels as what State is made of, a kilobyte a frame. World, metres.
+struct Recording {
+  struct Frame {
+    Sample sample;  ///< its hands are where the palms are
+    std::array<Eigen::Vector3f, kJoints> position;
+    std::array<Eigen::Vector3f, kJoints> forward, up;  ///< axes +Z and +Y of the joints
+    std::array<Eigen::Vector3f, 2> contact;            ///< left, right
+    std::array<bool, 2> wanted;
+    std::array<float, kContacts> touching;
+  };
+  std::vector<Frame> frames;
+  double rate = 30;
+
+  int64_t size() const { return static_cast<int64_t>(frames.size()); }
+};
+
+/// Needs the standard skeleton and rotations; Error(subject, ...) without.
+Recording record(const Clip& clip, const Labels& labels, const std::string& subject);
+
+/// The state at a frame. Before its start and after its end the recording stands still.
+State state_at(const Recording& recording, int64_t frame);
+
+/// The image of a clip of the standard skeleton in the plane x = 0: left and right change places.
+Clip mirrored(const Clip& clip);
+Scene mirrored(const Scene& scene);
+
+}  // namespace inhabit::interact

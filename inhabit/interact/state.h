@@ -1,0 +1,66 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+
+#include "inhabit/interact/layout.h"
+#include "inhabit/interact/voxels.h"
+
+namespace inhabit::interact {
+
+/// One frame of the window of time. Hands: 0 left, 1 right.
+struct Sample {
+  Place root;
+  std::array<float, kActions> action{};  ///< idle, walk, sit
+  Eigen::Vector3f goal = Eigen::Vector3f::Zero();
+  Eigen::Vector2f goal_facing{0, 1};          ///< unit, (x, z)
+  std::array<float, kActions> goal_action{};  ///< what to do there
+  float phase = 0;                            ///< cycles, never falling; its fraction is the global phase
+  std::array<Eigen::Vector3f, 2> hand{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< palms; future: as planned
+  std::array<float, 2> hand_phase{};                                                      ///< of reaching a contact
+
+  Place goal_place() const { return {{goal.x(), goal.z()}, goal_facing}; }
+};
+
+/// What a person does at one moment: the pose, a second of the past and a second of the future as it was predicted
+/// last. World, metres, +Y up, floor at y = 0. Copied without allocation.
+struct State {
+  std::array<Sample, kSamples> samples;                      ///< one a frame; samples[kNow] is the present
+  std::array<Eigen::Vector3f, kJoints> position, velocity;   ///< metres, metres a second
+  std::array<Eigen::Matrix3f, kJoints> rotation;             ///< joint to world
+  std::array<Eigen::Vector3f, kJoints> position_from_ahead;  ///< the same places as predicted from a second ahead
+  std::array<float, kContacts> touching{};                   ///< as OutputLayout::contacts
+
+  /// A hand's contact while it is being reached for or held.
+  std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+  std::array<bool, 2> wanted{false, false};
+
+  const Sample& now() const { return samples[kNow]; }
+  Sample& now() { return samples[kNow]; }
+  const Sample& key(int k) const { return samples[static_cast<size_t>(k * kKeyStep)]; }
+  Sample& key(int k) { return samples[static_cast<size_t>(k * kKeyStep)]; }
+};
+
+/// The middle of a palm's skin, which touches: `side` 0 left, 1 right. @param rotation joint to world.
+Eigen::Vector3f palm_of(const Eigen::Vector3f& wrist, const Eigen::Matrix3f& rotation, int side);
+inline Eigen::Vector3f palm_of(const State& state, int side) {
+  const size_t joint = 20 + static_cast<size_t>(side);
+  return palm_of(state.position[joint], state.rotation[joint], side);
+}
+
+/// Puts a hand's contact (world): from now on it is reached for, as long as `seconds` say: the plan is the straight
+/// line, its phase from 0 to 1. The past of its phase is kept.
+void give_contact(State& state, int side, const Eigen::Vector3f& point, double seconds = 1);
+/// No contact for this hand.
+void drop_contact(State& state, int side);
+
+/// From frame `kNow + after` on the goal of all samples is this. With `after` = kSamples - 1 - kNow it comes nearer
+/// frame by frame, as recordings have it.
+void set_goal(State& state, const Eigen::Vector3f& goal, const Eigen::Vector2f& facing, int action,
+              int after = kSamples - 1 - kNow);
+
+/// A person who has stood still all the time and will: what State is without a past. Velocities are zero.
+/// @param position, rotation of the joints, world.
+State standing_state(const std::array<Eigen::Vector3f, kJoints>& position,
+                     const std::array<Eigen::Matrix3f, kJoints>& rotation);
+
+}  // namespace inhabit::interact

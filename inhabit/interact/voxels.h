@@ -1,0 +1,86 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "inhabit/interact/chair.h"
+#include "inhabit/interact/config.h"
+#include "inhabit/scene/distance_field.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit::interact {
+
+/// A place on the floor and a direction there: the root frame of a person, the frame of a goal. In its axes +Z is
+/// ahead, +X to the left, +Y up, the origin on the floor.
+struct Place {
+  Eigen::Vector2f position = Eigen::Vector2f::Zero();  ///< world (x, z), metres
+  Eigen::Vector2f facing{0, 1};                        ///< unit, (x, z)
+
+  Eigen::Vector2f turned_in(const Eigen::Vector2f& v) const {
+    return {facing.y() * v.x() - facing.x() * v.y(), facing.x() * v.x() + facing.y() * v.y()};
+  }
+  Eigen::Vector2f turned_out(const Eigen::Vector2f& v) const {
+    return {facing.y() * v.x() + facing.x() * v.y(), -facing.x() * v.x() + facing.y() * v.y()};
+  }
+  Eigen::Vector3f turned_in(const Eigen::Vector3f& v) const {
+    const Eigen::Vector2f g = turned_in(Eigen::Vector2f(v.x(), v.z()));
+    return {g.x(), v.y(), g.y()};
+  }
+  Eigen::Vector3f turned_out(const Eigen::Vector3f& v) const {
+    const Eigen::Vector2f g = turned_out(Eigen::Vector2f(v.x(), v.z()));
+    return {g.x(), v.y(), g.y()};
+  }
+  Eigen::Vector3f origin() const { return {position.x(), 0, position.y()}; }
+  /// A world point in the axes of this place, and back.
+  Eigen::Vector3f in(const Eigen::Vector3f& p) const { return turned_in(Eigen::Vector3f(p - origin())); }
+  Eigen::Vector3f out(const Eigen::Vector3f& p) const { return origin() + turned_out(p); }
+};
+
+/// The chair as N x N x N voxels of its box in its own frame, y outermost, then x, z. Sensed once for a chair.
+struct ChairGrid {
+  std::vector<Eigen::Vector3f> centres;  ///< world, metres
+  std::vector<float> values;  ///< 1 - distance / longest side for what lies within the cell, else 0; inside 1
+  Place seat;                 ///< the chair's frame on the floor
+};
+ChairGrid sense_chair(const Chair& chair, const Config& config);
+
+/// Position in the axes of `root`, then value, of every voxel: 4 N^3 numbers. Allocates nothing.
+void chair_around(const ChairGrid& grid, const Place& root, float* out);
+
+/// What a person may run into: everything in a scene but floors and rugs. Distances come from a field whose cells are
+/// sampled when they are first needed; nothing is allocated afterwards. Safe to use from several threads.
+class Surroundings {
+ public:
+  /// @param cell metres, of the field.
+  explicit Surroundings(const Scene& scene, double cell = 0.05);
+  ~Surroundings();
+  Surroundings(Surroundings&&) noexcept;
+  Surroundings& operator=(Surroundings&&) noexcept;
+
+  /// Metres from a world point to the nearest surface, 0 inside, and `reach` where it is farther than that.
+  float distance(const Eigen::Vector3f& point, float reach) const;
+  /// False where no object is within `reach` metres of a vertical cylinder around (x, z).
+  bool anything_near(const Eigen::Vector2f& position, float radius) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The cylindrical ego-centric grid: points of concentric rings, layer upon layer, relative to the root.
+class EgoGrid {
+ public:
+  static constexpr double kSize = 4.0;  ///< metres across the outermost ring
+  explicit EgoGrid(const Config& config);
+  const std::vector<Eigen::Vector3f>& points() const { return points_; }  ///< in the root's axes, metres
+  float radius() const { return radius_; }                                ///< of a point's sphere, metres
+
+  /// 1 - distance / radius within the sphere of each point, else 0; 1 inside. Allocates nothing.
+  void sense(const Surroundings& around, const Place& root, float* out) const;
+
+ private:
+  std::vector<Eigen::Vector3f> points_;
+  float radius_ = 0, reach_ = 0;
+};
+
+}  // namespace inhabit::interact
