@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "inhabit/body/capsules.h"
-#include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
 #include "inhabit/synth/chair_plan.h"
 #include "inhabit/synth/collide.h"
@@ -102,7 +101,6 @@ std::optional<Clip> sit_on_chair(const Room& room, const FreeSpace& floor, const
     if (!plan) continue;
     Life life{subject.betas, subject.figure, std::move(*plan), 0, std::mt19937_64(random())};
     const Performance performance = life.performed(0, frames);
-
     if (missed_contacts(life, performance) > 0 || faults_of(room, body, life, performance) > 0 ||
         too_deep_in_chair(room.furniture[0], capsules, performance) > 0)
       continue;

@@ -62,11 +62,6 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
   return jobs;
 }
 
-std::string three_digits(int64_t number) {
-  const std::string digits = std::to_string(number);
-  return std::string(digits.size() < 3 ? 3 - digits.size() : 0, '0') + digits;
-}
-
 bool can_sit(const Room& room, const ChairSubject& subject) {
   const std::vector<Seat> seats = seats_of(room, *subject.figure);
   return std::any_of(seats.begin(), seats.end(), [](const Seat& seat) { return seat.furniture == 0; });
@@ -87,12 +82,9 @@ int choose_subject(const std::vector<ChairSubject>& subjects, int64_t index, con
   throw Error("no subject's legs are of the length for a seat");
 }
 
-std::string clip_name(int64_t index) {
-  const std::string digits = std::to_string(index);
-  return "clips/" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ".npz";
-}
+std::string clip_name(int64_t index) { return numbered("clips/", index, ".npz"); }
 
-std::string scene_name(int64_t chair) { return "scenes/chair_" + three_digits(chair) + ".glb"; }
+std::string scene_name(int64_t chair) { return numbered("scenes/chair_", chair, ".glb"); }
 
 /// Makes one clip. A take that cannot be (no place for both hands, the start behind furniture) is changed: the start
 /// first, then the chair for another of the same split.
@@ -138,7 +130,7 @@ nlohmann::json provenance_of(const ChairsOptions& options, const std::vector<Cha
           {"chairs", options.chairs},
           {"subjects", people},
           {"interactions", interaction_names()},
-          {"source", "subject_N/INTERACTION/chair_NNN"},
+          {"source", "subject_N/INTERACTION/chair_NNNNNN"},
           {"licence", "generated; free of any rights"}};
 }
 
@@ -151,7 +143,7 @@ std::string split_of_chair(int64_t index) {
 
 std::string source_text(const ChairSource& source) {
   return "subject_" + std::to_string(source.subject) + "/" +
-         interaction_names()[static_cast<size_t>(source.interaction)] + "/chair_" + three_digits(source.chair);
+         interaction_names()[static_cast<size_t>(source.interaction)] + numbered("/chair_", source.chair, "");
 }
 
 ChairSource parse_chair_source(const std::string& text) {
@@ -160,11 +152,11 @@ ChairSource parse_chair_source(const std::string& text) {
     const std::string part = text.substr(from, to - from);
     const std::string digits = part.substr(0, word.size()) == word ? part.substr(word.size()) : "";
     if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
-      throw Error(text, "is no source of a chairs data set (subject_N/INTERACTION/chair_NNN)");
+      throw Error(text, "is no source of a chairs data set (subject_N/INTERACTION/chair_N)");
     return std::stoll(digits);
   };
   if (first == std::string::npos || second == std::string::npos)
-    throw Error(text, "is no source of a chairs data set (subject_N/INTERACTION/chair_NNN)");
+    throw Error(text, "is no source of a chairs data set (subject_N/INTERACTION/chair_N)");
   ChairSource source;
   source.subject = static_cast<int>(number(0, first, "subject_"));
   source.chair = number(second + 1, text.size(), "chair_");

@@ -24,7 +24,7 @@ struct ChairsOptions {
 /// a clip that is written.
 Dataset generate_chairs(const std::string& folder, const ChairsOptions& options);
 
-/// What DatasetClip::source tells about a clip made here: "subject_2/right_hand/chair_017".
+/// What DatasetClip::source tells about a clip made here: "subject_2/right_hand/chair_000017".
 struct ChairSource {
   int subject = 0;
   Interaction interaction = Interaction::no_contact;

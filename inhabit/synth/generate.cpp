@@ -10,14 +10,10 @@
 #include "inhabit/synth/room.h"
 
 namespace inhabit {
-namespace {
-
 std::string numbered(const std::string& prefix, int64_t number, const std::string& extension) {
   const std::string digits = std::to_string(number);
   return prefix + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + extension;
 }
-
-}  // namespace
 
 std::string split_of_room(int64_t index, int64_t rooms) {
   if (rooms < 3) return "train";

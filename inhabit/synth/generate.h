@@ -23,6 +23,9 @@ struct GenerateOptions {
 /// train, 1 in val, 1 in test; with 3 to 9 rooms the last two are val and test.
 Dataset generate_rooms(const std::string& folder, const GenerateOptions& options);
 
+/// "clips/000012.npz" from "clips/", 12 and ".npz".
+std::string numbered(const std::string& prefix, int64_t number, const std::string& extension);
+
 /// The split of room `index` of `rooms`.
 std::string split_of_room(int64_t index, int64_t rooms);
 

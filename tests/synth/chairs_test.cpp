@@ -1,0 +1,261 @@
+#include "inhabit/synth/chairs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <map>
+#include <set>
+
+#include "cli/command.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/math/heading.h"
+#include "inhabit/scene/objects.h"
+#include "inhabit/scene/query.h"
+#include "inhabit/synth/check.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+/// A data set of ten minutes, made once.
+const Dataset& chairs() {
+  static const TempFolder folder;
+  static const Dataset made = [] {
+    ChairsOptions options;
+    options.minutes = 10;
+    options.seed = 7;
+    return generate_chairs(folder / "d", options);
+  }();
+  return made;
+}
+
+Interaction interaction_of(const DatasetClip& entry) { return parse_chair_source(entry.source).interaction; }
+
+/// First frame whose action is `name`, or -1.
+int64_t first_of(const Clip& clip, const std::string& name) {
+  const auto action = clip.action.accessor<int64_t, 1>();
+  for (int64_t t = 0; t < clip.frames(); ++t)
+    if (clip.action_names[static_cast<size_t>(action[t])] == name) return t;
+  return -1;
+}
+
+int64_t first_seated(const Clip& clip) {
+  const auto contact = clip.contact.accessor<float, 2>();
+  for (int64_t t = 0; t < clip.frames(); ++t)
+    if (contact[t][0] > 0) return t;
+  return -1;
+}
+
+/// The place of `frame`'s root in the chair's frame.
+Eigen::Vector3d own_place(const Clip& clip, int64_t frame) {
+  const auto pose = clip.object_pose.accessor<float, 3>();
+  const auto joints = clip.joints.accessor<float, 3>();
+  const Eigen::Vector3d turn(pose[0][0][3], pose[0][0][4], pose[0][0][5]);
+  Eigen::Vector3d away;
+  for (int i = 0; i < 3; ++i) away[i] = joints[frame][0][i] - pose[0][0][i];
+  return turn.norm() < 1e-9 ? away : Eigen::Vector3d(Eigen::AngleAxisd(-turn.norm(), turn.normalized()) * away);
+}
+
+// Table 4 of the COUCH paper, minutes of 209.7.
+TEST(Chairs, MinutesAreDividedAsInTheCouchDataSet) {
+  std::map<Interaction, double> frames;
+  double all = 0;
+  for (const DatasetClip& entry : chairs().clips) {
+    frames[interaction_of(entry)] += static_cast<double>(entry.frames);
+    all += static_cast<double>(entry.frames);
+    EXPECT_GE(entry.frames, 12 * 30) << entry.file;
+    EXPECT_LE(entry.frames, 24 * 30) << entry.file;
+  }
+  EXPECT_NEAR(all / 30 / 60, 10, 0.4);
+  const double clip = 24.0 * 30 / all;  // what one clip more or less changes
+  EXPECT_NEAR(frames[Interaction::right_hand] / all, 0.173, clip);
+  EXPECT_NEAR(frames[Interaction::left_hand] / all, 0.140, clip);
+  EXPECT_NEAR(frames[Interaction::both_hands] / all, 0.289, clip);
+  EXPECT_NEAR(frames[Interaction::no_contact] / all, 0.174, clip);
+  EXPECT_NEAR(frames[Interaction::free] / all, 0.152, clip);
+  EXPECT_NEAR(frames[Interaction::locomotion] / all, 0.072, clip);
+}
+
+TEST(Chairs, EveryBarOfSynthCheckHolds) {
+  for (const Bar& bar : check_motion(chairs()))
+    EXPECT_TRUE(bar.pass()) << bar.name << " " << bar.value << " " << bar.unit << " in " << bar.worst_clip << " "
+                            << bar.where;
+}
+
+TEST(Chairs, HandsOfTheTypeTouchTheChairAndNoOthers) {
+  for (const DatasetClip& entry : chairs().clips) {
+    const Clip clip = load_clip(chairs(), entry);
+    const Interaction type = interaction_of(entry);
+    const int64_t seated = first_seated(clip);
+    ASSERT_EQ(seated < 0, type == Interaction::locomotion) << entry.file;
+    const torch::Tensor touched = clip.hand_targets.select(2, 3) > 0;
+    const bool left = touched.select(1, 0).any().item<bool>(), right = touched.select(1, 1).any().item<bool>();
+    if (type == Interaction::free) continue;
+    EXPECT_EQ(left, type == Interaction::left_hand || type == Interaction::both_hands) << entry.file;
+    EXPECT_EQ(right, type == Interaction::right_hand || type == Interaction::both_hands) << entry.file;
+    // When the pelvis comes down the hands are there, and they set out before.
+    const int64_t down = first_of(clip, "sit_down");
+    for (int side = 0; side < 2; ++side) {
+      if (!(side == 0 ? left : right)) continue;
+      EXPECT_TRUE(touched[seated][side].item<bool>()) << entry.file;
+      const torch::Tensor point = clip.hand_targets[seated][side].slice(0, 0, 3);
+      const auto distance = [&](int64_t t) { return (clip.joints[t][20 + side] - point).norm().item<double>(); };
+      EXPECT_LT(distance(seated), 0.13) << entry.file;
+      EXPECT_GT(distance(down), 0.2) << entry.file;
+    }
+  }
+}
+
+TEST(Chairs, ContactsLieOnTheChair) {
+  int64_t contacts = 0;
+  for (const DatasetClip& entry : chairs().clips) {
+    const Clip clip = load_clip(chairs(), entry);
+    ASSERT_EQ(clip.object_names.size(), 1U);
+    Scene chair = load_scene(chairs(), entry.scene);
+    std::erase_if(chair.meshes, [&](const Mesh& m) { return object_of_mesh(m.name) != clip.object_names[0]; });
+    ASSERT_FALSE(chair.meshes.empty()) << clip.object_names[0];
+    const torch::Tensor all = clip.hand_targets.view({-1, 4});
+    const torch::Tensor points = all.index_select(0, (all.select(1, 3) > 0).nonzero().flatten()).slice(1, 0, 3);
+    if (points.size(0) == 0) continue;
+    contacts += points.size(0);
+    EXPECT_LT(SceneQuery(chair).closest(points.contiguous()).distances.max().item<double>(), 0.01) << entry.file;
+  }
+  EXPECT_GT(contacts, 1000);
+}
+
+TEST(Chairs, AHandSetsOutBeforeThePersonSitsDown) {
+  int64_t reaches = 0, early = 0;
+  for (const DatasetClip& entry : chairs().clips) {
+    const Clip clip = load_clip(chairs(), entry);
+    const int64_t seated = first_seated(clip), down = first_of(clip, "sit_down");
+    if (interaction_of(entry) != Interaction::both_hands) continue;
+    // What the hand does against the pelvis in the 0.2 s before sitting down begins; at rest it would stay.
+    for (int side = 0; side < 2; ++side) {
+      const torch::Tensor hand = clip.joints.select(1, 20 + side) - clip.joints.select(1, 0);
+      const torch::Tensor to = clip.hand_targets[seated][side].slice(0, 0, 3) - clip.joints[down][0];
+      const double before = (hand[down - 6] - to).norm().item<double>(), then = (hand[down] - to).norm().item<double>();
+      ++reaches;
+      if (then < before - 0.001) ++early;
+    }
+  }
+  EXPECT_GE(reaches, 10);
+  EXPECT_GT(static_cast<double>(early), 0.7 * static_cast<double>(reaches));
+}
+
+TEST(Chairs, StartsLieAllAroundAndNobodyWalksThroughTheChair) {
+  std::set<int> quarters;
+  int behind = 0;
+  for (const DatasetClip& entry : chairs().clips) {
+    const Clip clip = load_clip(chairs(), entry);
+    const Eigen::Vector3d start = own_place(clip, 0);
+    const double distance = on_ground(start).norm(), direction = heading_of(on_ground(start));
+    EXPECT_GT(distance, 0.8) << entry.file;
+    EXPECT_LT(distance, 6.1) << entry.file;
+    quarters.insert(static_cast<int>(std::floor(direction / (M_PI / 2))));
+    const int64_t seated = first_seated(clip);
+    if (seated < 0 || std::abs(direction) < 2.3) continue;
+    // Who starts behind comes round a side: where the way crosses the chair's middle line, it does so beside the chair.
+    ++behind;
+    double beside = 0;
+    for (int64_t t = 0; t < seated; ++t) {
+      const Eigen::Vector3d at = own_place(clip, t);
+      if (std::abs(at.z()) < 0.15) beside = std::max(beside, std::abs(at.x()));
+    }
+    EXPECT_GT(beside, 0.4) << entry.file;
+  }
+  EXPECT_EQ(quarters.size(), 4U);
+  EXPECT_GE(behind, 3);
+}
+
+TEST(Chairs, ChairsDifferAndAreInOneSplitOnly) {
+  std::map<std::string, int> splits;
+  for (int64_t i = 0; i < 240; ++i) ++splits[split_of_chair(i)];
+  EXPECT_EQ(splits["test"], 40);
+  EXPECT_EQ(splits["val"], 20);
+  std::set<std::string> kinds;
+  std::set<double> heights;
+  for (uint64_t i = 0; i < 60; ++i) {
+    std::mt19937_64 random(i);
+    const Room room = make_chair_room(random);
+    const Furniture& chair = room.furniture.front();
+    kinds.insert(chair.kind);
+    const auto seat = std::find_if(chair.surfaces.begin(), chair.surfaces.end(),
+                                   [](const Surface& s) { return s.kind == Surface::Kind::seat; });
+    ASSERT_NE(seat, chair.surfaces.end());
+    EXPECT_GE(seat->center.y(), 0.38);
+    EXPECT_LE(seat->center.y(), 0.55);
+    heights.insert(seat->center.y());
+  }
+  EXPECT_EQ(kinds, (std::set<std::string>{"chair", "armchair", "stool", "sofa"}));
+  EXPECT_EQ(heights.size(), 60U);
+  std::map<std::string, std::string> split_of_scene;
+  for (const DatasetClip& entry : chairs().clips) {
+    EXPECT_EQ(split_of_scene.emplace(entry.scene, entry.split).first->second, entry.split);
+    EXPECT_EQ(entry.split, split_of_chair(parse_chair_source(entry.source).chair));
+  }
+}
+
+TEST(Chairs, SubjectsAreTheSamePeopleInAllTheirClips) {
+  std::map<int, torch::Tensor> shape;
+  for (const DatasetClip& entry : chairs().clips) {
+    const Clip clip = load_clip(chairs(), entry);
+    const auto& seen = shape.emplace(parse_chair_source(entry.source).subject, clip.betas).first->second;
+    EXPECT_TRUE(torch::equal(seen, clip.betas)) << entry.file;
+  }
+  EXPECT_EQ(shape.size(), 6U);
+  for (const auto& [a, betas] : shape)
+    for (const auto& [b, others] : shape)
+      if (a < b) {
+        EXPECT_GT((betas - others).abs().max().item<double>(), 0.1);
+      }
+}
+
+TEST(Chairs, BytesDependOnTheSeedAndNotOnThreads) {
+  const TempFolder folder;
+  ChairsOptions options;
+  options.minutes = 1;
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Dataset one = generate_chairs(folder / "one", options);
+  omp_set_num_threads(3);
+  generate_chairs(folder / "three", options);
+  options.seed = 2;
+  generate_chairs(folder / "other", options);
+  omp_set_num_threads(threads);
+  std::vector<std::string> files = {"dataset.json"};
+  for (const DatasetClip& entry : one.clips) files.insert(files.end(), {entry.file, entry.scene});
+  for (const std::string& file : files)
+    EXPECT_TRUE(read_whole_file(folder / "one/" + file) == read_whole_file(folder / "three/" + file)) << file;
+  EXPECT_FALSE(read_whole_file(folder / "one/clips/000000.npz") == read_whole_file(folder / "other/clips/000000.npz"));
+}
+
+TEST(Chairs, SourcesAreReadBack) {
+  const ChairSource source{2, Interaction::both_hands, 17};
+  EXPECT_EQ(source_text(source), "subject_2/both_hands/chair_000017");
+  const ChairSource again = parse_chair_source(source_text(source));
+  EXPECT_EQ(again.subject, 2);
+  EXPECT_EQ(again.interaction, Interaction::both_hands);
+  EXPECT_EQ(again.chair, 17);
+  for (const char* text : {"", "subject_2", "subject_2/left_hand", "subject_x/left_hand/chair_1",
+                           "subject_1/two_feet/chair_1", "subject_1/left_hand/table_1"})
+    EXPECT_THROW(parse_chair_source(text), Error) << text;
+}
+
+TEST(SynthCommand, MakesChairsAndRefusesNonsense) {
+  const TempFolder folder;
+  const CommandResult made = run_command("synth chairs --out " + (folder / "d") + " --minutes 0.4 --seed 3");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, ::testing::HasSubstr("2 clips"));
+  for (const char* wrong :
+       {"--minutes 0", "--minutes -3", "--minutes nan", "--subjects 0", "--chairs 0", "--minutes much"}) {
+    const CommandResult refused = run_command("synth chairs --out " + (folder / "e") + " " + wrong);
+    EXPECT_NE(refused.exit_code, 0) << wrong;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << wrong << ": " << refused.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "e"));
+}
+
+}  // namespace
+}  // namespace inhabit
