@@ -179,7 +179,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   live.sit_on(chair, around, out.contacts.empty() ? HandContacts{} : lowered(out.contacts[0]));
   out.contact_error.resize(out.contacts.size());
   const auto frames = std::max<int64_t>(1, std::llround(options.seconds * config().rate));
-  std::vector<LivePerson::Pose> poses{live.pose()};
+  std::vector<SettledPose> poses{live.pose()};
   Tensor targets = torch::zeros({frames, 2, 4}), action = torch::zeros({frames}, torch::kInt64);
   int64_t sits_from = -1;
   for (int64_t t = 1; t < frames; ++t) {

@@ -32,6 +32,9 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("contact_code", c.contact_code);
   visit("contact_z", c.contact_z);
   visit("training.pose_steps", c.training.pose_steps);
+  visit("training.rollout_steps", c.training.rollout_steps);
+  visit("training.rollout_frames", c.training.rollout_frames);
+  visit("training.rollout_rate", c.training.rollout_rate);
   visit("training.control_steps", c.training.control_steps);
   visit("training.contact_steps", c.training.contact_steps);
   visit("training.batch", c.training.batch);
@@ -113,6 +116,8 @@ Config preset(const std::string& name) {
     c.control_hidden = 256;
     c.contact_hidden = 256;
     c.training.pose_steps = 60000;
+    c.training.rollout_steps = 5000;
+    c.training.rollout_rate = 3e-4;
     c.training.control_steps = 3000;
     c.training.contact_steps = 6000;
     c.training.pose_rate = 1e-3;  // narrower networks learn as well with larger steps, and sooner

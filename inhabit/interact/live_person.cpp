@@ -5,7 +5,6 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
-#include "inhabit/body/two_bone.h"
 #include "inhabit/error.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
@@ -33,8 +32,7 @@ struct LivePerson::Impl {
   const Engine& engine;
   Bones bones;
   State state;
-  Pose pose;
-  BonesPose posed;
+  SettledPose pose;
   ChairGrid grid;
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
@@ -90,30 +88,7 @@ struct LivePerson::Impl {
     apply_output(engine.output(), work.output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
                  engine.config().rate, state);
     if (controlled) apply_control(control_out.data(), root, state);
-    settle();
-  }
-
-  /// The predicted pose on the person's bones: rotations as predicted, then legs and arms to where ankles and wrists
-  /// are.
-  void settle() {
-    const auto parent = [&](size_t j) { return static_cast<size_t>(bones.parents[j]); };
-    std::array<Quaterniond, kJoints> global;
-    for (size_t j = 0; j < kJoints; ++j) global[j] = Quaterniond(state.rotation[j].cast<double>()).normalized();
-    for (size_t j = 0; j < kJoints; ++j)
-      pose.local[j] = j == 0 ? global[0] : (global[parent(j)].conjugate() * global[j]).normalized();
-    pose.trans = state.position[0].cast<double>() - bones.offsets[0];
-    pose_bones(bones, pose.local, pose.trans, posed);
-    for (const Side side : {Side::left, Side::right})
-      for (const Limb& limb : {leg(side), arm(side)}) {
-        const auto end = static_cast<size_t>(limb.end);
-        move_limb_end(bones, limb, state.position[end].cast<double>() - posed.positions[end], posed, pose.local);
-      }
-    pose_bones(bones, pose.local, pose.trans, posed);
-    for (size_t j = 0; j < kJoints; ++j) {
-      state.position[j] = single(posed.positions[j]);
-      state.rotation[j] = posed.rotations[j].toRotationMatrix().cast<float>();
-    }
-    for (int side = 0; side < 2; ++side) state.now().hand[static_cast<size_t>(side)] = palm_of(state, side);
+    settle(bones, state, pose);
   }
 };
 
@@ -126,12 +101,12 @@ LivePerson::LivePerson(const Engine& engine, const Clip& start) : impl_(new Impl
   p.pose.local = local_quaternions(start.rotations[-1]);
   const torch::Tensor trans = start.trans[-1].to(torch::kFloat64).contiguous();
   p.pose.trans = Eigen::Map<const Vector3d>(trans.data_ptr<double>());
-  pose_bones(p.bones, p.pose.local, p.pose.trans, p.posed);
+  pose_bones(p.bones, p.pose.local, p.pose.trans, p.pose.posed);
   std::array<Vector3f, kJoints> position;
   std::array<Eigen::Matrix3f, kJoints> rotation;
   for (size_t j = 0; j < kJoints; ++j) {
-    position[j] = single(p.posed.positions[j]);
-    rotation[j] = p.posed.rotations[j].toRotationMatrix().cast<float>();
+    position[j] = single(p.pose.posed.positions[j]);
+    rotation[j] = p.pose.posed.rotations[j].toRotationMatrix().cast<float>();
   }
   p.state = standing_state(position, rotation);
   p.around = std::make_shared<Surroundings>(Scene{});
@@ -162,7 +137,7 @@ void LivePerson::walk_to(const Eigen::Vector2d& place, double heading) {
 }
 
 void LivePerson::step() { impl_->step(); }
-const LivePerson::Pose& LivePerson::pose() const { return impl_->pose; }
+const SettledPose& LivePerson::pose() const { return impl_->pose; }
 const State& LivePerson::state() const { return impl_->state; }
 bool LivePerson::seated() const { return impl_->seated(); }
 
@@ -177,7 +152,7 @@ std::optional<double> LivePerson::contact_distance(int side) const {
   return (palm_of(impl_->state, side).cast<double>() - *contact).norm();
 }
 
-Clip clip_of(const std::vector<LivePerson::Pose>& poses, const Clip& person, double rate) {
+Clip clip_of(const std::vector<SettledPose>& poses, const Clip& person, double rate) {
   const auto frames = static_cast<int64_t>(poses.size());
   Clip clip = person_of(person);
   clip.rate = rate;
@@ -187,7 +162,7 @@ Clip clip_of(const std::vector<LivePerson::Pose>& poses, const Clip& person, dou
   const auto write = [](const Vector3d& v, float*& to) {
     for (int i = 0; i < 3; ++i) *to++ = static_cast<float>(v[i]);
   };
-  for (const LivePerson::Pose& pose : poses) {
+  for (const SettledPose& pose : poses) {
     for (const Quaterniond& q : pose.local) write(axis_angle_of(q), rotation);
     write(pose.trans, trans);
   }
@@ -209,7 +184,7 @@ Clip standing_clip(const Eigen::Vector2d& place, double heading, const torch::Te
     controls.arm[side].elbow = 0.2;
   }
   const Posed posed = pose_figure(figure, controls);
-  LivePerson::Pose pose{{posed.local.begin(), posed.local.end()}, posed.position[0] - figure.bones.offsets[0]};
+  SettledPose pose{{posed.local.begin(), posed.local.end()}, posed.position[0] - figure.bones.offsets[0], {}};
   Clip person;
   person.skeleton = shaped_skeleton(body, betas);
   person.betas = betas;

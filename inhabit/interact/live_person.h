@@ -8,6 +8,7 @@
 #include "inhabit/body/bones.h"
 #include "inhabit/interact/engine.h"
 #include "inhabit/interact/features.h"
+#include "inhabit/interact/settle.h"
 #include "inhabit/motion/clip.h"
 
 namespace inhabit::interact {
@@ -23,12 +24,6 @@ using HandContacts = std::array<std::optional<Eigen::Vector3d>, 2>;
 ///   while (...) { person.step(); draw(person.pose()); }
 class LivePerson {
  public:
-  /// One posed frame.
-  struct Pose {
-    std::vector<Eigen::Quaterniond> local;  ///< one a joint, relative to its parent
-    Eigen::Vector3d trans = Eigen::Vector3d::Zero();
-  };
-
   /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
   /// motion before it their velocity is known too. Standard skeleton with rotations.
   LivePerson(const Engine& engine, const Clip& start);
@@ -46,7 +41,7 @@ class LivePerson {
   /// One frame on.
   void step();
 
-  const Pose& pose() const;
+  const SettledPose& pose() const;
   const State& state() const;
   /// Metres from a palm to its contact, while it has one.
   std::optional<double> contact_distance(int side) const;
@@ -59,7 +54,7 @@ class LivePerson {
 };
 
 /// Poses, a frame each, of the person of a clip (its skeleton and shape).
-Clip clip_of(const std::vector<LivePerson::Pose>& poses, const Clip& person, double rate);
+Clip clip_of(const std::vector<SettledPose>& poses, const Clip& person, double rate);
 
 /// A person who stands with hanging arms: one frame. @param place (x, z) metres, on the floor y = 0; @param
 /// heading radians from +Z towards +X; @param betas (B) shape or undefined.

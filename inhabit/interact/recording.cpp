@@ -63,6 +63,7 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
     throw Error(subject, "needs rotations on the standard skeleton");
   Recording out;
   out.rate = clip.rate;
+  out.bones = bones_of(clip.skeleton);
   const std::vector<Eigen::Quaterniond> turns = global_rotations(pose_track(clip), clip.skeleton.parents);
   const torch::Tensor joints = clip.joints.to(torch::kFloat).contiguous(),
                       yaw = headings(clip.joints.to(torch::kDouble)).contiguous(),

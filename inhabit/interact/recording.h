@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "inhabit/body/bones.h"
 #include "inhabit/interact/chair.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/state.h"
@@ -23,6 +24,7 @@ struct Recording {
     std::array<float, kContacts> touching;
   };
   std::vector<Frame> frames;
+  Bones bones;  ///< of the person
   double rate = 30;
 
   int64_t size() const { return static_cast<int64_t>(frames.size()); }

@@ -119,6 +119,11 @@ Senses Data::senses(int64_t clip) const {
   const auto c = static_cast<size_t>(clip);
   return {impl_->chairs[c], impl_->ego, *impl_->around[c]};
 }
+const Config& Data::config() const { return impl_->config; }
+Data::FramePlace Data::pose_place(int64_t index) const {
+  const FrameIndex& at = impl_->at(impl_->poses, index);
+  return {at.clip, at.frame};
+}
 int64_t Data::poses() const { return static_cast<int64_t>(impl_->poses.size()); }
 int64_t Data::sequences() const { return static_cast<int64_t>(impl_->sequences.size()); }
 int64_t Data::contact_sets() const { return static_cast<int64_t>(impl_->contact_sets.size()); }

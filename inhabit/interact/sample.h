@@ -53,7 +53,14 @@ class Data {
   const Recording& recording(int64_t clip) const;
   Senses senses(int64_t clip) const;
 
+  const Config& config() const;
+
   int64_t poses() const;  ///< frames that are followed by another
+  /// A frame of a recording.
+  struct FramePlace {
+    int64_t clip, frame;
+  };
+  FramePlace pose_place(int64_t index) const;
   PoseRows pose_rows(const std::vector<int64_t>& indices) const;
 
   /// Sequences of control_frames frames in which a hand reaches for a contact or holds it.

@@ -8,6 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/losses.h"
 #include "inhabit/interact/model_file.h"
+#include "inhabit/interact/rollout.h"
 #include "inhabit/interact/sample.h"
 #include "inhabit/nn/parameters.h"
 
@@ -82,6 +83,40 @@ TrainTask pose_task(Training& t, PoseNetwork network, const std::string& prefix,
   return row_task(t, network, prefix, kind, [network](const PoseBatch& b) mutable {
     return Losses{{"square", torch::mse_loss(network->forward(b.input), b.target)}};
   });
+}
+
+/// PoseNet on rows of its own rollouts, beside those of recordings that they begin with.
+TrainTask rollout_task(Training& t, PoseNetwork network) {
+  const int64_t frames = t.model.config.training.rollout_frames;
+  const std::function<PoseBatch(const Data&, const std::vector<int64_t>&)> rows_of =
+      [network, &t, frames](const Data& data, const std::vector<int64_t>& indices) mutable {
+        const torch::NoGradGuard no_grad;
+        const bool training = network->is_training();
+        network->eval();
+        PoseRows rows = rollout(data, indices, frames, [&](const torch::Tensor& input) {
+          return t.output.from_network(network->forward(t.input.to_network(input).to(t.device)).cpu());
+        });
+        network->train(training);
+        return PoseBatch{t.input.to_network(rows.input).to(t.device), t.output.to_network(rows.target).to(t.device)};
+      };
+  TrainTask task;
+  task.module = network.ptr();
+  task.networks = {{"pose_net.", network.ptr()}};
+  task.samples = t.data.poses();
+  task.weight_decay = t.model.config.training.pose_decay;
+  // Rollouts are made with the weights of the step that learns from them, on its own thread.
+  task.prepare = batches([](const TrainStep& step) { return step.indices; },
+                         [network, rows_of, &t](const std::vector<int64_t>& indices, const TrainStep&) mutable {
+                           const PoseBatch b = rows_of(t.data, indices);
+                           return Losses{{"square", torch::mse_loss(network->forward(b.input), b.target)}};
+                         });
+  task.validate = [network, rows_of, &t, frames]() mutable {
+    return validated(t.validation.poses(), kValidationRows / frames, [&](const std::vector<int64_t>& some) {
+      const PoseBatch b = rows_of(t.validation, some);
+      return torch::mse_loss(network->forward(b.input), b.target).item<double>();
+    });
+  };
+  return task;
 }
 
 TrainTask samp_task(Training& t, SampNetwork network, const std::string& prefix, RowKind kind) {
@@ -184,6 +219,14 @@ TrainTask task_of(const std::string& name, Training& t, const Networks& start, c
     return samp_task(t, network, prefix, contacts ? RowKind::nsm_control : RowKind::nsm);
   };
   if (name == "pose") return pose_like(m.pose, start.pose, pose_sizes(c), RowKind::pose);
+  if (name == "rollout") {
+    if (m.pose.is_empty()) m.pose = start.pose;  // a stage of its own goes on from --from
+    if (m.pose.is_empty())
+      throw Error("stage rollout", "goes on from a PoseNet: train stage pose first, or say --from");
+    m.pose->to(t.device);
+    m.pose->train();
+    return rollout_task(t, m.pose);
+  }
   if (name == "nsm") return pose_like(m.nsm, start.nsm, nsm_sizes(c, false), RowKind::nsm);
   if (name == "nsm_control")
     return pose_like(m.nsm_control, start.nsm_control, nsm_sizes(c, true), RowKind::nsm_control);
@@ -216,6 +259,11 @@ TrainStage stage_of(const std::string& name, const Config::Training& s, const Tr
     stage.schedule = s.pose_schedule();
     stage.validations = 24;
   }
+  if (name == "rollout") {
+    stage.steps = s.rollout_steps;
+    stage.learning_rate = s.rollout_rate;
+    samples /= s.rollout_frames;
+  }
   if (stage.steps == 0) stage.steps = kEpochs * std::max<int64_t>(1, samples / stage.batch);
   return stage;
 }
@@ -226,8 +274,8 @@ bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
   require_window(config, "configuration");
   const std::vector<std::string> names =
-      chosen_stages(run.stages, {"pose", "control", "contact", "nsm", "nsm_control", "samp", "samp_control"},
-                    {"pose", "control", "contact"});
+      chosen_stages(run.stages, {"pose", "rollout", "control", "contact", "nsm", "nsm_control", "samp", "samp_control"},
+                    {"pose", "rollout", "control", "contact"});
   Training t{{},
              Data(run.data, "train", config, config.training.mirrored),
              Data(run.data, "val", config, false),

@@ -1,0 +1,63 @@
+#include "inhabit/interact/rollout.h"
+
+#include "inhabit/interact/settle.h"
+
+namespace inhabit::interact {
+namespace {
+
+/// What a person is told from outside: the plan of the hands, and the goal that comes into sight.
+void take_control(const State& recorded, State& state) {
+  state.contact = recorded.contact;
+  state.wanted = recorded.wanted;
+  for (size_t i = kNow + 1; i < kSamples; ++i) {
+    state.samples[i].hand = recorded.samples[i].hand;
+    state.samples[i].hand_phase = recorded.samples[i].hand_phase;
+  }
+  state.now().hand_phase = recorded.now().hand_phase;
+  Sample& last = state.samples.back();
+  last.goal = recorded.samples.back().goal;
+  last.goal_facing = recorded.samples.back().goal_facing;
+  last.goal_action = recorded.samples.back().goal_action;
+}
+
+}  // namespace
+
+PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t frames, const PoseFunction& predict) {
+  const Config& config = data.config();
+  const InputLayout in = input_layout(config);
+  const OutputLayout out = output_layout(config);
+  const auto& inference = config.inference;
+  const GoalShares shares = {inference.goal_idle, inference.goal_walk, inference.goal_sit};
+  const auto people = static_cast<int64_t>(indices.size());
+  PoseRows rows{torch::empty({frames, people, in.size}), torch::empty({frames, people, out.size}),
+                torch::zeros({frames, people, 8})};
+  std::vector<State> states;
+  std::vector<Data::FramePlace> places;
+  for (const int64_t i : indices) {
+    places.push_back(data.pose_place(i));
+    states.push_back(state_at(data.recording(places.back().clip), places.back().frame));
+  }
+  SettledPose pose;
+  for (int64_t t = 0; t < frames; ++t) {
+    for (int64_t p = 0; p < people; ++p) {
+      const auto& [clip, frame] = places[static_cast<size_t>(p)];
+      const State& now = states[static_cast<size_t>(p)];
+      build_input(in, now, data.senses(clip), rows.input.data_ptr<float>() + (t * people + p) * in.size);
+      build_target(out, now, state_at(data.recording(clip), frame + t + 1),
+                   rows.target.data_ptr<float>() + (t * people + p) * out.size);
+      build_contacts(now, rows.contacts.data_ptr<float>() + (t * people + p) * 8);
+    }
+    if (t + 1 == frames) break;
+    const torch::Tensor predicted = predict(rows.input[t]).contiguous();
+    for (int64_t p = 0; p < people; ++p) {
+      const auto& [clip, frame] = places[static_cast<size_t>(p)];
+      State& state = states[static_cast<size_t>(p)];
+      apply_output(out, predicted.data_ptr<float>() + p * out.size, shares, config.rate, state);
+      settle(data.recording(clip).bones, state, pose);
+      take_control(state_at(data.recording(clip), frame + t + 1), state);
+    }
+  }
+  return {rows.input.flatten(0, 1), rows.target.flatten(0, 1), rows.contacts.flatten(0, 1)};
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,17 @@
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "inhabit/interact/sample.h"
+
+namespace inhabit::interact {
+
+/// PoseNet on rows as they are (B, 4344) -> (B, 536).
+using PoseFunction = std::function<torch::Tensor(const torch::Tensor& input)>;
+
+/// Rows of what a network makes of recordings by itself: from each of the given frames it goes on for `frames` frames
+/// with its own outputs, hands and goals as recorded. A row's target leads from where it got to, to the recording's
+/// next frame: what a step must do to come back (Ross et al. 2011). (frames x B) rows, frame by frame.
+PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t frames, const PoseFunction& predict);
+
+}  // namespace inhabit::interact
