@@ -262,6 +262,10 @@ Labels label(const Clip& clip, const std::optional<Chair>& chair) {
           farthest = t;
       goals.place(from, farthest, farthest);
       from = farthest;
+    } else {
+      // Who stands about has no goal yet: when they begin to walk would be anybody's guess.
+      while (from < stay.down && plain[static_cast<size_t>(from)] == kIdle) ++from;
+      goals.place(0, from, 0);
     }
     const int64_t until = stay.rises ? stay.rise : clip.frames();
     goals.seat(from, until, {stay.rest.x(), chair->frame.translation().y() + chair->seat_height, stay.rest.z()},

@@ -119,7 +119,7 @@ void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> 
   impl_->grid = sense_chair(chair, impl_->engine.config());
   impl_->around = std::move(around);
   const Eigen::Vector2d ahead = ahead_of(chair.heading());
-  set_goal(impl_->state, single(chair.seat()), ahead.cast<float>(), kSitAction, -kNow);
+  set_goal(impl_->state, single(chair.seat()), ahead.cast<float>(), kSitAction);
   reach_for(contacts);
 }
 
