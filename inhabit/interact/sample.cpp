@@ -50,10 +50,11 @@ struct Data::Impl {
 
   void add(const Clip& clip, const Scene& scene, const std::shared_ptr<const Surroundings>& surroundings,
            const std::string& subject) {
-    const std::optional<Chair> chair = chair_of(clip, scene);
-    if (!chair) return;
-    recordings.push_back(record(clip, label(clip, chair), subject));
-    chairs.push_back(sense_chair(*chair, config));
+    const std::optional<Chair> used = chair_of(clip, scene);
+    std::vector<Chair> others = used ? std::vector<Chair>() : find_chairs(scene);
+    if (!used && others.empty()) return;
+    recordings.push_back(record(clip, label(clip, used), subject));
+    chairs.push_back(sense_chair(used ? *used : others.front(), config));
     around.push_back(surroundings);
     const auto number = static_cast<int32_t>(recordings.size() - 1);
     index(recordings.back(), number);
@@ -215,11 +216,12 @@ std::pair<FeatureScale, FeatureScale> Data::scales(int64_t rows) const {
         torch::where(scale.deviation < 1e-5, torch::ones_like(scale.deviation), scale.deviation.clamp_min(least));
     return scale;
   };
-  FeatureScale in = steady(input.scale(), 0.01);
+  FeatureScale in = steady(input.scale(), 0.01), out = steady(output.scale(), 0.001);
   const InputLayout& l = impl_->input;
-  in.deviation.slice(0, l.ego.first, l.ego.end()).clamp_min_(0.1);
-  in.deviation.slice(0, l.chair.first, l.chair.end()).view({-1, 4}).clamp_min_(0.1);
-  return {in, steady(output.scale(), 0.001)};
+  for (const Span& rare : {l.goals, l.ego, l.chair, l.hands})
+    in.deviation.slice(0, rare.first, rare.end()).clamp_min_(0.1);
+  out.deviation.slice(0, impl_->output.goals.first, impl_->output.goals.end()).clamp_min_(0.1);
+  return {in, out};
 }
 
 std::vector<int64_t> spread_indices(int64_t size, int64_t count) {

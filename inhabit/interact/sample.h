@@ -37,13 +37,13 @@ struct ContactRows {
   torch::Tensor contacts;  ///< (B, 6)
 };
 
-/// The clips of native data sets in which somebody sits, as recordings with their chairs; all in memory, a kilobyte a
-/// frame. Inputs are built when they are asked for. Safe to use from several threads.
+/// The clips of native data sets in rooms with a chair, as recordings with the one that is used (or else the first);
+/// all in memory, a kilobyte a frame. Inputs are built when they are asked for. Safe to use from several threads.
 class Data {
  public:
-  /// @param split "train", "val", "test" or "all"; @param with_mirrored each clip's mirror image too. Clips in which
-  /// nobody sits are left out. Throws Error where a data set cannot be read, has another rate or skeleton, or a clip
-  /// no rotations.
+  /// @param split "train", "val", "test" or "all"; @param with_mirrored each clip's mirror image too. Clips of
+  /// rooms without a chair are left out. Throws Error where a data set cannot be read, has another rate or skeleton, or
+  /// a clip no rotations.
   Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, bool with_mirrored);
   ~Data();
   Data(const Data&) = delete;
@@ -72,8 +72,9 @@ class Data {
   ContactRows contact_rows(const std::vector<int64_t>& indices) const;
 
   /// Of PoseNet's rows, over at most `rows` of them, evenly spread. Deviations are kept from becoming so small that
-  /// what is rare would count for too much: 0.01 at least, 0.1 of occupancies, 1 of what never changes.
-  std::pair<FeatureScale, FeatureScale> scales(int64_t rows = 20000) const;
+  /// what is rare would count for too much: 0.01 at least; 0.1 of goals, occupancies and hands; 1 of what never
+  /// changes.
+  std::pair<FeatureScale, FeatureScale> scales(int64_t rows = 6000) const;
 
  private:
   struct Impl;

@@ -10,7 +10,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 // Of the built-in body: from the wrist along the hand, and down to what a flat hand lies on.
-constexpr float kPalmReach = 0.085F, kPalmDepth = 0.028F;
+constexpr float kPalmReach = 0.085F, kPalmDepth = 0.025F;
 
 }  // namespace
 

@@ -282,8 +282,14 @@ bool train(const TrainRun& run, const Config& config) {
              run.device,
              {},
              {}};
-  if (t.data.poses() == 0) throw Error(run.data.front(), "has no training clip in which somebody sits");
-  if (t.validation.poses() == 0) throw Error(run.data.front(), "has no validation clip in which somebody sits");
+  if (t.data.poses() == 0) throw Error(run.data.front(), "has no training clip in a room with a chair");
+  if (t.validation.poses() == 0) throw Error(run.data.front(), "has no validation clip in a room with a chair");
+  for (const std::string& name : names)
+    for (const Data* part : {&t.data, &t.validation})
+      if ((name == "control" && part->sequences() == 0) || (name == "contact" && part->contact_sets() == 0))
+        throw Error(run.data.front(), std::string("has no ") + (part == &t.data ? "training" : "validation") +
+                                          " clip in which a hand reaches for something to touch, which stage " + name +
+                                          " needs");
   spdlog::info("{} clips, {} frames, {} sequences, {} sets of contacts", t.data.clips(), t.data.poses(),
                t.data.sequences(), t.data.contact_sets());
   t.model.config = config;
