@@ -185,6 +185,8 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   for (int64_t t = 1; t < frames; ++t) {
     live.step();
     poses.push_back(live.pose());
+    const auto& shares = live.state().now().action;
+    action[t] = std::max_element(shares.begin(), shares.end()) - shares.begin();
     if (!live.seated())
       sits_from = -1;
     else if (sits_from < 0)
