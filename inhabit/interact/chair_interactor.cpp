@@ -165,8 +165,11 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   chair.mesh.vertices = chair.mesh.vertices - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
-  if (around->distance(Eigen::Vector3f(person.joints[0][0].data_ptr<float>()), 1) < kInside && !options.force)
-    throw Error(options.name, "begins inside what stands in the scene");
+  const Tensor joints = person.joints[0].contiguous();
+  for (int64_t j = 0; j < kStandardJoints && !options.force; ++j)
+    if (around->distance(Eigen::Vector3f(joints[j].data_ptr<float>()), 1) < kInside)
+      throw Error(options.name, fmt::format("begins inside what stands in the scene ({})",
+                                            standard_joint_names()[static_cast<size_t>(j)]));
   const Vector3d up(0, floor, 0);
   const auto lowered = [&](HandContacts contacts) {
     for (auto& contact : contacts)

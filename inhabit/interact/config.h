@@ -67,8 +67,10 @@ struct Config {
 
   /// How motion and contacts are generated.
   struct Inference {
-    double goal_idle = 0.1, goal_walk = 0.25, goal_sit = 0.9;  ///< share of its correction that PoseNet's goals take
-    double contact_spread = 1;                                 ///< deviation of ContactNet's z (the release: 2)
+    /// Share of its correction that PoseNet's goals take (the release: 0.1, 0.25, 0.9). With more than 0 a goal that
+    /// has just come into sight is corrected away before anybody sets off for it.
+    double goal_idle = 0, goal_walk = 0, goal_sit = 0;
+    double contact_spread = 1;  ///< deviation of ContactNet's z (the release: 2)
 
     bool operator==(const Inference&) const = default;
   } inference;

@@ -1,0 +1,105 @@
+// Protects `inhabit synth chairs`, `train interact`, `interact`, `contacts` and `eval interact` as one chain, and that
+// bad input is told in one line with nothing written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/examples.h"
+#include "cli/refusal.h"
+#include "inhabit/interact/model_file.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/clip_npz.h"
+#include "inhabit/io/files.h"
+#include "interact/small_networks.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A model file of small sizes and weights of no training.
+std::string untrained_interaction(const TempFolder& folder) {
+  interact::Networks networks = interact::untrained_networks(interact::small_interact_config());
+  networks.output_scale.mean.zero_();
+  networks.output_scale.deviation.fill_(0.05);
+  const std::string path = folder / "model.safetensors";
+  interact::save_networks(path, networks);
+  return path;
+}
+
+const std::string kSitRoom = std::string(INHABIT_SOURCE_DIR) + "/examples/data/sit_room.glb";
+
+TEST(Interact, FromDataToAModelToATable) {
+  const TempFolder folder;
+  const std::string data = folder / "chairs", model = folder / "model.safetensors";
+  CommandResult r = run_command("synth chairs --minutes 3 --subjects 2 --seed 4 --out " + data);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  r = run_command("train interact --data " + data + " --out " + model +
+                  " --set 'encoders=[16,8,8,16,8]' experts=2 hidden=16 gating_hidden=8 control_encoder=8 control_hidden=16 "
+                  "contact_hidden=16 training.pose_steps=4 training.rollout_steps=2 training.rollout_frames=3 "
+                  "training.control_steps=2 training.contact_steps=4 training.batch=4");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const interact::Networks networks = interact::load_networks(model);
+  EXPECT_FALSE(networks.pose.is_empty() || networks.control.is_empty() || networks.contact.is_empty());
+  r = run_command("eval interact --data " + data + " --split all --runs 3 --seconds 2 --model " + model + " --json " +
+                  folder / "t.json");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.out, HasSubstr("ours"));
+  const nlohmann::json table = nlohmann::json::parse(read_whole_file(folder / "t.json"));
+  EXPECT_EQ(table["rows"][0]["method"], "data");
+  EXPECT_LT(table["rows"][0]["contact_error_cm"]["mean"].get<double>(), 5);
+}
+
+TEST(Interact, WritesEveryFormatAndSeveralSamples) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), out = folder / "sit";
+  const std::string base = "interact --scene " + kSitRoom + " --start 0,0,30 --seconds 1 --force --model " + model;
+  CommandResult r = run_command(base + " -o " + out + ".npz -o " + out + ".bvh -o " + out + ".glb -o " + out +
+                                ".json -o " + out + ".html");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_clip(out + ".npz").frames(), 30);
+  EXPECT_EQ(read_clip(out + ".bvh").frames(), 30);
+  r = run_command(base + " --samples 3 -o " + out + ".npz -o " + out + ".bvh");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_clips(out + ".npz").size(), 3);
+  EXPECT_EQ(read_clip(out + "_002.bvh").frames(), 30);
+  r = run_command("interact " + kWalk + " --scene " + kSitRoom + " --seconds 1 --force --model " + model + " -o " +
+                  out + ".npz");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Clip walk = read_clip(kWalk), sit = read_clip(out + ".npz");
+  EXPECT_LT((sit.joints[0] - walk.joints[-1]).norm(2, {1}).max().item<double>(), 0.01)
+      << "it begins with the last pose";
+}
+
+TEST(Interact, ContactsAreWrittenAsPointsOrPainted) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), out = folder / "contacts";
+  for (const char* extension : {".json", ".html"}) {
+    const CommandResult r =
+        run_command("contacts " + kSitRoom + " --samples 4 --model " + model + " -o " + out + extension);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+  }
+  EXPECT_EQ(nlohmann::json::parse(read_whole_file(out + ".json")).size(), 4);
+}
+
+TEST(Interact, BadInputIsRefusedInOneLine) {
+  const TempFolder folder, inputs;
+  const std::string out = folder / "sit.npz", model = untrained_interaction(inputs), to = " --model " + model + " -o " + out;
+  const std::string base = "interact --scene " + kSitRoom;
+  expect_refused("interact --start 0,0,0" + to, {"--scene"}, folder.path);
+  expect_refused(base + to, {"--start"}, folder.path);
+  expect_refused(base + " --start 0,0" + to, {"--start", "3 are wanted"}, folder.path);
+  expect_refused(base + " --start 0,x,0" + to, {"--start", "'x' is no number"}, folder.path);
+  expect_refused(base + " --start 0,0,0 --chair throne_3" + to, {"throne_3"}, folder.path);
+  expect_refused(base + " --start 0,0,0 --left 0,9,0" + to, {"left contact", "in the air"}, folder.path);
+  expect_refused(base + " --start 0,0,0 --left lid" + to, {"'lid' is no part of a chair", "armrest"}, folder.path);
+  expect_refused(base + " --start 0,0,0 --contacts " + inputs / "none.json" + to, {"none.json"}, folder.path);
+  std::ofstream(inputs / "bad.json") << "[{\"left\": 3}]";
+  expect_refused(base + " --start 0,0,0 --contacts " + inputs / "bad.json" + to, {"bad.json", "left"}, folder.path);
+  expect_refused("interact --scene " + kRoom + " --start 0,0,0 --model " + kWalk + " -o " + out, {"walk.npz"}, folder.path);
+}
+
+}  // namespace
+}  // namespace inhabit
