@@ -80,10 +80,11 @@ void add_train(CLI::App& app) {
                });
   add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20", folders,
                "", inhabit::inbetween::preset, inhabit::inbetween::train);
-  add_training(*verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
-               "Which of pose, control, contact, and of what they are compared with: nsm, nsm_control, samp, samp_control "
-               "(default: the first three)",
-               inhabit::interact::preset, inhabit::interact::train);
+  add_training(
+      *verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
+      "Which of pose, control, contact, and of what they are compared with: nsm, nsm_control, samp, samp_control "
+      "(default: the first three)",
+      inhabit::interact::preset, inhabit::interact::train);
   add_training(*verb, "features", "The motion features that the Frechet distance of in-betweening is taken over",
                folders, "", inhabit::inbetween::preset, inhabit::inbetween::train_motion_features);
 }
