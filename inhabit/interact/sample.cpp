@@ -100,7 +100,7 @@ Data::Data(const std::vector<std::string>& folders, const std::string& split, co
       if (around[0] == nullptr) {
         scene = load_scene(set, entry.scene);
         around[0] = std::make_shared<const Surroundings>(scene);
-        if (with_mirrored) around[1] = std::make_shared<const Surroundings>(mirrored(scene));
+        if (with_mirrored) around[1] = std::make_shared<const Surroundings>(around[0]->mirrored());
       }
       try {
         impl_->add(clip, scene, around[0], subject);

@@ -74,7 +74,7 @@ class Data {
   /// Of PoseNet's rows, over at most `rows` of them, evenly spread. Deviations are kept from becoming so small that
   /// what is rare would count for too much: 0.01 at least; 0.1 of goals, occupancies and hands; 1 of what never
   /// changes.
-  std::pair<FeatureScale, FeatureScale> scales(int64_t rows = 6000) const;
+  std::pair<FeatureScale, FeatureScale> scales(int64_t rows = 4000) const;
 
  private:
   struct Impl;

@@ -167,26 +167,31 @@ TrainTask control_task(Training& t, int64_t steps) {
   return task;
 }
 
-TrainTask contact_task(Training& t) {
+/// The divergence counts more and more over the first half of the steps: from the start it would be cheaper to say
+/// nothing by z.
+TrainTask contact_task(Training& t, int64_t steps) {
   const double beta = t.model.config.training.contact_beta;
   ContactNetwork network = t.model.contact;
-  const std::function<ContactLosses(const ContactRows&)> losses = [network, beta, &t](const ContactRows& rows) mutable {
+  const std::function<ContactLosses(const ContactRows&, double)> losses = [network, beta, &t](const ContactRows& rows,
+                                                                                              double share) mutable {
     const torch::Tensor noise = torch::randn({rows.contacts.size(0), t.model.config.contact_z}).to(t.device);
     return contact_losses(network, {rows.chair.to(t.device), rows.contacts.to(t.device)},
-                          network->is_training() ? noise : torch::zeros_like(noise), beta);
+                          network->is_training() ? noise : torch::zeros_like(noise), share * beta);
   };
   TrainTask task;
   task.module = network.ptr();
   task.networks = {{"contact_net.", network.ptr()}};
   task.samples = t.data.contact_sets();
-  task.prepare = batches([&t](const TrainStep& step) { return t.data.contact_rows(step.indices); },
-                         [losses](const ContactRows& rows, const TrainStep&) {
-                           const ContactLosses l = losses(rows);
-                           return Losses{{"total", l.total}, {"distance", l.distance}, {"divergence", l.divergence}};
-                         });
+  task.prepare =
+      batches([&t](const TrainStep& step) { return t.data.contact_rows(step.indices); },
+              [losses, steps](const ContactRows& rows, const TrainStep& step) {
+                const ContactLosses l =
+                    losses(rows, std::min(1.0, 2.0 * static_cast<double>(step.number) / static_cast<double>(steps)));
+                return Losses{{"total", l.total}, {"distance", l.distance}, {"divergence", l.divergence}};
+              });
   task.validate = [&t, losses] {
     return validated(t.validation.contact_sets(), kValidationRows, [&](const std::vector<int64_t>& some) {
-      return losses(t.validation.contact_rows(some)).total.item<double>();
+      return losses(t.validation.contact_rows(some), 1).total.item<double>();
     });
   };
   return task;
@@ -239,7 +244,7 @@ TrainTask task_of(const std::string& name, Training& t, const Networks& start, c
   }
   m.contact = begun(start.contact, prefix, from, [&] { return ContactNetwork(c); });
   m.contact->to(t.device);
-  return contact_task(t);
+  return contact_task(t, steps);
 }
 
 TrainStage stage_of(const std::string& name, const Config::Training& s, const Training& t) {

@@ -86,36 +86,44 @@ struct Surroundings::Impl {
   std::unique_ptr<DistanceField> field;
 };
 
-Surroundings::Surroundings(const Scene& scene, double cell) : impl_(new Impl{obstacles_of(scene), {}, {}, {}}) {
+Surroundings::Surroundings(const Scene& scene, double cell) {
+  auto impl = std::make_shared<Impl>();
+  impl->scene = obstacles_of(scene);
   Eigen::AlignedBox3d all;
-  for (const Mesh& mesh : impl_->scene.meshes) {
+  for (const Mesh& mesh : impl->scene.meshes) {
     if (mesh.faces.numel() == 0) continue;
-    impl_->objects.push_back(box_of(mesh.vertices));
-    all.extend(impl_->objects.back().cast<double>());
+    impl->objects.push_back(box_of(mesh.vertices));
+    all.extend(impl->objects.back().cast<double>());
   }
-  if (impl_->objects.empty()) return;
-  impl_->query = std::make_unique<SceneQuery>(impl_->scene);
-  const Vector3d margin = Vector3d::Constant(0.3);
-  impl_->field =
-      std::make_unique<DistanceField>(*impl_->query, Eigen::AlignedBox3d(all.min() - margin, all.max() + margin), cell);
+  if (!impl->objects.empty()) {
+    impl->query = std::make_unique<SceneQuery>(impl->scene);
+    const Vector3d margin = Vector3d::Constant(0.3);
+    impl->field = std::make_unique<DistanceField>(*impl->query,
+                                                  Eigen::AlignedBox3d(all.min() - margin, all.max() + margin), cell);
+  }
+  impl_ = std::move(impl);
 }
 
 Surroundings::~Surroundings() = default;
 Surroundings::Surroundings(Surroundings&&) noexcept = default;
 Surroundings& Surroundings::operator=(Surroundings&&) noexcept = default;
 
+Surroundings Surroundings::mirrored() const { return Surroundings(impl_, -side_); }
+
 float Surroundings::distance(const Vector3f& point, float reach) const {
   const float limit = reach * reach;
+  const Vector3f at(side_ * point.x(), point.y(), point.z());
   for (const AlignedBox3f& box : impl_->objects) {
-    if (box.squaredExteriorDistance(point) >= limit) continue;
-    return std::clamp(static_cast<float>(impl_->field->distance(point.cast<double>())), 0.F, reach);
+    if (box.squaredExteriorDistance(at) >= limit) continue;
+    return std::clamp(static_cast<float>(impl_->field->distance(at.cast<double>())), 0.F, reach);
   }
   return reach;
 }
 
 bool Surroundings::anything_near(const Vector2f& position, float radius) const {
+  const float at = side_ * position.x();
   return std::any_of(impl_->objects.begin(), impl_->objects.end(), [&](const AlignedBox3f& box) {
-    const float x = std::max({box.min().x() - position.x(), position.x() - box.max().x(), 0.F});
+    const float x = std::max({box.min().x() - at, at - box.max().x(), 0.F});
     const float z = std::max({box.min().z() - position.y(), position.y() - box.max().z(), 0.F});
     return x * x + z * z < radius * radius;
   });

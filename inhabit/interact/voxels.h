@@ -55,6 +55,9 @@ class Surroundings {
   explicit Surroundings(const Scene& scene, double cell = 0.05);
   ~Surroundings();
   Surroundings(Surroundings&&) noexcept;
+  /// The image in the plane x = 0, which shares the field.
+  Surroundings mirrored() const;
+
   Surroundings& operator=(Surroundings&&) noexcept;
 
   /// Metres from a world point to the nearest surface, 0 inside, and `reach` where it is farther than that.
@@ -64,7 +67,9 @@ class Surroundings {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  explicit Surroundings(std::shared_ptr<const Impl> impl, float side) : impl_(std::move(impl)), side_(side) {}
+  std::shared_ptr<const Impl> impl_;
+  float side_ = 1;  // -1 for the image
 };
 
 /// The cylindrical ego-centric grid: points of concentric rings, layer upon layer, relative to the root.

@@ -36,10 +36,11 @@ TEST(Interact, FromDataToAModelToATable) {
   const std::string data = folder / "chairs", model = folder / "model.safetensors";
   CommandResult r = run_command("synth chairs --minutes 3 --subjects 2 --seed 4 --out " + data);
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  r = run_command("train interact --data " + data + " --out " + model +
-                  " --set 'encoders=[16,8,8,16,8]' experts=2 hidden=16 gating_hidden=8 control_encoder=8 control_hidden=16 "
-                  "contact_hidden=16 training.pose_steps=4 training.rollout_steps=2 training.rollout_frames=3 "
-                  "training.control_steps=2 training.contact_steps=4 training.batch=4");
+  r = run_command(
+      "train interact --data " + data + " --out " + model +
+      " --set 'encoders=[16,8,8,16,8]' experts=2 hidden=16 gating_hidden=8 control_encoder=8 control_hidden=16 "
+      "contact_hidden=16 training.pose_steps=4 training.rollout_steps=2 training.rollout_frames=3 "
+      "training.control_steps=2 training.contact_steps=4 training.batch=4");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const interact::Networks networks = interact::load_networks(model);
   EXPECT_FALSE(networks.pose.is_empty() || networks.control.is_empty() || networks.contact.is_empty());
@@ -85,20 +86,23 @@ TEST(Interact, ContactsAreWrittenAsPointsOrPainted) {
 }
 
 TEST(Interact, BadInputIsRefusedInOneLine) {
-  const TempFolder folder, inputs;
-  const std::string out = folder / "sit.npz", model = untrained_interaction(inputs), to = " --model " + model + " -o " + out;
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "out");
+  const std::string out = folder / "out/sit.npz", model = untrained_interaction(folder),
+                    to = " --model " + model + " -o " + out;
   const std::string base = "interact --scene " + kSitRoom;
-  expect_refused("interact --start 0,0,0" + to, {"--scene"}, folder.path);
-  expect_refused(base + to, {"--start"}, folder.path);
-  expect_refused(base + " --start 0,0" + to, {"--start", "3 are wanted"}, folder.path);
-  expect_refused(base + " --start 0,x,0" + to, {"--start", "'x' is no number"}, folder.path);
-  expect_refused(base + " --start 0,0,0 --chair throne_3" + to, {"throne_3"}, folder.path);
-  expect_refused(base + " --start 0,0,0 --left 0,9,0" + to, {"left contact", "in the air"}, folder.path);
-  expect_refused(base + " --start 0,0,0 --left lid" + to, {"'lid' is no part of a chair", "armrest"}, folder.path);
-  expect_refused(base + " --start 0,0,0 --contacts " + inputs / "none.json" + to, {"none.json"}, folder.path);
-  std::ofstream(inputs / "bad.json") << "[{\"left\": 3}]";
-  expect_refused(base + " --start 0,0,0 --contacts " + inputs / "bad.json" + to, {"bad.json", "left"}, folder.path);
-  expect_refused("interact --scene " + kRoom + " --start 0,0,0 --model " + kWalk + " -o " + out, {"walk.npz"}, folder.path);
+  expect_refused("interact --start 0,0,0" + to, {"--scene"}, folder / "out");
+  expect_refused(base + to, {"--start"}, folder / "out");
+  expect_refused(base + " --start 0,0" + to, {"--start", "3 are wanted"}, folder / "out");
+  expect_refused(base + " --start 0,x,0" + to, {"--start", "'x' is no number"}, folder / "out");
+  expect_refused(base + " --start 0,0,0 --chair throne_3" + to, {"throne_3"}, folder / "out");
+  expect_refused(base + " --start 0,0,0 --left 0,9,0" + to, {"left contact", "in the air"}, folder / "out");
+  expect_refused(base + " --start 0,0,0 --left lid" + to, {"'lid' is no part of a chair", "armrest"}, folder / "out");
+  expect_refused(base + " --start 0,0,0 --contacts " + folder / "none.json" + to, {"none.json"}, folder / "out");
+  std::ofstream(folder / "bad.json") << "[{\"left\": 3}]";
+  expect_refused(base + " --start 0,0,0 --contacts " + folder / "bad.json" + to, {"bad.json", "left"}, folder / "out");
+  expect_refused("interact --scene " + kRoom + " --start 0,0,0 --model " + kWalk + " -o " + out, {"walk.npz"},
+                 folder / "out");
 }
 
 }  // namespace

@@ -233,6 +233,14 @@ TEST(InteractFeatures, AMirroredRecordingHasMirroredFeatures) {
     EXPECT_LT((joint(a, l) - Vector3f(-1, 1, 1).cwiseProduct(joint(b, right))).norm(), 1e-4F) << l;
     EXPECT_LT((joint(a, right) - Vector3f(-1, 1, 1).cwiseProduct(joint(b, l))).norm(), 1e-4F) << l;
   }
+  // The image of a scene and a scene's image are the same surroundings.
+  const Surroundings shared = plain.around->mirrored();
+  std::vector<float> own(1408), image_of(1408);
+  const Place root = state_at(image.recording, 80).now().root;
+  image.ego.sense(*image.around, root, own.data());
+  image.ego.sense(shared, root, image_of.data());
+  for (size_t i = 0; i < own.size(); ++i) EXPECT_NEAR(own[i], image_of[i], 0.1) << i;
+  EXPECT_GT(*std::max_element(own.begin(), own.end()), 0.5F);
   for (int i = 0; i < 39; ++i)  // the left hand's way has become the right one's
     EXPECT_NEAR(a[static_cast<size_t>(plain.in.hands.first + 39 + i)],
                 (i % 3 == 0 ? -1 : 1) * b[static_cast<size_t>(plain.in.hands.first + i)], 1e-4);
