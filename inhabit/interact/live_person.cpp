@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr int kWalkAction = 1, kSitAction = 2;
-constexpr int kSoon = 15;          // frames: hands leave for their contacts when sitting down begins this soon
-constexpr double kBeside = 0.4;    // metres from the seat: and at the latest here
-constexpr double kReached = 0.05;  // metres from a palm to its contact
-constexpr int kHeld = 60;          // frames that a contact is held for
+constexpr int kSoon = 5;            // frames: hands leave for their contacts when sitting down begins this soon
+constexpr double kReachTime = 1.4;  // that people take to a contact
+constexpr double kReached = 0.05;   // metres from a palm to its contact
+constexpr int kHeld = 60;           // frames that a contact is held for
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -54,15 +54,13 @@ struct LivePerson::Impl {
   /// Hands leave for contacts when sitting down is about to begin, or at once where the person sits.
   void plan_hands() {
     if (!chair) return;
-    const Eigen::Vector2f seat = single(chair->seat())({0, 2});
-    const bool close = (state.now().root.position - seat).norm() < kBeside;
     const bool about_to = state.samples[kNow + kSoon].action[kSitAction] > 0.5F;
     for (int side = 0; side < 2; ++side) {
       const auto s = static_cast<size_t>(side);
       if (!contacts[s]) continue;
-      if (!begun[s] && (close || about_to)) {
+      if (!begun[s] && (about_to || seated())) {
         if (!state.wanted[0] && !state.wanted[1]) engine.start_control(work);
-        give_contact(state, side, single(*contacts[s]));
+        give_contact(state, side, single(*contacts[s]), kReachTime);
         begun[s] = true;
         held[s] = 0;
       } else if (state.wanted[s]) {
