@@ -282,8 +282,10 @@ void add_eval_interact(CLI::App& verb) {
     const auto interactor = std::make_shared<const interact::ChairInteractor>(networks);
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    const interact::Table table =
-        interact::evaluate(trials, {interact::model_method(interactor, o->seconds)}, o->seed, progress_lines("runs"));
+    const interact::Table table = interact::evaluate(trials,
+                                                     {interact::model_method(interactor, o->seconds, /*raw=*/true),
+                                                      interact::model_method(interactor, o->seconds, /*raw=*/false)},
+                                                     o->seed, progress_lines("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table).c_str());
   });

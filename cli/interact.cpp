@@ -133,6 +133,7 @@ void add_interact(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of contacts that are drawn")
       ->check(whole_number)
       ->capture_default_str();
+  verb->add_flag("--raw", o->options.raw, "The networks' motion as it is, not fitted to contacts, floor and chair");
   verb->add_flag("--force", o->options.force, "Try seats of any height and contacts out of reach");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_option("-o,--out", o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");

@@ -8,6 +8,7 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/interact/fit_contacts.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
@@ -93,6 +94,70 @@ void settle_contacts(const Chair& chair, const Skeleton& skeleton, bool force, H
   }
 }
 
+using ContactErrors = std::vector<std::array<std::optional<double>, 2>>;
+
+/// What a person did, frame by frame, in a scene whose floor is y = 0.
+struct Take {
+  std::vector<SettledPose> poses;
+  Tensor targets, action;          // (T, 2, 4), (T)
+  std::vector<size_t> contact_of;  // (T) which of the series was reached for
+  ContactErrors contact_error;     // the closest approach to each
+  std::optional<int64_t> seated;   // first frame from which they sit to the end
+};
+
+Take perform(LivePerson& person, const std::vector<HandContacts>& series, int64_t frames) {
+  Take take;
+  take.poses.push_back(person.pose());
+  take.targets = torch::zeros({frames, 2, 4});
+  take.action = torch::zeros({frames}, torch::kInt64);
+  take.contact_error.resize(series.size());
+  take.contact_of.assign(static_cast<size_t>(frames), 0);
+  size_t present = 0;
+  for (int64_t t = 1; t < frames; ++t) {
+    person.step();
+    take.poses.push_back(person.pose());
+    const State& state = person.state();
+    const auto& shares = state.now().action;
+    take.action[t] = std::max_element(shares.begin(), shares.end()) - shares.begin();
+    if (!person.seated())
+      take.seated.reset();
+    else if (!take.seated)
+      take.seated = t;
+    take.contact_of[static_cast<size_t>(t)] = present;
+    bool all = true;
+    for (int side = 0; side < 2; ++side) {
+      const auto s = static_cast<size_t>(side);
+      const Eigen::Vector3f& c = state.contact[s];
+      if (state.wanted[s]) take.targets[t][side] = torch::tensor({c.x(), c.y(), c.z(), 1.F});
+      const auto distance = person.contact_distance(side);
+      if (!distance || present >= series.size()) continue;
+      auto& least = take.contact_error[present][s];
+      least = std::min(least.value_or(*distance), *distance);
+      all = all && person.done(side);
+    }
+    if (all && present + 1 < series.size()) person.reach_for(series[++present]);
+  }
+  return take;
+}
+
+/// The same errors of a motion that was fitted.
+ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contact_of, ContactErrors errors) {
+  const Tensor distances = contact_distances(motion).contiguous();
+  const auto at = distances.accessor<float, 2>();
+  const ContactErrors raw = errors;  // of contacts that no hand left for
+  for (auto& both : errors) both = {};
+  for (int64_t t = 0; t < motion.frames(); ++t)
+    for (int64_t side = 0; side < 2; ++side)
+      if (!std::isnan(at[t][side])) {
+        auto& least = errors[contact_of[static_cast<size_t>(t)]][static_cast<size_t>(side)];
+        least = std::min(least.value_or(HUGE_VAL), static_cast<double>(at[t][side]));
+      }
+  for (size_t i = 0; i < raw.size(); ++i)
+    for (size_t side = 0; side < 2; ++side)
+      if (!errors[i][side]) errors[i][side] = raw[i][side];
+  return errors;
+}
+
 }  // namespace
 
 struct ChairInteractor::Impl {
@@ -170,54 +235,27 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
     if (around->distance(Eigen::Vector3f(joints[j].data_ptr<float>()), 1) < kInside)
       throw Error(options.name, fmt::format("begins inside what stands in the scene ({})",
                                             standard_joint_names()[static_cast<size_t>(j)]));
-  const Vector3d up(0, floor, 0);
-  const auto lowered = [&](HandContacts contacts) {
-    for (auto& contact : contacts)
-      if (contact) *contact -= up;
-    return contacts;
-  };
-
   LivePerson live(impl_->engine, person);
-  size_t present = 0;
-  live.sit_on(chair, around, out.contacts.empty() ? HandContacts{} : lowered(out.contacts[0]));
-  out.contact_error.resize(out.contacts.size());
-  const auto frames = std::max<int64_t>(1, std::llround(options.seconds * config().rate));
-  std::vector<SettledPose> poses{live.pose()};
-  Tensor targets = torch::zeros({frames, 2, 4}), action = torch::zeros({frames}, torch::kInt64);
-  int64_t sits_from = -1;
-  for (int64_t t = 1; t < frames; ++t) {
-    live.step();
-    poses.push_back(live.pose());
-    const auto& shares = live.state().now().action;
-    action[t] = std::max_element(shares.begin(), shares.end()) - shares.begin();
-    if (!live.seated())
-      sits_from = -1;
-    else if (sits_from < 0)
-      sits_from = t;
-    for (int side = 0; side < 2; ++side) {
-      const auto s = static_cast<size_t>(side);
-      if (!live.state().wanted[s]) continue;
-      const Eigen::Vector3f& c = live.state().contact[s];
-      targets[t][side] = torch::tensor({c.x(), c.y() + static_cast<float>(floor), c.z(), 1.F});
-    }
-    if (present >= out.contacts.size()) continue;
-    bool all = true;
-    for (int side = 0; side < 2; ++side) {
-      const auto distance = live.contact_distance(side);
-      if (!distance) continue;
-      auto& least = out.contact_error[present][static_cast<size_t>(side)];
-      least = std::min(least.value_or(*distance), *distance);
-      all = all && live.done(side);
-    }
-    if (all && present + 1 < out.contacts.size()) live.reach_for(lowered(out.contacts[++present]));
-  }
-  if (sits_from >= 0) out.seated = sits_from;
-  out.motion = clip_of(poses, person, config().rate);
-  out.motion.hand_targets = targets;
+  std::vector<HandContacts> series = out.contacts;
+  for (HandContacts& contacts : series)
+    for (auto& contact : contacts)
+      if (contact) contact->y() -= floor;
+  live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0]);
+  const Take take = perform(live, series, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
+  out.contact_error = take.contact_error;
+  out.seated = take.seated;
+  out.motion = clip_of(take.poses, person, config().rate);
+  out.motion.hand_targets = take.targets;
   out.motion.action_names = {"idle", "walk", "sit"};
-  out.motion.action = action;
-  out.motion.trans = out.motion.trans + torch::tensor({0.F, static_cast<float>(floor), 0.F});
-  out.motion.joints = out.motion.joints + torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  out.motion.action = take.action;
+  if (!options.raw) {
+    out.motion = fit_contacts(out.motion, there);
+    out.contact_error = errors_after(out.motion, take.contact_of, take.contact_error);
+  }
+  const Tensor up = torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  out.motion.trans = out.motion.trans + up;
+  out.motion.joints = out.motion.joints + up;
+  out.motion.hand_targets.select(2, 1).add_(floor * out.motion.hand_targets.select(2, 3));
   return out;
 }
 

@@ -16,6 +16,7 @@ struct Options {
   /// One after the other: the next are given once the present ones are reached. None: hands are free.
   std::vector<HandContacts> contacts;
   bool draw_contacts = false;  ///< ContactNet draws them
+  bool raw = false;            ///< the networks' motion as it is, not fitted to contacts and scene (fit_contacts.h)
   bool force = false;          ///< a seat that is too high or low, a contact that is out of reach: tried all the same
   double seconds = 16;         ///< of motion
   uint64_t seed = 1;           ///< of contacts that are drawn

@@ -168,13 +168,15 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
   return all;
 }
 
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds) {
-  return {"ours", [interactor = std::move(interactor), seconds](const Trial& trial, uint64_t seed) {
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw) {
+  return {raw ? "ours" : "ours, fitted",
+          [interactor = std::move(interactor), seconds, raw](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
             options.seconds = seconds;
             options.seed = seed;
             options.force = true;
+            options.raw = raw;
             options.name = trial.name;
             return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
           }};

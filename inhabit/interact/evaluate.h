@@ -29,8 +29,8 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 /// What a method made of a trial. Its Clip::action is idle, walk or sit by name.
 using InteractMethod = Method<Trial, Clip>;
 
-/// Ours, raw.
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds);
+/// Ours, raw or fitted (fit_contacts.h).
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw);
 
 /// One method over all trials, lengths in metres.
 struct Scores {

@@ -14,9 +14,13 @@ constexpr float kPalmReach = 0.085F, kPalmDepth = 0.025F;
 
 }  // namespace
 
-Vector3f palm_of(const Vector3f& wrist, const Eigen::Matrix3f& rotation, int side) {
+Vector3f palm_offset(int side) {
   // At rest hands point sideways, palms down.
-  return wrist + rotation * Vector3f(side == 0 ? kPalmReach : -kPalmReach, -kPalmDepth, 0);
+  return {side == 0 ? kPalmReach : -kPalmReach, -kPalmDepth, 0};
+}
+
+Vector3f palm_of(const Vector3f& wrist, const Eigen::Matrix3f& rotation, int side) {
+  return wrist + rotation * palm_offset(side);
 }
 
 void give_contact(State& state, int side, const Vector3f& point, double seconds) {

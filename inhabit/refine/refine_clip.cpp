@@ -166,6 +166,15 @@ class Refinement {
     }
     problem_.limit_weight = per_frame * weight_of(kLimit);
     const Poses poses = posed(problem_.bones, problem_.start);
+    for (const GivenContact& contact : options_.given) {
+      problem_.points.push_back({Attachment{contact.joint, 1, contact.offset}});
+      for (int64_t t = contact.first; t <= contact.last; ++t)
+        problem_.places.push_back({t,
+                                   static_cast<int>(problem_.points.size()) - 1,
+                                   contact.place,
+                                   Vector3d::Constant(per_frame * weight_of(kContact)),
+                                   {}});
+    }
     for (const int joint : options_.keep_joints)
       for (size_t t = 0; t < frames; ++t)
         problem_.places.push_back({static_cast<int64_t>(t),
@@ -329,6 +338,10 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
     if (frame < 0 || frame >= clip.frames())
       throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + options.name + ", which has " +
                               std::to_string(clip.frames()));
+  for (const GivenContact& contact : options.given)
+    if (contact.joint < 0 || contact.joint >= kStandardJoints || contact.first < 0 || contact.last >= clip.frames() ||
+        !contact.place.allFinite() || !contact.offset.allFinite())
+      throw Error("given", "a contact is of no joint, frame or place");
   for (const int joint : options.keep_joints)
     if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
   Result out = Refinement(retarget(clip, options.name), scene, options).run();

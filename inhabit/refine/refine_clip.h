@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -8,14 +9,23 @@
 
 namespace inhabit::refine {
 
+/// A point of the body that is at a place in frames [first, last].
+struct GivenContact {
+  int joint = 0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the joint's frame
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();   ///< metres, world
+  int64_t first = 0, last = 0;
+};
+
 struct Options {
   bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
   /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.
   std::vector<int> keep_joints;
-  double smooth = 1;            ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
-  std::string name = "motion";  ///< what errors call the clip
-  bool standard = false;        ///< the motion is wanted on the standard skeleton alone
+  std::vector<GivenContact> given;  ///< contacts that are known, of hands above all
+  double smooth = 1;                ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
+  std::string name = "motion";      ///< what errors call the clip
+  bool standard = false;            ///< the motion is wanted on the standard skeleton alone
 };
 
 /// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints of the standard skeleton
