@@ -94,6 +94,18 @@ void settle_contacts(const Chair& chair, const Skeleton& skeleton, bool force, H
   }
 }
 
+/// Throws Error where a joint, or the middle of a bone, is in something.
+void require_free(const Clip& person, const Surroundings& around, const std::string& name) {
+  const Tensor joints = person.joints[0].to(torch::kFloat32).contiguous();
+  const auto at = [&](int64_t j) { return Eigen::Vector3f(joints.data_ptr<float>() + 3 * j); };
+  for (int64_t j = 0; j < kStandardJoints; ++j) {
+    const Eigen::Vector3f middle = 0.5F * (at(j) + at(std::max(0, standard_parents()[static_cast<size_t>(j)])));
+    if (std::min(around.distance(at(j), 1), around.distance(middle, 1)) < kInside)
+      throw Error(name, fmt::format("begins inside what stands in the scene ({})",
+                                    standard_joint_names()[static_cast<size_t>(j)]));
+  }
+}
+
 using ContactErrors = std::vector<std::array<std::optional<double>, 2>>;
 
 /// What a person did, frame by frame, in a scene whose floor is y = 0.
@@ -230,11 +242,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   chair.mesh.vertices = chair.mesh.vertices - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
-  const Tensor joints = person.joints[0].contiguous();
-  for (int64_t j = 0; j < kStandardJoints && !options.force; ++j)
-    if (around->distance(Eigen::Vector3f(joints[j].data_ptr<float>()), 1) < kInside)
-      throw Error(options.name, fmt::format("begins inside what stands in the scene ({})",
-                                            standard_joint_names()[static_cast<size_t>(j)]));
+  if (!options.force) require_free(person, *around, options.name);
   LivePerson live(impl_->engine, person);
   std::vector<HandContacts> series = out.contacts;
   for (HandContacts& contacts : series)
