@@ -1,8 +1,7 @@
 #pragma once
+#include <memory>
 #include <vector>
 
-#include "inhabit/interact/fast_control_network.h"
-#include "inhabit/interact/fast_pose_network.h"
 #include "inhabit/interact/layout.h"
 #include "inhabit/interact/model_file.h"
 #include "inhabit/interact/voxels.h"
@@ -24,29 +23,28 @@ class Engine {
   /// What one person's frames are computed in, and what ControlNet carries from frame to frame.
   struct Workspace {
     explicit Workspace(const Engine& engine);
+    ~Workspace();
     std::vector<float> input, output;  ///< of PoseNet (InputLayout::size, OutputLayout::size)
     std::vector<float> memory;         ///< of ControlNet's LSTM
-    FastPoseNetwork::Workspace pose;
-    FastControlNetwork::Workspace control;
+    struct Networks;
+    std::unique_ptr<Networks> networks;  ///< what the fast networks work in
   };
 
   /// PoseNet: features as they are in work.input, which is overwritten, to work.output.
   void pose(Workspace& work) const;
 
   /// ControlNet begins a reach anew.
-  void start_control(Workspace& work) const { control_.start(work.memory.data()); }
+  void start_control(Workspace& work) const;
   /// One frame of it on features as they are (features.h): pose (66), control (56) to out (56).
-  void control(const float* pose, const float* control, float* out, Workspace& work) const {
-    control_.step(pose, control, 1, work.memory.data(), out, work.control);
-  }
+  void control(const float* pose, const float* control, float* out, Workspace& work) const;
 
  private:
   Networks networks_;
   InputLayout input_;
   OutputLayout output_;
   EgoGrid ego_;
-  FastPoseNetwork pose_;
-  FastControlNetwork control_;
+  struct Fast;
+  std::shared_ptr<const Fast> fast_;
   std::vector<float> input_mean_, input_factor_, output_mean_, output_factor_;
 };
 

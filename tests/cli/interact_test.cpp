@@ -34,7 +34,7 @@ const std::string kSitRoom = std::string(INHABIT_SOURCE_DIR) + "/examples/data/s
 TEST(Interact, FromDataToAModelToATable) {
   const TempFolder folder;
   const std::string data = folder / "chairs", model = folder / "model.safetensors";
-  CommandResult r = run_command("synth chairs --minutes 8 --subjects 2 --seed 4 --out " + data);
+  CommandResult r = run_command("synth chairs --minutes 12 --subjects 2 --chairs 24 --seed 7 --out " + data);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command(
       "train interact --data " + data + " --out " + model +

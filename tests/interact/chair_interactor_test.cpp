@@ -77,6 +77,7 @@ TEST(ChairInteractor, AFloorOfAnyHeightIsTheFloor) {
   high.joints = high.joints + up;
   Options options = on_chair({});
   options.seconds = 0.2;  // rounding grows with time
+  options.raw = true;
   const Tensor low = interactor().run(start, scene, options).motion.joints,
                lifted = interactor().run(high, raised, options).motion.joints;
   EXPECT_LT(largest(lifted - up - low), 2e-3);

@@ -26,6 +26,8 @@ Config small_config() {
   c.training.mirrored = false;
   c.training.dropout = 0;
   c.training.pose_steps = 300;
+  c.training.rollout_steps = 30;
+  c.training.rollout_frames = 4;
   c.training.control_steps = 60;
   c.training.contact_steps = 60;
   c.training.pose_rate = 3e-3;
