@@ -44,7 +44,7 @@ TEST(Interact, FromDataToAModelToATable) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const interact::Networks networks = interact::load_networks(model);
   EXPECT_FALSE(networks.pose.is_empty() || networks.control.is_empty() || networks.contact.is_empty());
-  r = run_command("eval interact --data " + data + " --split all --runs 3 --seconds 2 --model " + model + " --json " +
+  r = run_command("eval interact --data " + data + " --split all --runs 2 --seconds 16 --model " + model + " --json " +
                   folder / "t.json");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(r.out, HasSubstr("ours"));
