@@ -178,6 +178,7 @@ void add_interact(CLI::App& app) {
             std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
                         100 * *errors[static_cast<size_t>(side)]);
     std::vector<Clip> motions;
+    motions.reserve(results.size());
     for (const interact::Result& r : results) motions.push_back(r.motion);
     write_outputs(
         o->outputs, [&] { return interact_page(results, scene); },

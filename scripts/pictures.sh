@@ -16,6 +16,8 @@ $inhabit anticipate $data/walk.npz --samples 20 --seconds 30 -o "$pages/anticipa
 picture anticipate --time 26 --size 960x640 --bare --overlaid --camera 9.9,4.4,-3.9 --target 6.3,0.4,4.2
 $inhabit inbetween $data/sit.npz --scene $data/sit_room.glb --keyframes every:60 -o "$pages/inbetween.html"
 picture inbetween --size 960x640 --bare --poses
+$inhabit interact --scene $data/sit_room.glb --chair armchair_0 --start=0,1,90 --left armrest --right armrest --seconds 12 -o "$pages/interact.html"
+picture interact --time 9 --size 960x640 --bare --camera=-0.4,1.9,0.7 --target=1.35,0.72,-1.15
 # What is refined: the end of a motion with noise of a degree and a centimetre, moved 15 cm into the sofa.
 $inhabit convert $data/sit.npz "$pages/sit.json"
 node - "$pages" <<'NOISE'

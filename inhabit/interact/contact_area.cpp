@@ -39,6 +39,7 @@ const std::vector<Part>& parts() {
 const std::vector<std::string>& contact_areas() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> out;
+    out.reserve(parts().size());
     for (const Part& part : parts()) out.emplace_back(part.name);
     return out;
   }();

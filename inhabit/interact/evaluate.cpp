@@ -190,6 +190,7 @@ Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMetho
   for (const Trial& trial : trials)
     for (const auto& contact : trial.contacts) out.contacts += contact ? 1 : 0;
   std::vector<Clip> truth;
+  truth.reserve(trials.size());
   for (const Trial& trial : trials) truth.push_back(trial.truth);
   out.rows.push_back(score("data", trials, truth));
   int64_t done = 0;

@@ -104,7 +104,7 @@ void fill_between(State& state, int key) {
   const Sample &a = state.key(key), &b = state.key(key + 1);
   for (int i = 1; i < kKeyStep; ++i) {
     const float u = static_cast<float>(i) / kKeyStep;
-    Sample& s = state.samples[static_cast<size_t>(key * kKeyStep + i)];
+    Sample& s = state.samples[static_cast<size_t>(key) * kKeyStep + static_cast<size_t>(i)];
     s.root.position = a.root.position + u * (b.root.position - a.root.position);
     s.root.facing = slerp_direction(a.root.facing, b.root.facing, u);
     s.action = mixed(a.action, b.action, u);

@@ -36,8 +36,8 @@ struct State {
 
   const Sample& now() const { return samples[kNow]; }
   Sample& now() { return samples[kNow]; }
-  const Sample& key(int k) const { return samples[static_cast<size_t>(k * kKeyStep)]; }
-  Sample& key(int k) { return samples[static_cast<size_t>(k * kKeyStep)]; }
+  const Sample& key(int k) const { return samples[static_cast<size_t>(k) * kKeyStep]; }
+  Sample& key(int k) { return samples[static_cast<size_t>(k) * kKeyStep]; }
 };
 
 /// The middle of a palm's skin in the frame of its wrist, metres.
