@@ -1,4 +1,4 @@
-// A person walks up to a chair of a room and sits down, hands where ContactNet puts them: interact MODEL SCENE OUT
+// A person walks up to an armchair and sits down, hands where ContactNet puts them: interact MODEL SCENE OUT
 #include <inhabit/interact/chair_interactor.h>
 #include <inhabit/io/files.h>
 #include <inhabit/io/scene_file.h>
@@ -11,9 +11,10 @@ int main(int argc, char** argv) {
   const inhabit::Scene scene = inhabit::read_scene_file(argv[2]).scene;
 
   inhabit::interact::Options options;
+  options.chair = "armchair_0";
   options.draw_contacts = true;
-  options.seconds = 10;
-  const inhabit::Clip start = inhabit::interact::standing_clip({0, 0}, /*heading=*/0);
+  options.seconds = 12;
+  const inhabit::Clip start = inhabit::interact::standing_clip({0, 1}, /*heading=*/1.57);
   const inhabit::interact::Result result = interactor.run(start, scene, options);
   inhabit::write_clip(argv[3], result.motion);
 
