@@ -41,9 +41,9 @@ void bridge_gaps(TopView& view) {
 
 /// Metres from each member to the nearest point that is none (chamfer distance, 5 % off at most).
 double largest_disc(const TopView& view, const std::vector<int>& area_of, int area) {
-  const auto w = static_cast<size_t>(view.nx + 2);
-  std::vector<float> d(w * static_cast<size_t>(view.nz + 2), 0.F);
-  const auto at = [&](int ix, int iz) { return static_cast<size_t>(iz + 1) * w + static_cast<size_t>(ix + 1); };
+  const size_t w = static_cast<size_t>(view.nx) + 2;
+  std::vector<float> d(w * (static_cast<size_t>(view.nz) + 2), 0.F);
+  const auto at = [&](int ix, int iz) { return (static_cast<size_t>(iz) + 1) * w + static_cast<size_t>(ix) + 1; };
   const auto lower = [&](size_t here, size_t there, float step) { d[here] = std::min(d[here], d[there] + step); };
   for (int iz = 0; iz < view.nz; ++iz)
     for (int ix = 0; ix < view.nx; ++ix) {

@@ -35,6 +35,7 @@ Tensor words_of(const Tensor& joints, const NdmsOptions& options) {
 NdmsScore score_ndms(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& reference,
                      const NdmsOptions& options) {
   std::vector<Tensor> known;
+  known.reserve(reference.size());
   for (const NamedMotion& motion : reference) known.push_back(words_of(motion.joints, options));
   const Tensor words_known = torch::cat(known);
   if (words_known.size(0) == 0)

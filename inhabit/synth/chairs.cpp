@@ -172,6 +172,7 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   if (options.subjects < 1 || options.subjects > 1000) throw Error("the number of subjects must be 1 to 1000");
   if (options.chairs < 1 || options.chairs > 100000) throw Error("the number of chairs must be 1 to 100000");
   std::vector<ChairSubject> subjects;
+  subjects.reserve(static_cast<size_t>(options.subjects));
   std::mt19937_64 random(item_seed(options.seed, kSubjects));
   for (int i = 0; i < options.subjects; ++i) subjects.push_back(draw_subject(builtin_body(), random));
   const std::vector<ChairJob> jobs = schedule(options);

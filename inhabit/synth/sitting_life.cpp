@@ -84,7 +84,7 @@ bool SittingWriter::find_posture(const Stay& stay, const std::vector<Contact>& c
   }
   const auto held = [&](const Contact& contact) {
     const HandPull& pull = contact.trip.pull;
-    const auto wrist = static_cast<size_t>(20 + contact.trip.side);
+    const auto wrist = 20 + static_cast<size_t>(contact.trip.side);
     const Posed pose = pose_figure(figure_, c);
     return (pose.position[wrist] - pull.place).norm() < 0.004 && pose.global[wrist].angularDistance(pull.turn) < 0.15;
   };
