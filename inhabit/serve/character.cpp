@@ -24,7 +24,7 @@ Vector2d root_of(const Frame& frame) { return {frame.trans.x(), frame.trans.z()}
 Character::Character(std::shared_ptr<const World> world) : world_(std::move(world)) { restart(); }
 
 void Character::restart() {
-  motion_.clear();
+  leave_motion();
   past_.clear();
   become(frame_of(world_->person, 0));
 }
@@ -40,6 +40,7 @@ void Character::become(const Frame& frame) {
 void Character::leave_motion() {
   if (motion_.empty()) return;
   motion_.clear();
+  at_ = 0;
   become(frame_);
 }
 
@@ -103,6 +104,7 @@ void Character::draw() {
 }
 
 void Character::stand() {
+  if (!motion_.empty()) return leave_motion();  // upright again from the pose that is held
   if (contacts_.chair.empty()) throw Error("stand", "nobody sits");
   const interact::Chair& chair = world_->seat(contacts_.chair).chair;
   const Vector2d seat = on_ground(chair.seat());
@@ -135,28 +137,37 @@ void Character::reach() {
   since_reach_ = 0;
 }
 
+/// One frame of the networks.
+void Character::live_step() {
+  ++since_reach_;
+  // Hands let go of contacts that they have held for a while; whoever gave them in the page takes them away.
+  bool let_go = live_->seated(), any = false;
+  for (int hand = 0; hand < 2; ++hand)
+    if (contacts_.at[static_cast<size_t>(hand)]) {
+      any = true;
+      let_go = let_go && live_->done(hand);
+    }
+  // Every plan begins at the palm: one for each of thirty moves a second would never get there.
+  if ((reach_soon_ || (any && let_go)) && since_reach_ >= kReachEvery) reach();
+  live_->step();
+  frame_ = frame_of(live_->pose());
+  const interact::State& state = live_->state();
+  const auto& shares = state.now().action;
+  frame_.action = static_cast<uint8_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
+  for (size_t hand = 0; hand < 2; ++hand) {
+    frame_.reaching[hand] = state.wanted[hand];
+    frame_.contact[hand] = state.contact[hand];
+  }
+}
+
 void Character::step() {
   ++index_;
   if (playing()) {
     const Frame& next = motion_[at_];
     frame_ = at_ < kBlend ? blended(left_from_, next, static_cast<double>(at_ + 1) / (kBlend + 1)) : next;
-    if (++at_ == motion_.size()) {
-      motion_.clear();
-      become(frame_);
-    }
-  } else {
-    ++since_reach_;
-    // Every plan begins at the palm: one for each of thirty moves a second would never get there.
-    if (reach_soon_ && since_reach_ >= kReachEvery) reach();
-    live_->step();
-    frame_ = frame_of(live_->pose());
-    const interact::State& state = live_->state();
-    const auto& shares = state.now().action;
-    frame_.action = static_cast<uint8_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
-    for (size_t hand = 0; hand < 2; ++hand) {
-      frame_.reaching[hand] = state.wanted[hand];
-      frame_.contact[hand] = state.contact[hand];
-    }
+    ++at_;
+  } else if (motion_.empty()) {
+    live_step();
   }
   past_.push_back(frame_);
   if (past_.size() > kPast) past_.pop_front();
@@ -166,7 +177,7 @@ Status Character::status() const {
   Status out;
   out.index = index_;
   out.filling = playing();
-  if (playing()) return out;
+  if (!motion_.empty()) return out;
   out.seated = live_->seated() && !contacts_.chair.empty();
   for (int hand = 0; hand < 2; ++hand)
     if (contacts_.at[static_cast<size_t>(hand)])

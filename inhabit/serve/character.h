@@ -42,7 +42,8 @@ class Character {
   const Frame& frame() const { return frame_; }
   Status status() const;
   const Contacts& contacts() const { return contacts_; }
-  bool playing() const { return !motion_.empty(); }
+  /// A motion is carried out; its last pose is held until something else is asked for.
+  bool playing() const { return at_ < motion_.size(); }
 
   /// The last `seconds` as a motion: what previews observe. The first pose is held where there was less.
   Clip recent(double seconds) const;
@@ -52,6 +53,7 @@ class Character {
   void become(const Frame& frame);  ///< a LivePerson who stands still in this pose
   void leave_motion();
   void reach();
+  void live_step();
   const Seat& seat_for(const std::string& chair) const;
 
   std::shared_ptr<const World> world_;

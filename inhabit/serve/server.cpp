@@ -50,7 +50,7 @@ struct Server::Impl {
       if (hub.sockets < hub.limits.sockets) {
         boost::system::error_code ignored;
         socket.set_option(tcp::no_delay(true), ignored);
-        socket.set_option(asio::socket_base::send_buffer_size(65536), ignored);
+        socket.set_option(asio::socket_base::send_buffer_size(hub.limits.send_buffer), ignored);
         std::make_shared<HttpSession>(std::move(socket), hub)->run();
       }
       accept();
@@ -62,10 +62,13 @@ struct Server::Impl {
     boost::system::error_code ignored;
     acceptor.close(ignored);
     for (const auto& session : hub.sessions()) session->say_goodbye();
-    grace.expires_after(std::chrono::milliseconds(500));
-    grace.async_wait([this](boost::system::error_code e) {
-      if (!e) io.stop();
-    });
+    wait_for_pages(std::chrono::steady_clock::now() + std::chrono::milliseconds(500));
+  }
+
+  void wait_for_pages(std::chrono::steady_clock::time_point latest) {
+    if (hub.people == 0 || std::chrono::steady_clock::now() > latest) return io.stop();
+    grace.expires_after(std::chrono::milliseconds(10));
+    grace.async_wait([this, latest](boost::system::error_code) { wait_for_pages(latest); });
   }
 };
 

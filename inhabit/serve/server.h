@@ -17,6 +17,7 @@ struct Limits {
   int told = 64;                           ///< answers that wait for a slow page; more end the connection
   int recorded = 5400;                     ///< frames of a recording: three minutes
   int jobs = 32;                           ///< previews and files that wait to be made; more are refused
+  int send_buffer = 65536;                 ///< bytes that the system keeps for a page that is slow
   std::chrono::milliseconds idle{20000};   ///< without any answer, pings among them: the page has vanished
   std::chrono::milliseconds stuck{10000};  ///< in which a page takes nothing: it is dropped
 };

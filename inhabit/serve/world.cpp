@@ -131,7 +131,9 @@ Scene default_room() {
   all[1].place(1.5, -1.5, -0.3);
   all[2].place(-2.2, 1.2, 1.5708);
   all[3].place(1.9, 0.9, -1.2);
-  return room.scene();
+  Scene scene = room.scene();
+  scene.name = "A room with four seats";
+  return scene;
 }
 
 std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& models) {

@@ -332,7 +332,7 @@ export class LivePage {
     const { pose } = this.link;
     if (!pose || !this.hello) return;
     const doing = pose.filling ? 'moves to the pose' : pose.seated ? `sits on ${this.chair}` : ACTIONS[pose.action] ?? '';
-    const hands = ['left', 'right'].map((hand, i) => (pose.distance[i] >= 0 ? `, ${hand} palm ${(100 * pose.distance[i]).toFixed(0)} cm from its contact` : ''));
+    const hands = ['left', 'right'].map((hand, i) => (pose.distance[i] >= 0 ? `, ${hand} hand ${(100 * pose.distance[i]).toFixed(0)} cm off` : ''));
     element('note').textContent = doing + hands.join('');
     if (!pose.recording && element('record').getAttribute('aria-pressed') === 'true' && element('files').hidden === false) this.recording(false);
   }
