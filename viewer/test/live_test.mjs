@@ -119,6 +119,20 @@ await withBrowser({ viewport: { width: 760, height: 560 }, offline: false, accep
   await page.click('#futures');
   await until(page, 'inhabit.ghosts(1) === 0', 20);
 
+  // A place on the floor that is clicked is walked to, and stood at.
+  await page.click('#restart');
+  await seconds(0.5);
+  const began = await place();
+  const goal = [began[0] + 0.9, 0, began[2] - 1.1];
+  await get(`inhabit.setCamera(${began[0] + 2.5}, 3.2, ${began[2] + 2.5}, [${began[0]}, 0.4, ${began[2]}])`);
+  await seconds(0.5);
+  await click(goal);
+  await until(page, `Math.hypot(inhabit.pose().trans[0] - ${goal[0]}, inhabit.pose().trans[2] - ${goal[2]}) < 0.3`, 40);
+  await seconds(3);
+  const stopped = await place();
+  assert.ok(Math.hypot(stopped[0] - goal[0], stopped[2] - goal[2]) < 0.4, `is at ${stopped}, walked to ${goal}`);
+  await picture(page, 'walked');
+
   // A pose is placed by a click, and moved to.
   await page.click('#restart');
   await seconds(0.5);
