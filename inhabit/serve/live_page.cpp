@@ -1,5 +1,6 @@
 #include "inhabit/serve/live_page.h"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "inhabit/serve/live_template.h"
@@ -10,7 +11,7 @@ namespace inhabit::serve {
 
 std::string live_page(const World& world) {
   Page page;
-  page.title = world.scene.name.empty() ? "inhabit" : world.scene.name;
+  page.title = world.scene.name.empty() ? "inhabit" : std::filesystem::path(world.scene.name).filename().string();
   page.scene = &world.scene;
   page.people.push_back({world.person, "person"});
   return page_text(page, "scene", live_template());

@@ -97,6 +97,10 @@ std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor in
   for (const interact::Chair& chair : interact::find_chairs(there))
     world->seats.push_back({chair, SceneQuery(Scene{chair.name, {chair.mesh}, {}})});
   world->person = first_pose(*world);
+  // What is only computed when it is first needed, so that nobody waits for it later.
+  interact::LivePerson first(world->interactor.engine(), world->person);
+  for (const Seat& seat : world->seats) first.sit_on(seat.chair, world->around, {});
+  first.step();
   return world;
 }
 
