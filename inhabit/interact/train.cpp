@@ -15,6 +15,7 @@
 namespace inhabit::interact {
 namespace {
 
+constexpr double kLost = 2;  // deviations: farther off, a rollout has got lost
 constexpr int64_t kEpochs = 150, kValidationRows = 2048, kValidationSequences = 128;
 
 /// What the stages of a run share.
@@ -79,6 +80,10 @@ TrainTask row_task(Training& t, Network network, const std::string& prefix, RowK
   return task;
 }
 
+torch::Tensor rollout_error(const Training& t, const torch::Tensor& output, const torch::Tensor& target) {
+  return frame_loss(output_layout(t.model.config), output, target, t.model.config.training.rollout_hand_weight, kLost);
+}
+
 TrainTask pose_task(Training& t, PoseNetwork network, const std::string& prefix, RowKind kind) {
   return row_task(t, network, prefix, kind, [network](const PoseBatch& b) mutable {
     return Losses{{"square", torch::mse_loss(network->forward(b.input), b.target)}};
@@ -104,16 +109,17 @@ TrainTask rollout_task(Training& t, PoseNetwork network) {
   task.networks = {{"pose_net.", network.ptr()}};
   task.samples = t.data.poses();
   task.weight_decay = t.model.config.training.pose_decay;
+  task.average = t.model.config.training.rollout_average;
   // Rollouts are made with the weights of the step that learns from them, on its own thread.
   task.prepare = batches([](const TrainStep& step) { return step.indices; },
                          [network, rows_of, &t](const std::vector<int64_t>& indices, const TrainStep&) mutable {
                            const PoseBatch b = rows_of(t.data, indices);
-                           return Losses{{"square", torch::mse_loss(network->forward(b.input), b.target)}};
+                           return Losses{{"square", rollout_error(t, network->forward(b.input), b.target)}};
                          });
   task.validate = [network, rows_of, &t, frames]() mutable {
     return validated(t.validation.poses(), kValidationRows / frames, [&](const std::vector<int64_t>& some) {
       const PoseBatch b = rows_of(t.validation, some);
-      return torch::mse_loss(network->forward(b.input), b.target).item<double>();
+      return rollout_error(t, network->forward(b.input), b.target).item<double>();
     });
   };
   return task;

@@ -91,6 +91,18 @@ TEST(TrainInteract, BaselinesTrainOnTheSameRowsIntoTheSameFile) {
                model.samp_control.is_empty());
 }
 
+TEST(InteractLosses, RolloutsThatGotLostCountLinearlyAndHandsCountMore) {
+  const OutputLayout layout = output_layout(preset("paper"));
+  const torch::Tensor right = torch::zeros({2, layout.size});
+  EXPECT_NEAR(frame_loss(layout, right + 0.5, right, 4, 2).item<double>(), 0.25, 1e-6) << "the weights' mean is 1";
+  EXPECT_NEAR(frame_loss(layout, right - 10, right, 1, 2).item<double>(), 2 * (20 - 2), 1e-4);
+  torch::Tensor wrist = right.clone();
+  wrist.slice(1, layout.joints.first + 12 * 20, layout.joints.first + 12 * 21) += 1;  // the left
+  const double size = static_cast<double>(layout.size);
+  EXPECT_NEAR(frame_loss(layout, wrist, right, 1, 2).item<double>(), 12 / size, 1e-6);
+  EXPECT_NEAR(frame_loss(layout, wrist, right, 4, 2).item<double>(), 48 / (size + 3 * 24), 1e-6);
+}
+
 TEST(InteractLosses, AreZeroWhereThePlanIsTheTruthAndTheLine) {
   torch::manual_seed(1);
   const torch::Tensor first = torch::randn({4, 3, 56}), none = torch::zeros({4, 3, 2});
