@@ -252,8 +252,8 @@ void add_eval_detour(CLI::App& verb) {
 
 void add_eval_interact(CLI::App& verb) {
   struct Options {
-    std::vector<std::string> data, settings;
-    std::string split = "test", model, json;
+    std::vector<std::string> data, settings, models;
+    std::string split = "test", json;
     int64_t runs = 120;
     double seconds = 16;
     uint64_t seed = 1;
@@ -265,7 +265,9 @@ void add_eval_interact(CLI::App& verb) {
   interact->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
       ->capture_default_str();
-  interact->add_option("--model", o->model, "Model file (default: the one that ships)");
+  interact->add_option(
+      "--model", o->models,
+      "Model files, each with rows of its own: our networks and baselines (default: the one that ships)");
   interact->add_option("--runs", o->runs, "Starts at most, spread over the split")
       ->check(whole_over_zero)
       ->capture_default_str();
@@ -276,16 +278,16 @@ void add_eval_interact(CLI::App& verb) {
   interact->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
-    interact::Networks networks =
-        interact::load_networks(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
-    set_used(networks.config, o->settings, {"inference."});
-    const auto interactor = std::make_shared<const interact::ChairInteractor>(networks);
+    if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
+    std::vector<std::pair<std::string, interact::Networks>> files;
+    for (const std::string& model : o->models) {
+      files.emplace_back(model, interact::load_networks(model));
+      set_used(files.back().second.config, o->settings, {"inference."});
+    }
+    const std::vector<interact::InteractMethod> methods = interact::methods_of(files, o->seconds);
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    const interact::Table table = interact::evaluate(trials,
-                                                     {interact::model_method(interactor, o->seconds, /*raw=*/true),
-                                                      interact::model_method(interactor, o->seconds, /*raw=*/false)},
-                                                     o->seed, progress_lines("runs"));
+    const interact::Table table = interact::evaluate(trials, methods, o->seed, progress_lines("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table).c_str());
   });

@@ -174,10 +174,11 @@ ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contac
 
 struct ChairInteractor::Impl {
   Engine engine;
-  explicit Impl(const Networks& networks) : engine(networks) {}
+  Impl(const Networks& networks, Predictor predictor) : engine(networks, predictor) {}
 };
 
-ChairInteractor::ChairInteractor(const Networks& networks) : impl_(new Impl(networks)) {}
+ChairInteractor::ChairInteractor(const Networks& networks, Predictor predictor)
+    : impl_(new Impl(networks, predictor)) {}
 ChairInteractor::~ChairInteractor() = default;
 ChairInteractor::ChairInteractor(ChairInteractor&&) noexcept = default;
 ChairInteractor ChairInteractor::load(const std::string& path) { return ChairInteractor(load_networks(path)); }
@@ -243,7 +244,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
   if (!options.force) require_free(person, *around, options.name);
-  LivePerson live(impl_->engine, person);
+  LivePerson live(impl_->engine, person, options.seed);
   std::vector<HandContacts> series = out.contacts;
   for (HandContacts& contacts : series)
     for (auto& contact : contacts)

@@ -40,7 +40,8 @@ struct Result {
 ///   interact::Result r = interactor.run(interact::standing_clip({2.5, 1}, 0), scene, options);   // r.motion
 class ChairInteractor {
  public:
-  explicit ChairInteractor(const Networks& networks);
+  /// @param predictor what moves the person: PoseNet under ControlNet, or what it is compared with.
+  explicit ChairInteractor(const Networks& networks, Predictor predictor = Predictor::pose);
   /// Throws Error naming the file where it is no model of interaction.
   static ChairInteractor load(const std::string& path);
   ~ChairInteractor();

@@ -128,6 +128,8 @@ Config preset(const std::string& name) {
     c.training.rollout_frames = 24;
     c.training.rollout_hand_weight = 4;
     c.training.control_steps = 3000;
+    c.training.trajectory_weight = 2;  // as released the plan stays the straight line, which nobody's hand moves along
+    c.training.straight_weight = 0.1;
     c.training.contact_steps = 6000;
     c.training.pose_rate = 1e-3;  // narrower networks learn as well with larger steps, and sooner
     c.training.pose_floor = 0.01;

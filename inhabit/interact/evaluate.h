@@ -29,8 +29,14 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 /// What a method made of a trial. Its Clip::action is idle, walk or sit by name.
 using InteractMethod = Method<Trial, Clip>;
 
-/// Ours, raw or fitted (fit_contacts.h).
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw);
+/// A model's motion, raw or fitted (fit_contacts.h).
+InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
+                            bool raw);
+
+/// Raw and then fitted motion of everything in some model files that people can be moved by: "ours" and the baselines,
+/// of a second file with the same one "ours (file)". @param networks (file's name, what it holds). Throws Error where a
+/// file holds none.
+std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, Networks>>& files, double seconds);
 
 /// One method over all trials, lengths in metres.
 struct Scores {

@@ -43,7 +43,7 @@ struct LivePerson::Impl {
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
 
-  explicit Impl(const Engine& e) : engine(e), work(e) {}
+  Impl(const Engine& e, uint64_t seed) : engine(e), work(e, seed) {}
 
   bool seated() const {
     if (!chair) return false;
@@ -59,7 +59,7 @@ struct LivePerson::Impl {
       const auto s = static_cast<size_t>(side);
       if (!contacts[s]) continue;
       if (!begun[s] && (about_to || seated())) {
-        if (!state.wanted[0] && !state.wanted[1]) engine.start_control(work);
+        if (engine.controlled() && !state.wanted[0] && !state.wanted[1]) engine.start_control(work);
         give_contact(state, side, single(*contacts[s]), kReachTime);
         begun[s] = true;
         held[s] = 0;
@@ -75,9 +75,10 @@ struct LivePerson::Impl {
     if (grid.centres.empty())
       std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
     build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());
-    engine.pose(work);
+    build_contacts(state, work.contacts.data());
+    engine.predict(work);
     const Place root = state.now().root;
-    const bool controlled = state.wanted[0] || state.wanted[1];
+    const bool controlled = engine.controlled() && (state.wanted[0] || state.wanted[1]);
     if (controlled) {
       build_control_input(state, control_pose.data(), control_in.data());
       engine.control(control_pose.data(), control_in.data(), control_out.data(), work);
@@ -90,7 +91,7 @@ struct LivePerson::Impl {
   }
 };
 
-LivePerson::LivePerson(const Engine& engine, const Clip& start) : impl_(new Impl(engine)) {
+LivePerson::LivePerson(const Engine& engine, const Clip& start, uint64_t seed) : impl_(new Impl(engine, seed)) {
   if (start.frames() < 1 || start.skeleton.parents != standard_parents() || !start.rotations.defined() ||
       !start.trans.defined())
     throw Error("start", "needs a pose with rotations on the standard skeleton");

@@ -25,8 +25,9 @@ using HandContacts = std::array<std::optional<Eigen::Vector3d>, 2>;
 class LivePerson {
  public:
   /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
-  /// motion before it their velocity is known too. Standard skeleton with rotations.
-  LivePerson(const Engine& engine, const Clip& start);
+  /// motion before it their velocity is known too. Standard skeleton with rotations. @param seed of what is drawn
+  /// (SAMP).
+  LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
   LivePerson(LivePerson&&) noexcept;
 

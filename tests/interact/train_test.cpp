@@ -1,6 +1,7 @@
 // Protects training: that networks learn what one motion shows, stage by stage, and that rows and losses are right.
 #include "inhabit/interact/train.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -9,6 +10,7 @@
 #include "inhabit/interact/losses.h"
 #include "inhabit/interact/model_file.h"
 #include "interact/sitter_data.h"
+#include "refusal_of.h"
 #include "temp_folder.h"
 
 namespace inhabit::interact {
@@ -78,9 +80,11 @@ TEST(TrainInteract, BaselinesTrainOnTheSameRowsIntoTheSameFile) {
   TrainRun run;
   run.data = {write_sitters(folder / "sitters")};
   run.out = folder / "model.safetensors";
-  run.stages = {"nsm", "nsm_control", "samp", "samp_control"};
+  run.stages = {"nsm",  "nsm_rollout",  "nsm_control",  "nsm_control_rollout",
+                "samp", "samp_rollout", "samp_control", "samp_control_rollout"};
   Config config = small_config();
   config.training.pose_steps = 40;
+  config.training.rollout_steps = 15;
   ASSERT_TRUE(train(run, config));
   for (const std::string& stage : run.stages) {
     const auto [first, last] = validations(run.out, stage);
@@ -89,6 +93,28 @@ TEST(TrainInteract, BaselinesTrainOnTheSameRowsIntoTheSameFile) {
   const Networks model = load_networks(run.out);
   EXPECT_FALSE(model.nsm.is_empty() || model.nsm_control.is_empty() || model.samp.is_empty() ||
                model.samp_control.is_empty());
+
+  // A run that goes on from this file trains one network and keeps the others.
+  run.from = run.out;
+  run.out = folder / "next.safetensors";
+  run.stages = {"nsm_rollout"};
+  config.training.rollout_steps = 3;
+  ASSERT_TRUE(train(run, config));
+  const Networks next = load_networks(run.out);
+  const auto bias = [](const PoseNetwork& network) { return network->experts->biases[0]; };
+  EXPECT_FALSE(torch::equal(bias(next.nsm), bias(model.nsm)));
+  ASSERT_FALSE(next.nsm_control.is_empty() || next.samp.is_empty());
+  EXPECT_TRUE(torch::equal(bias(next.nsm_control), bias(model.nsm_control)));
+}
+
+TEST(TrainInteract, RolloutsNeedANetworkToGoOnFrom) {
+  const TempFolder folder;
+  TrainRun run;
+  run.data = {write_sitters(folder / "sitters")};
+  run.out = folder / "model.safetensors";
+  run.stages = {"samp_rollout"};
+  EXPECT_THAT(refusal_of([&] { train(run, small_config()); }),
+              testing::HasSubstr("stage samp_rollout: goes on from a network: train stage samp first, or say --from"));
 }
 
 TEST(InteractLosses, RolloutsThatGotLostCountLinearlyAndHandsCountMore) {
