@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   add_anticipate(app);
   add_interact(app);
   add_contacts(app);
+  add_serve(app);
   add_refine(app);
   add_train(app);
   add_eval(app);

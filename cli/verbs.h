@@ -73,3 +73,4 @@ void add_view(CLI::App& app);
 void add_synth(CLI::App& app);
 void add_score(CLI::App& app);
 void add_average(CLI::App& app);
+void add_serve(CLI::App& app);

@@ -2,7 +2,7 @@
 # Installs what inhabit builds and tests with, on Debian 12 (root or sudo). Does nothing where all of it is there.
 # usage: scripts/dependencies.sh [test|coverage]     also what only the tests and checks, or their coverage, use
 set -euo pipefail
-packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libgloo-dev libopenblas-dev libembree-dev libnanoflann-dev libeigen3-dev
+packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libgloo-dev libopenblas-dev libboost-dev libembree-dev libnanoflann-dev libeigen3-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libbenchmark-dev)
 [ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium clang-format clang-tidy git)
 [ "${1:-}" = coverage ] && packages+=(lcov)

@@ -398,7 +398,7 @@ std::string script_json(const json& value) {
 
 }  // namespace
 
-void write_page(const std::string& path, const Page& page) {
+std::string page_text(const Page& page, const std::string& path, std::string_view page_template) {
   if (page.people.empty() && (page.scene == nullptr || page.scene->empty())) throw Error(path, "nothing to show");
   Blob blob;
   Bodies bodies;
@@ -415,7 +415,7 @@ void write_page(const std::string& path, const Page& page) {
                            "</script>";
   // One pass over the template, so that marks inside a title or the data mean nothing.
   std::string out;
-  std::string_view rest = page_template();
+  std::string_view rest = page_template;
   static constexpr std::string_view kTitle = "<!--inhabit:title-->", kData = "<!--inhabit:data-->";
   while (!rest.empty()) {
     const size_t at_title = rest.find(kTitle), at_data = rest.find(kData), at = std::min(at_title, at_data);
@@ -424,7 +424,11 @@ void write_page(const std::string& path, const Page& page) {
     out += at == at_title ? title : data;
     rest.remove_prefix(at + (at == at_title ? kTitle.size() : kData.size()));
   }
-  write_atomically(path, out);
+  return out;
+}
+
+void write_page(const std::string& path, const Page& page) {
+  write_atomically(path, page_text(page, path, page_template()));
 }
 
 }  // namespace inhabit

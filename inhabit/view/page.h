@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -67,5 +68,9 @@ struct Page {
 /// ...) where a clip, the scene or the contacts are inconsistent or not finite, or the file cannot be written; an older
 /// file of that name then stays as it was.
 void write_page(const std::string& path, const Page& page);
+
+/// The same as text, in another template of viewer/: its marks are replaced by title and data. @param path named in
+/// errors
+std::string page_text(const Page& page, const std::string& path, std::string_view page_template);
 
 }  // namespace inhabit

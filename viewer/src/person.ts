@@ -43,6 +43,27 @@ export class Bodies {
   }
 }
 
+/** A body that its bones pose, of a person with these bones (J, 3). */
+export function skinned(bodies: Bodies, person: PersonData, offsets: Float32Array, material: THREE.Material): THREE.SkinnedMesh {
+  const rest = bodies.rests[person.body!];
+  const bones: THREE.Bone[] = [];
+  const inverses: THREE.Matrix4[] = [];
+  for (let j = 0; j < rest.length / 3; ++j) {
+    const bone = new THREE.Bone();
+    bone.position.fromArray(offsets, j * 3);
+    bones.push(bone);
+    if (j > 0) bones[person.parents[j]].add(bone);
+    inverses.push(new THREE.Matrix4().makeTranslation(-rest[j * 3], -rest[j * 3 + 1], -rest[j * 3 + 2]));
+  }
+  const body = new THREE.SkinnedMesh(bodies.geometries[person.body!], material);
+  body.castShadow = true;
+  body.receiveShadow = true;
+  body.frustumCulled = false;
+  body.add(bones[0]);
+  body.bind(new THREE.Skeleton(bones, inverses), new THREE.Matrix4());
+  return body;
+}
+
 /** Roles shown as small figures on a disc in the colour of the current intention. */
 export const isFigure = (data: PersonData) => data.role === 'future' || data.role === 'intention';
 
@@ -88,17 +109,7 @@ export class Person {
     }
 
     if (data_.body !== undefined) {
-      const rest = bodies.rests[data_.body];
       const offsets = data.floats(data_.offsets!);
-      const joints = rest.length / 3;
-      const inverses: THREE.Matrix4[] = [];
-      for (let j = 0; j < joints; ++j) {
-        const bone = new THREE.Bone();
-        bone.position.fromArray(offsets, j * 3);
-        this.bones.push(bone);
-        if (j > 0) this.bones[this.parents[j]].add(bone);
-        inverses.push(new THREE.Matrix4().makeTranslation(-rest[j * 3], -rest[j * 3 + 1], -rest[j * 3 + 2]));
-      }
       const wxyz = data.floats(data_.rotations!);
       for (let i = 0; i < wxyz.length; i += 4) {
         const w = wxyz[i];
@@ -108,12 +119,8 @@ export class Person {
       this.rotations = wxyz;
       this.roots = data.floats(data_.trans!);
       for (let i = 0; i < this.roots.length; ++i) this.roots[i] += offsets[i % 3];
-      this.body = new THREE.SkinnedMesh(bodies.geometries[data_.body], this.material);
-      this.body.castShadow = true;
-      this.body.receiveShadow = true;
-      this.body.frustumCulled = false;
-      this.body.add(this.bones[0]);
-      this.body.bind(new THREE.Skeleton(this.bones, inverses), new THREE.Matrix4());
+      this.body = skinned(bodies, data_, offsets, this.material);
+      this.bones.push(...this.body.skeleton.bones);
       this.group.add(this.body);
     }
 

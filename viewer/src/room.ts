@@ -41,6 +41,7 @@ export class Room {
       const material = new THREE.MeshStandardMaterial({ roughness: 0.92, metalness: 0, flatShading: !creased });
       material.color.setRGB(...source.color, THREE.LinearSRGBColorSpace);
       const mesh = new THREE.Mesh(geometry, material);
+      mesh.name = source.name;
       parts.push({ mesh, box, source });
       this.box.union(box);
       this.group.add(mesh);

@@ -1,0 +1,196 @@
+#include "inhabit/serve/character.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/math/heading.h"
+
+namespace inhabit::serve {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr size_t kPast = 75;         // frames that are remembered: 2.5 s
+constexpr size_t kBlend = 10;        // frames in which a motion takes over
+constexpr int kReachEvery = 8;       // frames between two plans of hands whose contacts are dragged
+constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand up to
+constexpr double kNear = 0.15;       // metres from a place: there
+
+Vector2d root_of(const Frame& frame) { return {frame.trans.x(), frame.trans.z()}; }
+
+}  // namespace
+
+Character::Character(std::shared_ptr<const World> world) : world_(std::move(world)) { restart(); }
+
+void Character::restart() {
+  leave_motion();
+  past_.clear();
+  become(frame_of(world_->person, 0));
+}
+
+void Character::become(const Frame& frame) {
+  contacts_ = {};
+  reach_soon_ = false;
+  frame_ = frame;
+  Clip start = interact::clip_of({pose_of(frame)}, world_->person, 30);
+  live_ = std::make_unique<interact::LivePerson>(world_->interactor.engine(), start);
+}
+
+void Character::leave_motion() {
+  if (motion_.empty()) return;
+  motion_.clear();
+  at_ = 0;
+  become(frame_);
+}
+
+void Character::walk(const Vector2d& to) {
+  if ((to.array() < world_->low.array()).any() || (to.array() > world_->high.array()).any())
+    throw Error("place", "is outside the scene");
+  if (!world_->free_at(to)) throw Error("place", "is taken: nobody can stand there");
+  leave_motion();
+  contacts_ = {};
+  const Vector2d way = to - root_of(frame_);
+  if (way.norm() < kNear) return;
+  live_->walk_to(to, heading_of(way));
+}
+
+const Seat& Character::seat_for(const std::string& chair) const {
+  if (!chair.empty()) return world_->seat(chair);
+  if (contacts_.chair.empty()) throw Error("contact", "needs a chair: click on one first");
+  return world_->seat(contacts_.chair);
+}
+
+void Character::sit(const std::string& chair) {
+  const Seat& seat = world_->seat(chair);
+  leave_motion();
+  contacts_ = {chair, {}};
+  live_->sit_on(seat.chair, world_->around, {});
+}
+
+void Character::touch(const Touch& touch) {
+  const auto hand = static_cast<size_t>(touch.hand);
+  if (!touch.at) {
+    contacts_.at[hand].reset();
+    reach_soon_ = !contacts_.chair.empty();
+    return;
+  }
+  const Seat& seat = seat_for(touch.chair);
+  const Eigen::Vector3d on = contact_on_surface(seat, world_->person.skeleton, touch.hand, *touch.at);
+  if (seat.chair.name != contacts_.chair) sit(seat.chair.name);
+  contacts_.at[hand] = on;
+  reach_soon_ = true;
+}
+
+void Character::draw() {
+  const Seat& seat = seat_for("");
+  interact::HandContacts drawn;
+  // A draw may have no contact of either hand that is on the chair and within reach.
+  for (int attempt = 0; attempt < 8 && !drawn[0] && !drawn[1]; ++attempt) {
+    drawn = world_->interactor.draw_contacts(seat.chair, 1, ++draws_)[0];
+    for (int hand = 0; hand < 2; ++hand) {
+      auto& contact = drawn[static_cast<size_t>(hand)];
+      if (!contact) continue;
+      try {
+        contact = contact_on_surface(seat, world_->person.skeleton, hand, *contact);
+      } catch (const Error&) {
+        contact.reset();
+      }
+    }
+  }
+  if (!drawn[0] && !drawn[1]) throw Error(seat.chair.name, "no contact on it was drawn");
+  contacts_.at = drawn;
+  reach_soon_ = true;
+}
+
+void Character::stand() {
+  if (!motion_.empty()) return leave_motion();  // upright again from the pose that is held
+  if (contacts_.chair.empty()) throw Error("stand", "nobody sits");
+  const interact::Chair& chair = world_->seat(contacts_.chair).chair;
+  const Vector2d seat = on_ground(chair.seat());
+  const double heading = chair.heading();
+  // Ahead where that is free, else aside.
+  for (const double turn : {0.0, 0.4, -0.4, 0.8, -0.8})
+    for (const double far : {kBeforeSeat, 0.7, 1.2}) {
+      const Vector2d place = seat + far * ahead_of(heading + turn);
+      if (!world_->free_at(place)) continue;
+      contacts_ = {};
+      live_->walk_to(place, heading + turn);
+      return;
+    }
+  throw Error(chair.name, "has no free floor before it to stand on");
+}
+
+void Character::play(const Clip& motion) {
+  std::vector<Frame> frames;
+  for (int64_t t = 0; t < motion.frames(); ++t) frames.push_back(frame_of(motion, t));
+  contacts_ = {};
+  left_from_ = frame_;
+  motion_ = std::move(frames);
+  at_ = 0;
+}
+
+void Character::reach() {
+  if (contacts_.chair.empty()) return;
+  live_->reach_for(contacts_.at);
+  reach_soon_ = false;
+  since_reach_ = 0;
+}
+
+/// One frame of the networks.
+void Character::live_step() {
+  ++since_reach_;
+  // Hands let go of contacts that they have held for a while; whoever gave them in the page takes them away.
+  bool let_go = live_->seated(), any = false;
+  for (int hand = 0; hand < 2; ++hand)
+    if (contacts_.at[static_cast<size_t>(hand)]) {
+      any = true;
+      let_go = let_go && live_->done(hand);
+    }
+  // Every plan begins at the palm: one for each of thirty moves a second would never get there.
+  if ((reach_soon_ || (any && let_go)) && since_reach_ >= kReachEvery) reach();
+  live_->step();
+  frame_ = frame_of(live_->pose());
+  const interact::State& state = live_->state();
+  const auto& shares = state.now().action;
+  frame_.action = static_cast<uint8_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
+  for (size_t hand = 0; hand < 2; ++hand) {
+    frame_.reaching[hand] = state.wanted[hand];
+    frame_.contact[hand] = state.contact[hand];
+  }
+}
+
+void Character::step() {
+  ++index_;
+  if (playing()) {
+    const Frame& next = motion_[at_];
+    frame_ = at_ < kBlend ? blended(left_from_, next, static_cast<double>(at_ + 1) / (kBlend + 1)) : next;
+    ++at_;
+  } else if (motion_.empty()) {
+    live_step();
+  }
+  past_.push_back(frame_);
+  if (past_.size() > kPast) past_.pop_front();
+}
+
+Status Character::status() const {
+  Status out;
+  out.index = index_;
+  out.filling = playing();
+  if (!motion_.empty()) return out;
+  out.seated = live_->seated() && !contacts_.chair.empty();
+  for (int hand = 0; hand < 2; ++hand)
+    if (contacts_.at[static_cast<size_t>(hand)])
+      out.distance[static_cast<size_t>(hand)] = static_cast<float>(live_->contact_distance(hand).value_or(-1));
+  return out;
+}
+
+Clip Character::recent(double seconds) const {
+  const auto count = static_cast<size_t>(std::lround(30 * seconds));
+  std::vector<Frame> frames(past_.end() - static_cast<int64_t>(std::min(count, past_.size())), past_.end());
+  if (frames.empty()) frames.push_back(frame_);
+  frames.insert(frames.begin(), count > frames.size() ? count - frames.size() : 0, frames.front());
+  return clip_of(frames, world_->person);
+}
+
+}  // namespace inhabit::serve

@@ -1,0 +1,73 @@
+#pragma once
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "inhabit/interact/live_person.h"
+#include "inhabit/serve/frames.h"
+#include "inhabit/serve/message.h"
+#include "inhabit/serve/world.h"
+
+namespace inhabit::serve {
+
+/// What happens to a person besides poses: told to the page once.
+struct Contacts {
+  std::string chair;  ///< that is sat on or walked to; empty: none
+  interact::HandContacts at;
+};
+
+/// One page's person: a LivePerson, or a motion of in-betweening that they carry out, at 30 frames a second. Knows
+/// nothing of connections. Not for several threads at once.
+class Character {
+ public:
+  explicit Character(std::shared_ptr<const World> world);
+
+  // Each throws Error saying why it cannot be done, and then changes nothing.
+  void walk(const Eigen::Vector2d& to);
+  void sit(const std::string& chair);
+  /// A contact on a seat that is not sat on or walked to sends the person there.
+  void touch(const Touch& touch);
+  /// ContactNet's contacts on the seat, other ones with each call.
+  void draw();
+  void stand();
+  void restart();
+
+  /// Carries out a motion on the standard skeleton, 30 frames a second, that begins near the present pose.
+  void play(const Clip& motion);
+
+  /// One frame on.
+  void step();
+
+  const Frame& frame() const { return frame_; }
+  Status status() const;
+  const Contacts& contacts() const { return contacts_; }
+  /// A motion is carried out; its last pose is held until something else is asked for.
+  bool playing() const { return at_ < motion_.size(); }
+
+  /// The last `seconds` as a motion: what previews observe. The first pose is held where there was less.
+  Clip recent(double seconds) const;
+  const World& world() const { return *world_; }
+
+ private:
+  void become(const Frame& frame);  ///< a LivePerson who stands still in this pose
+  void leave_motion();
+  void reach();
+  void live_step();
+  const Seat& seat_for(const std::string& chair) const;
+
+  std::shared_ptr<const World> world_;
+  std::unique_ptr<interact::LivePerson> live_;
+  Contacts contacts_;
+  bool reach_soon_ = false;  // contacts were moved since the hands were told
+  int since_reach_ = 0;      // frames since they were
+  uint64_t draws_ = 0;
+  uint32_t index_ = 0;
+  Frame frame_;
+  std::deque<Frame> past_;
+  std::vector<Frame> motion_;  // that is carried out
+  size_t at_ = 0;              // in it
+  Frame left_from_;            // pose that the motion is blended from
+};
+
+}  // namespace inhabit::serve

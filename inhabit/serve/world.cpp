@@ -1,0 +1,172 @@
+#include "inhabit/serve/world.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/math/heading.h"
+#include "inhabit/scene/objects.h"
+#include "inhabit/synth/room.h"
+
+namespace inhabit::serve {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using torch::Tensor;
+
+constexpr double kOffSurface = 0.1;      // metres from the seat's surface: no contact of it
+constexpr double kLean = 0.3;            // metres that leaning adds to an arm's reach
+constexpr float kShoulders = 0.28F;      // metres that a standing person needs about them
+constexpr double kFarthestPlace = 1000;  // metres: scenes beyond are cut off there
+
+Scene lowered(const Scene& scene, double by) {
+  Scene out = scene;
+  const Tensor down = torch::tensor({0.F, static_cast<float>(-by), 0.F});
+  for (Mesh& mesh : out.meshes) mesh.vertices = mesh.vertices + down;
+  if (out.points.defined()) out.points = out.points + down;
+  return out;
+}
+
+/// Corners of the box around a scene.
+std::pair<Vector3d, Vector3d> bounds_of(const Scene& scene) {
+  Vector3d low = Vector3d::Constant(HUGE_VAL), high = -low;
+  const auto add = [&](const Tensor& points) {
+    if (!points.defined() || points.numel() == 0) return;
+    const Tensor least = std::get<0>(points.min(0)), most = std::get<0>(points.max(0));
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], least[a].item<double>());
+      high[a] = std::max(high[a], most[a].item<double>());
+    }
+  };
+  for (const Mesh& mesh : scene.meshes) add(mesh.vertices);
+  add(scene.points);
+  return {low, high};
+}
+
+/// The height of what people stand on: below the seats, else the top of the floor's lowest mesh, else the lowest point.
+double floor_of(const Scene& scene, double lowest) {
+  const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
+  if (!chairs.empty()) return chairs.front().frame.translation().y();
+  double floor = HUGE_VAL;
+  for (const Mesh& mesh : scene.meshes)
+    if (is_floor(mesh.name) && mesh.vertices.numel() > 0)
+      floor = std::min(floor, mesh.vertices.select(1, 1).max().item<double>());
+  return floor < HUGE_VAL ? floor : lowest;
+}
+
+/// Somebody at the free place that is nearest to 2 m before the first seat, or to the middle, and looks at it.
+Clip first_pose(const World& world) {
+  const Vector2d middle = 0.5 * (world.low + world.high);
+  Vector2d wanted = middle, seen = middle;
+  if (!world.seats.empty()) {
+    const interact::Chair& chair = world.seats.front().chair;
+    seen = on_ground(chair.seat());
+    wanted = seen + 2 * ahead_of(chair.heading());
+  }
+  for (double radius = 0; radius < 12; radius += 0.2) {
+    const int steps = std::max(1, static_cast<int>(radius * 15));
+    for (int i = 0; i < steps; ++i) {
+      const Vector2d place = wanted + radius * ahead_of(2 * M_PI * i / steps);
+      if (world.free_at(place)) {
+        const Vector2d to = seen - place;
+        return interact::standing_clip(place, to.norm() > 0.1 ? heading_of(to) : 0);
+      }
+    }
+  }
+  throw Error(world.scene.name.empty() ? "scene" : world.scene.name, "has no free floor to stand on");
+}
+
+std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor interactor) {
+  const auto [low, high] = bounds_of(scene);
+  if (!(low.y() <= high.y())) throw Error(scene.name.empty() ? "scene" : scene.name, "is empty");
+  const Scene there = lowered(scene, floor_of(scene, low.y()));
+  const auto cut = [](double x) { return std::clamp(x, -kFarthestPlace, kFarthestPlace); };
+  auto world = std::make_shared<World>(World{there,
+                                             std::make_shared<const interact::Surroundings>(there),
+                                             {},
+                                             std::move(interactor),
+                                             {},
+                                             {},
+                                             {},
+                                             {},
+                                             {cut(low.x()), cut(low.z())},
+                                             {cut(high.x()), cut(high.z())}});
+  for (const interact::Chair& chair : interact::find_chairs(there))
+    world->seats.push_back({chair, SceneQuery(Scene{chair.name, {chair.mesh}, {}})});
+  world->person = first_pose(*world);
+  return world;
+}
+
+}  // namespace
+
+const Seat& World::seat(const std::string& name) const {
+  std::string names;
+  for (const Seat& seat : seats) {
+    if (seat.chair.name == name) return seat;
+    names += (names.empty() ? "" : ", ") + seat.chair.name;
+  }
+  throw Error(name.substr(0, 60),
+              names.empty() ? "cannot be sat on: nothing here can" : "cannot be sat on; there are " + names);
+}
+
+bool World::free_at(const Vector2d& place) const {
+  if ((place.array() < low.array()).any() || (place.array() > high.array()).any()) return false;
+  for (const float height : {0.2F, 0.6F, 1.0F, 1.4F})
+    if (around->distance({static_cast<float>(place.x()), height, static_cast<float>(place.y())}, kShoulders) <
+        kShoulders)
+      return false;
+  return true;
+}
+
+Scene default_room() {
+  Room room;
+  room.size = {6, 5.4};
+  std::mt19937_64 random(4);
+  std::vector<Furniture>& all = room.furniture;
+  all = {make_armchair(random), make_chair(random), make_sofa(random, 2), make_stool(random)};
+  all[0].place(-1.2, -1.4, 0.35);
+  all[1].place(1.5, -1.5, -0.3);
+  all[2].place(-2.2, 1.2, 1.5708);
+  all[3].place(1.9, 0.9, -1.2);
+  Scene scene = room.scene();
+  scene.name = "A room with four seats";
+  return scene;
+}
+
+std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& models) {
+  const std::shared_ptr<World> world = world_of(scene, interact::ChairInteractor::load(models.interact));
+  if (!models.forecast.empty()) world->forecaster.emplace(forecast::ContactForecaster::load(models.forecast));
+  if (!models.inbetween.empty()) world->inbetweener.emplace(inbetween::SceneInbetweener::load(models.inbetween));
+  if (!models.anticipate.empty()) world->anticipator.emplace(anticipate::IntentionAnticipator::load(models.anticipate));
+  return world;
+}
+
+std::shared_ptr<const World> make_world(const Scene& scene, interact::ChairInteractor interactor) {
+  return world_of(scene, std::move(interactor));
+}
+
+Vector3d contact_on_surface(const Seat& seat, const Skeleton& person, int hand, const Vector3d& point) {
+  const std::string name = hand == 0 ? "left contact" : "right contact";
+  const interact::Chair& chair = seat.chair;
+  const ClosestPoints closest =
+      seat.surface.closest(torch::tensor({{point.x(), point.y(), point.z()}}, torch::kFloat32));
+  const double off = closest.distances.item<double>();
+  if (!(off <= kOffSurface)) throw Error(name, fmt::format("is {:.2f} m from {}: in the air", off, chair.name));
+  const Vector3d touched = Eigen::Map<const Eigen::Vector3f>(closest.points.data_ptr<float>()).cast<double>();
+  // From the shoulder of a person who sits upright.
+  const Tensor offsets = person.offsets.to(torch::kFloat64).contiguous();
+  const auto offset = [&](int64_t j) { return Eigen::Map<const Vector3d>(offsets.data_ptr<double>() + 3 * j); };
+  Vector3d shoulder = Vector3d(0, 0.1, 0);  // a pelvis is that much above what it sits on
+  for (const int64_t joint : {3, 6, 9, 13, 16}) shoulder.y() += offset(joint).y();
+  for (const int64_t joint : {13, 16}) shoulder.x() += (hand == 0 ? 1 : -1) * offset(joint).x();
+  const double arm = offset(18).norm() + offset(20).norm() + 0.09;  // to the middle of the palm
+  const Vector3d from = chair.seat() + chair.frame.linear() * shoulder;
+  const double far = (touched - from).norm() - arm - kLean;
+  if (far > 0) throw Error(name, fmt::format("is out of the arm's reach of the seat by {:.2f} m", far));
+  return touched;
+}
+
+}  // namespace inhabit::serve

@@ -1,0 +1,59 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inhabit/anticipate/intention_anticipator.h"
+#include "inhabit/forecast/contact_forecaster.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/interact/chair_interactor.h"
+#include "inhabit/scene/query.h"
+
+namespace inhabit::serve {
+
+/// Something to sit on, and its surface for contacts.
+struct Seat {
+  interact::Chair chair;
+  SceneQuery surface;
+};
+
+/// Model files. Without one of the last three its preview is not offered.
+struct ModelFiles {
+  std::string interact, forecast, inbetween, anticipate;
+};
+
+/// What all people of a server share: a scene whose floor is y = 0, and the systems. Safe to use from several threads.
+struct World {
+  Scene scene;
+  std::shared_ptr<const interact::Surroundings> around;
+  std::vector<Seat> seats;
+  interact::ChairInteractor interactor;
+  std::optional<forecast::ContactForecaster> forecaster;
+  std::optional<inbetween::SceneInbetweener> inbetweener;
+  std::optional<anticipate::IntentionAnticipator> anticipator;
+  Clip person;                ///< one frame: who everybody is at first, standing at a free place
+  Eigen::Vector2d low, high;  ///< (x, z) metres that places on the floor are between
+
+  /// Throws Error naming the seats there are where none has this name.
+  const Seat& seat(const std::string& name) const;
+  /// Whether somebody can stand at (x, z): nothing is within a shoulder's width, and it is in the scene.
+  bool free_at(const Eigen::Vector2d& place) const;
+};
+
+/// A room with an armchair, a chair, a stool and a sofa.
+Scene default_room();
+
+/// @param scene as read; it is moved so that what its seats stand on is y = 0. Throws Error where it holds no surface,
+/// nobody can stand in it, or a model file is none.
+std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& models);
+
+/// The same with a model in memory and no previews.
+std::shared_ptr<const World> make_world(const Scene& scene, interact::ChairInteractor interactor);
+
+/// Moves a contact of a hand (0 left, 1 right) to the surface of what is sat on. Throws Error where it is over 10 cm
+/// from it or out of the arm's reach of a seated person.
+Eigen::Vector3d contact_on_surface(const Seat& seat, const Skeleton& person, int hand, const Eigen::Vector3d& point);
+
+}  // namespace inhabit::serve
