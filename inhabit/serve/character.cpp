@@ -12,10 +12,14 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr size_t kPast = 75;         // frames that are remembered: 2.5 s
-constexpr size_t kBlend = 10;        // frames in which a motion takes over
+constexpr int kBlend = 10;           // frames in which a motion takes over
 constexpr int kReachEvery = 8;       // frames between two plans of hands whose contacts are dragged
 constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand up to
-constexpr double kNear = 0.15;       // metres from a place: there
+constexpr double kOnSeat = 0.3;      // metres from the middle of a seat, aside and up: a pelvis that is on it
+constexpr int kStop = 16;            // frames in which somebody who walks comes to stand
+constexpr double kThere = 0.06, kPassed = 0.6;  // metres from a place: there; where walking past it is noticed
+constexpr int kSits = 2;                        // Frame::action
+constexpr double kNear = 0.15;                  // metres from a place: there
 
 Vector2d root_of(const Frame& frame) { return {frame.trans.x(), frame.trans.z()}; }
 
@@ -26,12 +30,15 @@ Character::Character(std::shared_ptr<const World> world) : world_(std::move(worl
 void Character::restart() {
   leave_motion();
   past_.clear();
+  blending_ = kBlend;
   become(frame_of(world_->person, 0));
 }
 
 void Character::become(const Frame& frame) {
   contacts_ = {};
-  reach_soon_ = false;
+  reach_soon_ = senses_ = false;
+  walking_to_.reset();
+  walking_.reset();
   frame_ = frame;
   Clip start = interact::clip_of({pose_of(frame)}, world_->person, 30);
   live_ = std::make_unique<interact::LivePerson>(world_->interactor.engine(), start);
@@ -51,8 +58,55 @@ void Character::walk(const Vector2d& to) {
   leave_motion();
   contacts_ = {};
   const Vector2d way = to - root_of(frame_);
-  if (way.norm() < kNear) return;
-  live_->walk_to(to, heading_of(way));
+  const Eigen::Vector3f ahead = frame_.rotation[0] * Eigen::Vector3f::UnitZ();
+  go_to(to, heading_of(way.norm() < kNear ? Vector2d(ahead.x(), ahead.z()) : way));
+}
+
+void Character::blend_from_here() {
+  left_from_ = frame_;
+  blending_ = 0;
+}
+
+/// Somebody who comes to stand is told something else.
+void Character::walk_on() {
+  if (!walking_) return;
+  if (2 * stopping_ < kStop) live_ = std::move(walking_);
+  walking_.reset();
+  blend_from_here();
+}
+
+void Character::go_to(const Vector2d& place, double heading) {
+  walk_on();
+  // The networks have only seen people who sense a chair: without one nobody sets off.
+  if (!senses_ && !world_->seats.empty()) {
+    const Vector2d here = root_of(frame_);
+    const auto far = [&](const Seat& seat) { return (on_ground(seat.chair.seat()) - here).norm(); };
+    const auto nearest = std::min_element(world_->seats.begin(), world_->seats.end(),
+                                          [&](const Seat& a, const Seat& b) { return far(a) < far(b); });
+    live_->sit_on(nearest->chair, world_->around, {});
+    senses_ = true;
+  }
+  live_->walk_to(place, heading);
+  walking_to_ = place;
+}
+
+/// Who comes to their place stands still from now on: half a second in which one who walks on becomes one who stands,
+/// as far ahead as walking at half the speed leads.
+void Character::stop_at_place() {
+  if (!walking_to_ || past_.size() < 4) return;
+  const Eigen::Vector3f ahead = (frame_.trans - past_[past_.size() - 4].trans) / 4.F * (kStop / 2.F);
+  const Vector2d here = root_of(frame_), left = *walking_to_ - here;
+  const Vector2d stride(ahead.x(), ahead.z());
+  if (left.norm() > stride.norm() + kThere && !(left.norm() < kPassed && stride.norm() > 0.1 && left.dot(stride) < 0))
+    return;
+  Frame there = frame_;
+  there.trans += Eigen::Vector3f(ahead.x(), 0, ahead.z());
+  auto walking = std::move(live_);
+  const Frame now = frame_;
+  become(there);
+  frame_ = now;
+  walking_ = std::move(walking);
+  stopping_ = 0;
 }
 
 const Seat& Character::seat_for(const std::string& chair) const {
@@ -64,8 +118,11 @@ const Seat& Character::seat_for(const std::string& chair) const {
 void Character::sit(const std::string& chair) {
   const Seat& seat = world_->seat(chair);
   leave_motion();
+  walk_on();
   contacts_ = {chair, {}};
   live_->sit_on(seat.chair, world_->around, {});
+  senses_ = true;
+  walking_to_.reset();
 }
 
 void Character::touch(const Touch& touch) {
@@ -115,8 +172,7 @@ void Character::stand() {
       const Vector2d place = seat + far * ahead_of(heading + turn);
       if (!world_->free_at(place)) continue;
       contacts_ = {};
-      live_->walk_to(place, heading + turn);
-      return;
+      return go_to(place, heading + turn);
     }
   throw Error(chair.name, "has no free floor before it to stand on");
 }
@@ -125,7 +181,9 @@ void Character::play(const Clip& motion) {
   std::vector<Frame> frames;
   for (int64_t t = 0; t < motion.frames(); ++t) frames.push_back(frame_of(motion, t));
   contacts_ = {};
-  left_from_ = frame_;
+  walking_to_.reset();
+  walking_.reset();
+  blend_from_here();
   motion_ = std::move(frames);
   at_ = 0;
 }
@@ -137,11 +195,17 @@ void Character::reach() {
   since_reach_ = 0;
 }
 
+bool Character::seated() const {
+  if (contacts_.chair.empty() || frame_.action != kSits) return false;
+  const Eigen::Vector3d off = live_->state().position[0].cast<double>() - world_->seat(contacts_.chair).chair.seat();
+  return on_ground(off).norm() < kOnSeat && off.y() < kOnSeat;
+}
+
 /// One frame of the networks.
 void Character::live_step() {
   ++since_reach_;
   // Hands let go of contacts that they have held for a while; whoever gave them in the page takes them away.
-  bool let_go = live_->seated(), any = false;
+  bool let_go = seated(), any = false;
   for (int hand = 0; hand < 2; ++hand)
     if (contacts_.at[static_cast<size_t>(hand)]) {
       any = true;
@@ -151,6 +215,12 @@ void Character::live_step() {
   if ((reach_soon_ || (any && let_go)) && since_reach_ >= kReachEvery) reach();
   live_->step();
   frame_ = frame_of(live_->pose());
+  if (walking_) {
+    walking_->step();
+    const double u = ++stopping_ / static_cast<double>(kStop);
+    frame_ = blended(frame_of(walking_->pose()), frame_, u * u * (3 - 2 * u));
+    if (stopping_ == kStop) walking_.reset();
+  }
   const interact::State& state = live_->state();
   const auto& shares = state.now().action;
   frame_.action = static_cast<uint8_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
@@ -163,12 +233,12 @@ void Character::live_step() {
 void Character::step() {
   ++index_;
   if (playing()) {
-    const Frame& next = motion_[at_];
-    frame_ = at_ < kBlend ? blended(left_from_, next, static_cast<double>(at_ + 1) / (kBlend + 1)) : next;
-    ++at_;
+    frame_ = motion_[at_++];
   } else if (motion_.empty()) {
     live_step();
+    stop_at_place();
   }
+  if (blending_ < kBlend) frame_ = blended(left_from_, frame_, ++blending_ / (kBlend + 1.0));
   past_.push_back(frame_);
   if (past_.size() > kPast) past_.pop_front();
 }
@@ -178,7 +248,7 @@ Status Character::status() const {
   out.index = index_;
   out.filling = playing();
   if (!motion_.empty()) return out;
-  out.seated = live_->seated() && !contacts_.chair.empty();
+  out.seated = seated();
   for (int hand = 0; hand < 2; ++hand)
     if (contacts_.at[static_cast<size_t>(hand)])
       out.distance[static_cast<size_t>(hand)] = static_cast<float>(live_->contact_distance(hand).value_or(-1));

@@ -1,6 +1,7 @@
 #pragma once
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,12 +53,21 @@ class Character {
  private:
   void become(const Frame& frame);  ///< a LivePerson who stands still in this pose
   void leave_motion();
+  void go_to(const Eigen::Vector2d& place, double heading);
+  void stop_at_place();
+  void walk_on();
+  void blend_from_here();
   void reach();
   void live_step();
+  bool seated() const;
   const Seat& seat_for(const std::string& chair) const;
 
   std::shared_ptr<const World> world_;
   std::unique_ptr<interact::LivePerson> live_;
+  bool senses_ = false;                            // the LivePerson knows the scene
+  std::optional<Eigen::Vector2d> walking_to_;      // place on the floor
+  std::unique_ptr<interact::LivePerson> walking_;  // who still walks while live_ already stands, for kStop frames
+  int stopping_ = 0;                               // frames of these
   Contacts contacts_;
   bool reach_soon_ = false;  // contacts were moved since the hands were told
   int since_reach_ = 0;      // frames since they were
@@ -67,7 +77,8 @@ class Character {
   std::deque<Frame> past_;
   std::vector<Frame> motion_;  // that is carried out
   size_t at_ = 0;              // in it
-  Frame left_from_;            // pose that the motion is blended from
+  Frame left_from_;            // pose that what comes is blended from
+  int blending_ = 1000;        // frames since that began
 };
 
 }  // namespace inhabit::serve

@@ -45,7 +45,6 @@ void HttpSession::read() {
     if (error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message) {
       self->request_ = {};
-      self->request_.keep_alive(false);
       self->refuse(http::status::bad_request, "no request of this page");
     }
   });
@@ -108,6 +107,7 @@ void HttpSession::download(const std::string& token, const std::string& extensio
 }
 
 void HttpSession::refuse(http::status status, const std::string& reason) {
+  request_.keep_alive(false);
   respond(status, "text/plain; charset=utf-8", std::make_shared<const std::string>(reason + "\n"));
 }
 

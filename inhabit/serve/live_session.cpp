@@ -137,7 +137,7 @@ void LiveSession::obey(const Message& message) {
 }
 
 template <typename Compute, typename Then>
-void LiveSession::compute(Compute compute, Then then) {
+bool LiveSession::compute(Compute compute, Then then) {
   // The session may be gone when the job's turn comes, and is not kept for it.
   const bool posted = hub_.post([weak = weak_from_this(), world = hub_.world, compute = std::move(compute), then] {
     decltype(compute(*world)) result;
@@ -157,28 +157,29 @@ void LiveSession::compute(Compute compute, Then then) {
                       });
   });
   if (!posted) say("the server is busy: try again in a moment", true);
+  return posted;
 }
 
 void LiveSession::take(const Take& take) {
   if (!hub_.world->inbetweener) throw Error("pose", "no model of in-betweening is here");
   const Frame target = pose_at(*hub_.world, take.pose, take.at, take.heading);
-  aiming_ = filling_ = true;
+  aiming_ = true;
   paint(kTarget, {{0, 0, target}});
-  compute([from = character_->frame(), target](const World& world) { return motion_to(world, from, target); },
-          [takes = takes_](LiveSession& self, bool good, const Clip& motion) {
-            if (takes != self.takes_) return;  // told otherwise meanwhile
-            if (good) return self.character_->play(motion);
-            self.filling_ = self.aiming_ = false;
-            self.paint(kTarget, {});
-          });
+  filling_ =
+      compute([from = character_->frame(), target](const World& world) { return motion_to(world, from, target); },
+              [takes = takes_](LiveSession& self, bool good, const Clip& motion) {
+                if (takes != self.takes_) return;  // told otherwise meanwhile
+                if (good) return self.character_->play(motion);
+                self.filling_ = self.aiming_ = false;
+                self.paint(kTarget, {});
+              });
 }
 
 void LiveSession::look(Kind kind) {
   const Status status = character_->status();
   if (!looking_[kind] || computing_[kind] || status.index - looked_[kind] < kLookEvery) return;
-  computing_[kind] = true;
   looked_[kind] = status.index;
-  compute(
+  computing_[kind] = compute(
       [kind, recent = character_->recent(kObserved)](const World& world) {
         return kind == kForecast ? forecast_ghosts(world, recent) : future_ghosts(world, recent, 1);
       },

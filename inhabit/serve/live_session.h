@@ -48,9 +48,9 @@ class LiveSession : public std::enable_shared_from_this<LiveSession> {
   void write();
   void close(boost::beast::websocket::close_code code, const std::string& reason);
 
-  /// Computes on the hub's thread, then goes on here with what came out; errors are said.
+  /// Computes on the hub's thread, then goes on here with what came out; errors are said. False where too much waits.
   template <typename Compute, typename Then>
-  void compute(Compute compute, Then then);
+  bool compute(Compute compute, Then then);
 
   Hub& hub_;
   std::shared_ptr<void> counted_;

@@ -34,6 +34,7 @@
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/serve/message.h"
 #include "inhabit/train/checkpoint.h"
 
 namespace {
@@ -202,6 +203,10 @@ bool fuzz_keyframes(const uint8_t* data, size_t size) {
     inbetween::key_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
   });
 }
+/// What a page sends to the server.
+bool fuzz_message(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view text) { serve::parse_message(text); });
+}
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
 template <char... extension>
 bool fuzz_scene(const uint8_t* data, size_t size) {
@@ -238,6 +243,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"inbetween_model", fuzz_inbetween_model},
       {"checkpoint", fuzz_checkpoint},
       {"keyframes", fuzz_keyframes},
+      {"message", fuzz_message},
       {"obj", fuzz_scene<'o', 'b', 'j'>},
       {"ply", fuzz_scene<'p', 'l', 'y'>},
       {"off", fuzz_scene<'o', 'f', 'f'>},

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "client.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/contact_area.h"

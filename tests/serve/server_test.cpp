@@ -80,12 +80,13 @@ TEST(Server, ForeignHostsAndOriginsAreRefused) {
   const Running running;
   const std::string port = std::to_string(running.port());
   EXPECT_EQ(ask(running.port(), "/", {{"Host", "localhost:" + port}}).result_int(), 200);
-  for (const std::string host :
-       {"evil.example", "evil.example:" + port, "127.0.0.1", "127.0.0.1:1", "127.0.0.1:" + port + ".evil.example", ""})
-    EXPECT_EQ(ask(running.port(), "/", {{"Host", host}}).result_int(), host.empty() ? 421 : 421) << host;
+  for (const std::string& host : std::vector<std::string>{"evil.example", "evil.example:" + port, "127.0.0.1",
+                                                          "127.0.0.1:1", "127.0.0.1:" + port + ".evil.example", ""})
+    EXPECT_EQ(ask(running.port(), "/", {{"Host", host}}).result_int(), 421) << host;
   EXPECT_EQ(ask(running.port(), "/", {{"Origin", "http://localhost:" + port}}).result_int(), 200);
-  for (const std::string origin : {"http://evil.example", "https://127.0.0.1:" + port, "null", "http://127.0.0.1:1",
-                                   "127.0.0.1:" + port, "http://127.0.0.1:" + port + ".evil.example"}) {
+  for (const std::string& origin :
+       std::vector<std::string>{"http://evil.example", "https://127.0.0.1:" + port, "null", "http://127.0.0.1:1",
+                                "127.0.0.1:" + port, "http://127.0.0.1:" + port + ".evil.example"}) {
     EXPECT_EQ(ask(running.port(), "/", {{"Origin", origin}}).result_int(), 403) << origin;
     EXPECT_THROW(LiveClient(running.port(), {{"Origin", origin}}), beast::system_error) << origin;
   }
@@ -179,16 +180,18 @@ TEST(Server, PagesHavePeopleOfTheirOwn) {
   for (int i = 0; i < 10; ++i) {
     const std::string message = other.read();
     EXPECT_FALSE(other.got_text() && message.find("armchair_0\",\"event") != std::string::npos);
-    if (!other.got_text()) EXPECT_EQ(number_at<uint32_t>(message, 8), 0);
+    if (!other.got_text()) {
+      EXPECT_EQ(number_at<uint32_t>(message, 8), 0);
+    }
   }
 }
 
 TEST(Server, DamagedMessagesAreSaidAndChangeNothing) {
   const Running running;
   LiveClient client(running.port());
-  for (const std::string text : {"", "{", "[]", R"({"do": "walk", "to": [1e999, 0]})",
-                                 R"({"do": "walk", "to": [1e9, 0]})", R"({"do": "walk", "to": "there"})", "\xc3\x28"}) {
-    if (text == "\xc3\x28") continue;  // no UTF-8: ends the connection, see below
+  for (const std::string& text :
+       std::vector<std::string>{"", "{", "[]", R"({"do": "walk", "to": [1e999, 0]})",
+                                R"({"do": "walk", "to": [1e9, 0]})", R"({"do": "walk", "to": "there"})"}) {
     client.send(text);
     EXPECT_THAT(client.event("said")["text"].get<std::string>(), HasSubstr("message: ")) << text;
   }
@@ -320,7 +323,9 @@ TEST(Server, RecordingsAreFetchedAndForgotten) {
       EXPECT_THAT(std::string(answer["Content-Disposition"]), HasSubstr(std::string("inhabit.") + extension));
       const std::string path = folder / (std::string("m.") + extension);
       std::ofstream(path, std::ios::binary) << answer.body();
-      if (extension[0] != 'g') EXPECT_EQ(read_clip(path).frames(), recorded["frames"].get<int>());
+      if (extension[0] != 'g') {
+        EXPECT_EQ(read_clip(path).frames(), recorded["frames"].get<int>());
+      }
     }
     EXPECT_EQ(ask(running.port(), file + ".json").result_int(), 404);
     // As long as one may be, then it ends by itself.

@@ -40,6 +40,8 @@ const KINDS = [
   { color: () => roleColor.filled, opacity: () => 0.5 },
 ];
 
+const NEAR = 0.22; // metres between pelvises
+
 /** See-through bodies: a forecast, futures, the pose that is moved to. */
 export class LiveGhosts {
   private readonly shown: LiveBody[][] = KINDS.map(() => []);
@@ -62,6 +64,15 @@ export class LiveGhosts {
     });
     bodies.forEach((body, i) => (body.group.visible = i < ghosts.length));
     this.counts[kind] = ghosts.length;
+  }
+
+  /** Those that are where the person is would only hide them. */
+  standAside(person: Vector3) {
+    for (const kind of [0, 1])
+      for (let i = 0; i < this.counts[kind]; ++i) {
+        const { group } = this.shown[kind][i];
+        group.visible = this.place(kind, i).distanceTo(person) > NEAR;
+      }
   }
 
   clear() {

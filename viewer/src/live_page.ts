@@ -342,6 +342,7 @@ export class LivePage {
     ++this.frames;
     if (this.link.sample(this.trans, this.rotations)) this.body.pose(this.trans, this.rotations);
     this.body.joint(0, focus);
+    this.ghosts.standAside(focus);
     if (this.mark.visible && !this.down && Math.hypot(focus.x - this.mark.position.x, focus.z - this.mark.position.z) < 0.2 && this.ghosts.count(2) === 0)
       this.mark.visible = false;
     focus.y = Math.max(0.72, Math.min(focus.y, 1.05)) * 0.95;
