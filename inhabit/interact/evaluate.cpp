@@ -82,20 +82,6 @@ double closest_approach(const Clip& clip, int side, const Vector3d& point) {
   return least;
 }
 
-/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
-std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
-  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
-  const auto at = root.accessor<double, 2>();
-  int64_t first = clip.frames();
-  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
-    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
-    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
-    first = t;
-  }
-  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
-  return first;
-}
-
 Scores score(const std::string& method, const std::vector<Trial>& trials, const std::vector<Clip>& motions) {
   std::vector<double> errors, success, seconds, depth;
   std::array<std::vector<double>, 4> near;
@@ -143,6 +129,19 @@ void set_actions(const Labels& labels, Clip& clip) {
 
 }  // namespace
 
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
+  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
+  const auto at = root.accessor<double, 2>();
+  int64_t first = clip.frames();
+  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
+    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
+    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
+    first = t;
+  }
+  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
+  return first;
+}
+
 std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
                              double seconds) {
   std::vector<Trial> all;
@@ -168,15 +167,18 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
   return all;
 }
 
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw) {
-  return {raw ? "ours" : "ours, fitted",
-          [interactor = std::move(interactor), seconds, raw](const Trial& trial, uint64_t seed) {
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw,
+                            bool straight) {
+  return {std::string(raw ? "ours" : "ours, fitted") + (straight ? ", no way planned" : ""),
+          [interactor = std::move(interactor), seconds, raw, straight](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
             options.seconds = seconds;
             options.seed = seed;
             options.force = true;
             options.raw = raw;
+            options.straight = straight;
+            options.standard = true;
             options.name = trial.name;
             return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
           }};

@@ -29,8 +29,12 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 /// What a method made of a trial. Its Clip::action is idle, walk or sit by name.
 using InteractMethod = Method<Trial, Clip>;
 
-/// Ours, raw or fitted (fit_contacts.h).
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw);
+/// Ours, raw or fitted (fit_contacts.h). @param straight no way is planned around what stands in the way.
+InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw,
+                            bool straight = false);
+
+/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial);
 
 /// One method over all trials, lengths in metres.
 struct Scores {
