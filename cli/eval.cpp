@@ -11,7 +11,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
-#include "inhabit/interact/evaluate.h"
+#include "inhabit/interact/evaluate_behind.h"
 #include "inhabit/io/atomic_file.h"
 #include "inputs.h"
 #include "models.h"
@@ -254,7 +254,7 @@ void add_eval_interact(CLI::App& verb) {
   struct Options {
     std::vector<std::string> data, settings, models;
     std::string split = "test", json;
-    int64_t runs = 120;
+    int64_t runs = 120, behind = 0;
     double seconds = 16;
     uint64_t seed = 1;
   };
@@ -271,6 +271,8 @@ void add_eval_interact(CLI::App& verb) {
   interact->add_option("--runs", o->runs, "Starts at most, spread over the split")
       ->check(whole_over_zero)
       ->capture_default_str();
+  interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
+      ->check(whole_over_zero);
   interact->add_option("--seconds", o->seconds, "Length of each run")->check(positive_number)->capture_default_str();
   interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   add_settings(*interact, o->settings);
@@ -284,10 +286,19 @@ void add_eval_interact(CLI::App& verb) {
       files.emplace_back(model, interact::load_networks(model));
       set_used(files.back().second.config, o->settings, {"inference."});
     }
-    const std::vector<interact::InteractMethod> methods = interact::methods_of(files, o->seconds);
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    const interact::Table table = interact::evaluate(trials, methods, o->seed, progress_lines("runs"));
+    if (o->behind > 0) {
+      const std::vector<interact::Use> uses = {{.raw = true, .straight = true}, {.raw = true}};
+      const ScoreTable table = interact::score_table(
+          interact::evaluate_behind(interact::behind_chairs(trials, o->behind, o->seed),
+                                    interact::methods_of(files, o->seconds, uses), o->seed, progress_lines("runs")));
+      if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+      std::printf("%s", text_of(table, true).c_str());
+      return;
+    }
+    const interact::Table table = interact::evaluate(
+        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_lines("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table).c_str());
   });

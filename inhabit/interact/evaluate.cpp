@@ -70,20 +70,6 @@ double closest_approach(const Recording& recording, int side, const Vector3d& po
   return least;
 }
 
-/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
-std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
-  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
-  const auto at = root.accessor<double, 2>();
-  int64_t first = clip.frames();
-  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
-    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
-    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
-    first = t;
-  }
-  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
-  return first;
-}
-
 Scores score(const std::string& method, const std::vector<Trial>& trials, const std::vector<Clip>& motions) {
   std::vector<double> errors, success, seconds, depth;
   std::array<std::vector<double>, 4> near;
@@ -132,6 +118,19 @@ void set_actions(const Labels& labels, Clip& clip) {
 
 }  // namespace
 
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
+  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
+  const auto at = root.accessor<double, 2>();
+  int64_t first = clip.frames();
+  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
+    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
+    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
+    first = t;
+  }
+  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
+  return first;
+}
+
 std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
                              double seconds) {
   std::vector<Trial> all;
@@ -158,21 +157,24 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 }
 
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
-                            bool raw) {
-  return {raw ? name : name + ", fitted",
-          [interactor = std::move(interactor), seconds, raw](const Trial& trial, uint64_t seed) {
+                            const Use& use) {
+  return {name + (use.raw ? "" : ", fitted") + (use.straight ? ", no way planned" : ""),
+          [interactor = std::move(interactor), seconds, use](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
             options.seconds = seconds;
             options.seed = seed;
             options.force = true;
-            options.raw = raw;
+            options.raw = use.raw;
+            options.straight = use.straight;
+            options.standard = true;
             options.name = trial.name;
             return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
           }};
 }
 
-std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, Networks>>& files, double seconds) {
+std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, Networks>>& files, double seconds,
+                                       const std::vector<Use>& uses) {
   std::vector<InteractMethod> out;
   std::set<Predictor> named;
   for (const auto& [file, networks] : files) {
@@ -181,7 +183,7 @@ std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, 
       if (!holds(networks, predictor)) continue;
       const std::string name = title_of(predictor) + (named.insert(predictor).second ? "" : " (" + file + ")");
       const auto interactor = std::make_shared<const ChairInteractor>(networks, predictor);
-      for (const bool raw : {true, false}) out.push_back(model_method(name, interactor, seconds, raw));
+      for (const Use& use : uses) out.push_back(model_method(name, interactor, seconds, use));
     }
     if (out.size() == before) throw Error(file, "holds nothing that moves people");
   }
