@@ -2,7 +2,8 @@
 // rows, for one person and for a hundred at once. Equality is asserted; `error` is relative to the largest output,
 // `ratio` LibTorch's time over the fast one's in this run, `fps` how often a second all of them are moved on. LibTorch
 // blends the experts' weights for one person, as the release does; for a hundred it blends their outputs, which needs
-// less memory. OMP_NUM_THREADS says how many threads there are.
+// less memory. "frame" is all of LivePerson::step(): features, both networks, blending and bones, person by person.
+// OMP_NUM_THREADS says how many threads there are.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -10,7 +11,11 @@
 
 #include "inhabit/interact/fast_control_network.h"
 #include "inhabit/interact/fast_pose_network.h"
+#include "inhabit/interact/features.h"
+#include "inhabit/interact/live_person.h"
+#include "inhabit/interact/recording.h"
 #include "inhabit/passive_waiting.h"
+#include "inhabit/scene/shapes.h"
 
 namespace {
 
@@ -136,6 +141,47 @@ void control_fast(benchmark::State& state, const std::string& preset, int64_t pe
   if (plain > 0) state.counters["ratio"] = plain / least;
 }
 
+/// Whole frames of people who stand at a chair, both hands on their way to contacts out of reach, so that ControlNet
+/// runs in every frame. The networks' outputs are their means, those of somebody who stands: time is the same.
+interact::Networks standing_networks(const Case& the) {
+  interact::Networks n;
+  n.config = the.config;
+  n.pose = the.pose;
+  n.control = the.control;
+  const interact::InputLayout in = interact::input_layout(the.config);
+  const interact::OutputLayout out = interact::output_layout(the.config);
+  n.input_scale = {torch::zeros({in.size}), torch::ones({in.size})};
+  n.output_scale = {torch::zeros({out.size}), torch::full({out.size}, 1e-6)};
+  const Clip person = interact::standing_clip({0, 0}, 0);
+  const interact::Recording r = interact::record(person, interact::label(person, std::nullopt), "benchmark");
+  const interact::State state = interact::state_at(r, 0);
+  interact::build_target(out, state, state, n.output_scale.mean.data_ptr<float>());
+  return n;
+}
+
+void whole_frame(benchmark::State& state, const std::string& preset, int64_t people) {
+  const torch::NoGradGuard no_gradients;
+  const interact::Engine engine(standing_networks(case_of(preset)));
+  interact::Chair chair;
+  chair.name = "high stool";
+  MeshBuilder seat;
+  seat.box({0, 0.425, 0}, {0.25, 0.425, 0.25});
+  chair.mesh = seat.mesh(chair.name, {0.5F, 0.5F, 0.5F});
+  chair.seat_height = 0.85;
+  const auto around = std::make_shared<const interact::Surroundings>(Scene{"room", {chair.mesh}, {}});
+  std::vector<interact::LivePerson> persons;
+  for (int64_t i = 0; i < people; ++i) {
+    persons.emplace_back(engine, interact::standing_clip({0, 0}, 0));
+    persons.back().sit_on(chair, around, {Eigen::Vector3d(0.9, 0.5, 0.5), Eigen::Vector3d(-0.9, 0.5, 0.5)});
+  }
+  const auto frame = [&] {
+    for (interact::LivePerson& person : persons) person.step();
+  };
+  for (int i = 0; i < 30; ++i) frame();  // the distances around them are sampled once
+  if (!persons.front().state().wanted[0]) return state.SkipWithError("no hand is on its way");
+  state.counters["people_at_30fps"] = static_cast<double>(people) / (30 * measure(state, frame));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -145,7 +191,8 @@ int main(int argc, char** argv) {
       for (const auto& [name, run] : {std::pair("pose/plain", &pose_plain),
                                       {"pose/fast", &pose_fast},
                                       {"control/plain", &control_plain},
-                                      {"control/fast", &control_fast}}) {
+                                      {"control/fast", &control_fast},
+                                      {"frame", &whole_frame}}) {
         const std::string full = "interact/" + preset + "/" + std::to_string(people) + "/" + name;
         benchmark::RegisterBenchmark(full.c_str(),
                                      [run, preset, people](benchmark::State& state) { run(state, preset, people); })

@@ -11,7 +11,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
-#include "inhabit/interact/evaluate.h"
+#include "inhabit/interact/evaluate_behind.h"
 #include "inhabit/io/atomic_file.h"
 #include "inputs.h"
 #include "models.h"
@@ -252,9 +252,9 @@ void add_eval_detour(CLI::App& verb) {
 
 void add_eval_interact(CLI::App& verb) {
   struct Options {
-    std::vector<std::string> data, settings;
-    std::string split = "test", model, json;
-    int64_t runs = 120;
+    std::vector<std::string> data, settings, models;
+    std::string split = "test", json;
+    int64_t runs = 120, behind = 0;
     double seconds = 16;
     uint64_t seed = 1;
   };
@@ -265,10 +265,14 @@ void add_eval_interact(CLI::App& verb) {
   interact->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
       ->capture_default_str();
-  interact->add_option("--model", o->model, "Model file (default: the one that ships)");
+  interact->add_option(
+      "--model", o->models,
+      "Model files, each with rows of its own: our networks and baselines (default: the one that ships)");
   interact->add_option("--runs", o->runs, "Starts at most, spread over the split")
       ->check(whole_over_zero)
       ->capture_default_str();
+  interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
+      ->check(whole_over_zero);
   interact->add_option("--seconds", o->seconds, "Length of each run")->check(positive_number)->capture_default_str();
   interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   add_settings(*interact, o->settings);
@@ -276,16 +280,25 @@ void add_eval_interact(CLI::App& verb) {
   interact->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
-    interact::Networks networks =
-        interact::load_networks(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
-    set_used(networks.config, o->settings, {"inference."});
-    const auto interactor = std::make_shared<const interact::ChairInteractor>(networks);
+    if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
+    std::vector<std::pair<std::string, interact::Networks>> files;
+    for (const std::string& model : o->models) {
+      files.emplace_back(model, interact::load_networks(model));
+      set_used(files.back().second.config, o->settings, {"inference."});
+    }
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    const interact::Table table = interact::evaluate(trials,
-                                                     {interact::model_method(interactor, o->seconds, /*raw=*/true),
-                                                      interact::model_method(interactor, o->seconds, /*raw=*/false)},
-                                                     o->seed, progress_lines("runs"));
+    if (o->behind > 0) {
+      const std::vector<interact::Use> uses = {{.raw = true, .straight = true}, {.raw = true}};
+      const ScoreTable table = interact::score_table(
+          interact::evaluate_behind(interact::behind_chairs(trials, o->behind, o->seed),
+                                    interact::methods_of(files, o->seconds, uses), o->seed, progress_lines("runs")));
+      if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+      std::printf("%s", text_of(table, true).c_str());
+      return;
+    }
+    const interact::Table table = interact::evaluate(
+        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_lines("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table).c_str());
   });

@@ -23,7 +23,7 @@ using namespace inhabit;
 using interact::HandContacts;
 
 struct InteractArguments {
-  std::string start_file, start, model, left, right, contacts, sit_at;
+  std::string start_file, start, model, left, right, contacts, sit_at, then_walk;
   ClipReadOptions reading;
   SceneInput scene;
   int samples = 0;
@@ -53,14 +53,28 @@ std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interac
   return Eigen::Vector3d(p[0], p[1], p[2]);
 }
 
-/// [{"left": "armrest", "right": [x, y, z]}, ...]
-std::vector<HandContacts> script_of(const std::string& path, const interact::Chair& chair) {
+/// x, z and heading in degrees.
+Eigen::Vector3d place_of(const std::vector<double>& at) { return {at[0], at[1], at[2] * M_PI / 180}; }
+
+/// [{"left": "armrest", "right": [x, y, z]}, ..., {"walk_to": [x, z, heading]}]
+/// @param then_walk of the last entry, where it is such a place
+std::vector<HandContacts> script_of(const std::string& path, const interact::Chair& chair,
+                                    std::optional<Eigen::Vector3d>& then_walk) {
   std::ifstream file(path);
   if (!file) throw Error(path, "cannot be read");
   const nlohmann::json script = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
   if (!script.is_array() || script.empty()) throw Error(path, "is no JSON list of contacts");
   std::vector<HandContacts> out;
   for (const auto& entry : script) {
+    if (then_walk) throw Error(path, "walk_to is no last entry");
+    if (entry.is_object() && entry.contains("walk_to")) {
+      const auto& at = entry["walk_to"];
+      const bool numbers = at.is_array() && at.size() == 3 && entry.size() == 1 &&
+                           std::all_of(at.begin(), at.end(), [](const auto& value) { return value.is_number(); });
+      if (!numbers) throw Error(path, "walk_to: is no [x, z, heading]");
+      then_walk = place_of(at.get<std::vector<double>>());
+      continue;
+    }
     HandContacts contacts;
     for (int side = 0; side < 2; ++side) {
       const char* name = side == 0 ? "left" : "right";
@@ -126,6 +140,9 @@ void add_interact(CLI::App& app) {
   verb->add_option("--left", o->left, "Contact of the left hand: armrest, front, side, back, none, or x,y,z");
   verb->add_option("--right", o->right, "Contact of the right hand");
   verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached");
+  verb->add_option("--then-walk", o->then_walk, "x,z,heading: get up in the end and walk there");
+  verb->add_flag("--straight", o->options.straight, "Plan no way around what stands in the way");
+  verb->add_flag("--standard", o->options.standard, "Motion on the standard skeleton, not the file's");
   verb->add_option("--samples", o->samples, "Draw contacts by ContactNet, this many times")->check(CLI::Range(1, 1000));
   verb->add_option("--seconds", o->options.seconds, "Length of the motion")
       ->check(positive_number)
@@ -148,6 +165,7 @@ void add_interact(CLI::App& app) {
       const std::vector<double> at = numbers(o->sit_at, 4, "--sit-at");
       o->options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
     }
+    if (!o->then_walk.empty()) o->options.then_walk = place_of(numbers(o->then_walk, 3, "--then-walk"));
     Clip start;
     if (!o->start_file.empty()) {
       start = read_motion(o->start_file, o->reading, notes);
@@ -161,7 +179,7 @@ void add_interact(CLI::App& app) {
     }
     const interact::Chair chair = interactor.chair_of(start, scene, o->options);
     if (!o->contacts.empty())
-      o->options.contacts = script_of(o->contacts, chair);
+      o->options.contacts = script_of(o->contacts, chair, o->options.then_walk);
     else if (!o->left.empty() || !o->right.empty())
       o->options.contacts = {{contact_of(o->left, chair, 0), contact_of(o->right, chair, 1)}};
     o->options.draw_contacts = o->samples > 0;
@@ -179,7 +197,10 @@ void add_interact(CLI::App& app) {
                         100 * *errors[static_cast<size_t>(side)]);
     std::vector<Clip> motions;
     motions.reserve(results.size());
-    for (const interact::Result& r : results) motions.push_back(r.motion);
+    // From a file on its own skeleton: what follows on it.
+    const bool own = !o->start_file.empty() && !o->options.standard;
+    for (const interact::Result& r : results)
+      motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
     write_outputs(
         o->outputs, [&] { return interact_page(results, scene); },
         [&](const std::string& out) { write_motions(out, motions, {}, &scene); });

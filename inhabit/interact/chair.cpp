@@ -193,11 +193,42 @@ Chair find_chair(const Scene& scene, const std::string& name, bool force) {
   const Mesh mesh = object_mesh(scene, name);
   if (mesh.faces.numel() == 0) {
     const std::vector<std::string> names = object_names(scene);
+    std::vector<std::string> copies;
+    for (const std::string& other : names)
+      if (other.rfind(name + ".", 0) == 0) copies.push_back(other);
+    if (copies.size() == 1) return find_chair(scene, copies[0], force);
+    if (copies.size() > 1)
+      throw Error(scene.name.empty() ? "scene" : scene.name,
+                  fmt::format("has several of '{}': {}", name, fmt::join(copies, ", ")));
     throw Error(scene.name.empty() ? "scene" : scene.name,
                 fmt::format("has no object '{}'; there {} {}", name, names.size() == 1 ? "is" : "are",
                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   return chair_from(scene, mesh, kLowestSeat, kHighestSeat, force);
+}
+
+Chair nearest_place(const Chair& chair, const Vector2d& to) {
+  constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08;  // metres
+  const TopView view = view_from_above(chair.mesh);
+  const Vector2d seat = on_ground(chair.seat()), left = left_of(chair.heading());
+  // How far the seat goes on to both sides along the line on which one sits.
+  const auto reach = [&](double side) {
+    double far = 0;
+    for (; far < 10; far += view.cell) {
+      const Vector2d cell = (seat + side * far * left - view.origin) / view.cell;
+      const long x = std::lround(cell.x()), z = std::lround(cell.y());
+      if (x < 0 || z < 0 || x >= view.nx || z >= view.nz) break;
+      const size_t at = view.at(static_cast<int>(x), static_cast<int>(z));
+      if (std::abs(static_cast<double>(view.height[at]) - chair.seat_height) > kSame) break;
+    }
+    return far;
+  };
+  const double leftmost = reach(1), rightmost = -reach(-1);
+  Chair out = chair;
+  if (leftmost - rightmost < kWide) return out;
+  const double aside = std::clamp((to - seat).dot(left), rightmost + kFromEnd, leftmost - kFromEnd);
+  out.frame.translation() += aside * Vector3d(left.x(), 0, left.y());
+  return out;
 }
 
 std::vector<Chair> find_chairs(const Scene& scene) {

@@ -30,7 +30,12 @@ inline constexpr double kLowestSeat = 0.25, kHighestSeat = 0.75;
 /// seated person faces away from what is higher behind it, or, without a back rest, the side with most free floor.
 /// @param force takes seats of any height. Throws Error(scene, ...) where there is no such object, naming those there
 /// are, and Error(name, ...) where it has no seat, where it is too low or too high, or upside down.
+/// "chair" stands for "chair.001" as well where that is the only copy; of several Error names them.
 Chair find_chair(const Scene& scene, const std::string& name, bool force = false);
+
+/// The same chair, sat on as near to a place (x, z) as one can: seats wider than 1 m are sat on to the side of their
+/// middle as well, at least 0.35 m from their ends.
+Chair nearest_place(const Chair& chair, const Eigen::Vector2d& to);
 
 /// All that can be sat on, in the scene's order: seats of 0.3 to 0.6 m.
 std::vector<Chair> find_chairs(const Scene& scene);

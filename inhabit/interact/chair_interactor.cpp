@@ -9,10 +9,12 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/fit_contacts.h"
+#include "inhabit/interact/route.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/motion/transfer.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit::interact {
@@ -42,9 +44,19 @@ Scene on_floor(const Scene& scene, double floor) {
 /// The chair that is meant, in a scene.
 Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
   if (o.sit_at) return chair_at(scene, o.sit_at->head<3>(), (*o.sit_at)[3]);
-  if (!o.chair.empty() && o.chair != "auto") return find_chair(scene, o.chair, o.force);
+  // On a sofa one sits where one comes to first, or where the hands are to go.
+  Eigen::Vector2d towards = on_ground(from);
+  if (!o.contacts.empty()) {
+    const HandContacts& hands = o.contacts.front();
+    if (hands[0] && hands[1])
+      towards = on_ground(0.5 * (*hands[0] + *hands[1]));
+    else if (hands[0] || hands[1])
+      towards = on_ground(hands[0] ? *hands[0] : *hands[1]);
+  }
+  if (!o.chair.empty() && o.chair != "auto") return nearest_place(find_chair(scene, o.chair, o.force), towards);
   std::vector<Chair> chairs = find_chairs(scene);
   if (chairs.empty()) throw Error(scene.name.empty() ? "scene" : scene.name, "holds nothing to sit on");
+  for (Chair& chair : chairs) chair = nearest_place(chair, towards);
   return *std::min_element(chairs.begin(), chairs.end(), [&](const Chair& a, const Chair& b) {
     return (a.seat() - from).norm() < (b.seat() - from).norm();
   });
@@ -117,7 +129,10 @@ struct Take {
   std::optional<int64_t> seated;   // first frame from which they sit to the end
 };
 
-Take perform(LivePerson& person, const std::vector<HandContacts>& series, int64_t frames) {
+/// @param leave where they walk in the end, once the last contacts were held and they have sat for two seconds
+Take perform(LivePerson& person, const std::vector<HandContacts>& series, const std::optional<Eigen::Vector3d>& leave,
+             int64_t frames) {
+  constexpr int64_t kSits = 60;  // frames
   Take take;
   take.poses.push_back(person.pose());
   take.targets = torch::zeros({frames, 2, 4});
@@ -125,17 +140,19 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, int64_
   take.contact_error.resize(series.size());
   take.contact_of.assign(static_cast<size_t>(frames), 0);
   size_t present = 0;
+  bool left = false;
   for (int64_t t = 1; t < frames; ++t) {
     person.step();
     take.poses.push_back(person.pose());
     const State& state = person.state();
     const auto& shares = state.now().action;
     take.action[t] = std::max_element(shares.begin(), shares.end()) - shares.begin();
+    take.contact_of[static_cast<size_t>(t)] = present;
+    if (left) continue;
     if (!person.seated())
       take.seated.reset();
     else if (!take.seated)
       take.seated = t;
-    take.contact_of[static_cast<size_t>(t)] = present;
     bool all = true;
     for (int side = 0; side < 2; ++side) {
       const auto s = static_cast<size_t>(side);
@@ -147,7 +164,12 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, int64_
       least = std::min(least.value_or(*distance), *distance);
       all = all && person.done(side);
     }
-    if (all && present + 1 < series.size()) person.reach_for(series[++present]);
+    if (all && present + 1 < series.size()) {
+      person.reach_for(series[++present]);
+    } else if (all && leave && take.seated && t - *take.seated >= kSits) {
+      person.walk_to(leave->head<2>(), (*leave)[2]);
+      left = true;
+    }
   }
   return take;
 }
@@ -174,10 +196,11 @@ ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contac
 
 struct ChairInteractor::Impl {
   Engine engine;
-  explicit Impl(const Networks& networks) : engine(networks) {}
+  Impl(const Networks& networks, Predictor predictor) : engine(networks, predictor) {}
 };
 
-ChairInteractor::ChairInteractor(const Networks& networks) : impl_(new Impl(networks)) {}
+ChairInteractor::ChairInteractor(const Networks& networks, Predictor predictor)
+    : impl_(new Impl(networks, predictor)) {}
 ChairInteractor::~ChairInteractor() = default;
 ChairInteractor::ChairInteractor(ChairInteractor&&) noexcept = default;
 ChairInteractor ChairInteractor::load(const std::string& path) { return ChairInteractor(load_networks(path)); }
@@ -243,13 +266,18 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
   person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
   if (!options.force) require_free(person, *around, options.name);
-  LivePerson live(impl_->engine, person);
+  LivePerson live(impl_->engine, person, options.seed);
+  live.plan_routes(!options.straight);
   std::vector<HandContacts> series = out.contacts;
   for (HandContacts& contacts : series)
     for (auto& contact : contacts)
       if (contact) contact->y() -= floor;
   live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0]);
-  const Take take = perform(live, series, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
+  if (live.blocked()) throw Error(options.name, "there is no way from there to " + out.chair.name);
+  if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))
+    throw Error("the place to walk to", "there is no way to it from " + out.chair.name);
+  const Take take =
+      perform(live, series, options.then_walk, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
   out.contact_error = take.contact_error;
   out.seated = take.seated;
   out.motion = clip_of(take.poses, person, config().rate);
@@ -264,6 +292,8 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   out.motion.trans = out.motion.trans + up;
   out.motion.joints = out.motion.joints + up;
   out.motion.hand_targets.select(2, 1).add_(floor * out.motion.hand_targets.select(2, 3));
+  if (!options.standard && out.motion.frames() > 1)
+    out.on_source = going_on(start, start.frames(), slice(out.motion, 0, 1), slice(out.motion, 1, out.motion.frames()));
   return out;
 }
 

@@ -17,19 +17,26 @@ struct Options {
   std::vector<HandContacts> contacts;
   bool draw_contacts = false;  ///< ContactNet draws them
   bool raw = false;            ///< the networks' motion as it is, not fitted to contacts and scene (fit_contacts.h)
+  bool straight = false;       ///< no way is planned around what stands in the way (route.h)
   bool force = false;          ///< a seat that is too high or low, a contact that is out of reach: tried all the same
+  /// x, z metres and heading: where they walk in the end, once the last contacts were held and they have sat for two
+  /// seconds.
+  std::optional<Eigen::Vector3d> then_walk;
+  bool standard = false;       ///< the motion is wanted on the standard skeleton alone
   double seconds = 16;         ///< of motion
   uint64_t seed = 1;           ///< of contacts that are drawn
   std::string name = "start";  ///< what errors call the clip
 };
 
 struct Result {
-  Clip motion;  ///< on the standard skeleton, 30 frames a second, from the pose that was given on
+  Clip motion;     ///< on the standard skeleton, 30 frames a second, from the pose that was given on
+  Clip on_source;  ///< what follows on that pose on the clip's own skeleton, at its rate (motion/transfer.h); empty
+                   ///< where Options::standard is set
   Chair chair;
   std::vector<HandContacts> contacts;  ///< that were reached for, on the surface
   /// (contacts, left and right) metres: the palm's closest approach to each contact (ACE); none without one
   std::vector<std::array<std::optional<double>, 2>> contact_error;
-  std::optional<int64_t> seated;  ///< first frame from which the person sits to the end
+  std::optional<int64_t> seated;  ///< first frame from which the person sits, to the end or until they leave
 };
 
 /// Controllable human-chair interaction (COUCH): a person, a chair and where the hands are to go in, motion out. On the
@@ -40,7 +47,8 @@ struct Result {
 ///   interact::Result r = interactor.run(interact::standing_clip({2.5, 1}, 0), scene, options);   // r.motion
 class ChairInteractor {
  public:
-  explicit ChairInteractor(const Networks& networks);
+  /// @param predictor what moves the person: PoseNet under ControlNet, or what it is compared with.
+  explicit ChairInteractor(const Networks& networks, Predictor predictor = Predictor::pose);
   /// Throws Error naming the file where it is no model of interaction.
   static ChairInteractor load(const std::string& path);
   ~ChairInteractor();
@@ -52,7 +60,8 @@ class ChairInteractor {
   /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.
   /// @param scene as read, with the chair. Contacts are moved to the nearest place of the chair's surface. Throws Error
   /// where the scene has no such chair or seat, a contact is over 10 cm from the chair or farther from the seat than
-  /// arms reach, the person begins inside something, or the model lacks ContactNet where contacts are to be drawn.
+  /// arms reach, the person begins inside something, there is no way to the chair or on from it, or the model lacks
+  /// ContactNet where contacts are to be drawn.
   Result run(const Clip& start, const Scene& scene, const Options& options) const;
 
   /// The same on a chair that is known.

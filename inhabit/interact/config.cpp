@@ -35,6 +35,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.rollout_steps", c.training.rollout_steps);
   visit("training.rollout_frames", c.training.rollout_frames);
   visit("training.rollout_rate", c.training.rollout_rate);
+  visit("training.rollout_average", c.training.rollout_average);
+  visit("training.rollout_hand_weight", c.training.rollout_hand_weight);
   visit("training.control_steps", c.training.control_steps);
   visit("training.contact_steps", c.training.contact_steps);
   visit("training.batch", c.training.batch);
@@ -70,11 +72,14 @@ constexpr auto fields = [](auto& c, const auto& visit) {
 
 void check_training(const Config::Training& t, const ConfigCheck& check) {
   for (const auto& [name, steps] : {std::pair("training.pose_steps", t.pose_steps),
+                                    {"training.rollout_steps", t.rollout_steps},
                                     {"training.control_steps", t.control_steps},
                                     {"training.contact_steps", t.contact_steps}})
     check.within(name, steps, 0, 1e8);
   check.within("training.batch", t.batch, 1, 100'000);
   for (const auto& [name, number] : {std::pair("training.pose_rate", t.pose_rate),
+                                     {"training.rollout_rate", t.rollout_rate},
+                                     {"training.rollout_hand_weight", t.rollout_hand_weight},
                                      {"training.control_rate", t.control_rate},
                                      {"training.contact_rate", t.contact_rate},
                                      {"training.pose_decay", t.pose_decay},
@@ -89,6 +94,8 @@ void check_training(const Config::Training& t, const ConfigCheck& check) {
                                     {"training.control_floor", t.control_floor},
                                     {"training.contact_floor", t.contact_floor}})
     check.within(name, share, 0, 1);
+  check.within("training.rollout_average", t.rollout_average, 0, 0.999'999);
+  check.within("training.rollout_frames", t.rollout_frames, 1, 10'000);
   check.within("training.dropout", t.dropout, 0, 0.99);
   check.within("training.control_frames", t.control_frames, 2, 10'000);
   check.within("training.sampling_to", t.sampling_to, 0, 1);
@@ -118,7 +125,11 @@ Config preset(const std::string& name) {
     c.training.pose_steps = 60000;
     c.training.rollout_steps = 5000;
     c.training.rollout_rate = 3e-4;
+    c.training.rollout_frames = 24;
+    c.training.rollout_hand_weight = 4;
     c.training.control_steps = 3000;
+    c.training.trajectory_weight = 2;  // as released the plan stays the straight line, which nobody's hand moves along
+    c.training.straight_weight = 0.1;
     c.training.contact_steps = 6000;
     c.training.pose_rate = 1e-3;  // narrower networks learn as well with larger steps, and sooner
     c.training.pose_floor = 0.01;

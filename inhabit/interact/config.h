@@ -43,10 +43,12 @@ struct Config {
     int batch = 32;
     double pose_rate = 1e-4, control_rate = 1e-3, contact_rate = 1e-3;  ///< learning rates
     double pose_decay = 0.0025;                                         ///< PoseNet's weight decay (AdamW)
-    int rollout_steps = 0;       ///< of PoseNet on its own rollouts, after stage pose; 0: 150 epochs
-    int rollout_frames = 8;      ///< that each of them lasts
-    double rollout_rate = 1e-4;  ///< learning rate
-    double warmup = 0;           ///< of the steps, in which the rate rises from 0
+    int rollout_steps = 0;           ///< of PoseNet on its own rollouts, after stage pose; 0: 150 epochs
+    int rollout_frames = 8;          ///< that each of them lasts
+    double rollout_rate = 1e-4;      ///< learning rate
+    double rollout_average = 0.999;  ///< decay of the weights' moving average in it
+    double rollout_hand_weight = 1;  ///< of the wrists' numbers in its loss, against 1 of the others
+    double warmup = 0;               ///< of the steps, in which the rate rises from 0
     double pose_floor = 0.05, control_floor = 0.005, contact_floor = 1;  ///< of the peak, which cosines end at
     double dropout = 0.3;                                                ///< PoseNet's and the baselines'
     bool mirrored = true;            ///< the data's mirror image is learned from too

@@ -1,9 +1,12 @@
 #pragma once
+#include <array>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "inhabit/interact/layout.h"
 #include "inhabit/interact/model_file.h"
+#include "inhabit/interact/predictor.h"
 #include "inhabit/interact/voxels.h"
 
 namespace inhabit::interact {
@@ -11,27 +14,31 @@ namespace inhabit::interact {
 /// A model as it runs: networks and layouts, shared by any number of people. Safe to use from several threads.
 class Engine {
  public:
-  /// Throws Error where PoseNet or ControlNet is missing.
-  explicit Engine(const Networks& networks);
+  /// @param predictor what moves people. Throws Error where its network, or ControlNet beside PoseNet, is missing.
+  explicit Engine(const Networks& networks, Predictor predictor = Predictor::pose);
 
   const Config& config() const { return networks_.config; }
   const Networks& networks() const { return networks_; }
   const InputLayout& input() const { return input_; }
   const OutputLayout& output() const { return output_; }
   const EgoGrid& ego() const { return ego_; }
+  bool controlled() const { return predictor_ == Predictor::pose; }  ///< ControlNet plans the hands
 
   /// What one person's frames are computed in, and what ControlNet carries from frame to frame.
   struct Workspace {
-    explicit Workspace(const Engine& engine);
+    /// @param seed of SAMP's z.
+    explicit Workspace(const Engine& engine, uint64_t seed = 1);
     ~Workspace();
     std::vector<float> input, output;  ///< of PoseNet (InputLayout::size, OutputLayout::size)
+    std::array<float, 8> contacts{};   ///< build_contacts(), for predictors that have them among the goals
     std::vector<float> memory;         ///< of ControlNet's LSTM
+    std::mt19937_64 random;
     struct Networks;
     std::unique_ptr<Networks> networks;  ///< what the fast networks work in
   };
 
-  /// PoseNet: features as they are in work.input, which is overwritten, to work.output.
-  void pose(Workspace& work) const;
+  /// The next frame: features as they are in work.input, which is overwritten, to work.output.
+  void predict(Workspace& work) const;
 
   /// ControlNet begins a reach anew.
   void start_control(Workspace& work) const;
@@ -39,7 +46,11 @@ class Engine {
   void control(const float* pose, const float* control, float* out, Workspace& work) const;
 
  private:
+  /// What PoseNet is compared with, on a standardised row.
+  void predict_baseline(Workspace& work) const;
+
   Networks networks_;
+  Predictor predictor_;
   InputLayout input_;
   OutputLayout output_;
   EgoGrid ego_;

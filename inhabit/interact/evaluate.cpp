@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/data/native.h"
+#include "inhabit/error.h"
+#include "inhabit/interact/features.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/recording.h"
 #include "inhabit/interact/sample.h"
@@ -42,24 +45,10 @@ HandContacts first_contacts(const Labels& labels) {
 }
 
 /// (T, 22 x 12) positions, axes and velocities of the joints as seen from the root of each frame.
-Tensor pose_features(const Clip& clip) {
-  const Recording recording = record(clip, label(clip, std::nullopt), "motion");
-  Tensor out = torch::zeros({recording.size(), kJoints * 12});
-  float* next = out.data_ptr<float>();
-  const auto write = [&](const Eigen::Vector3f& v) {
-    for (int i = 0; i < 3; ++i) *next++ = v[i];
-  };
-  for (int64_t t = 0; t < recording.size(); ++t) {
-    const auto& frame = recording.frames[static_cast<size_t>(t)];
-    const auto& before = recording.frames[static_cast<size_t>(std::max<int64_t>(0, t - 1))];
-    const Place& root = frame.sample.root;
-    for (size_t j = 0; j < kJoints; ++j) {
-      write(root.in(frame.position[j]));
-      write(root.turned_in(frame.forward[j]));
-      write(root.turned_in(frame.up[j]));
-      write(root.turned_in(Eigen::Vector3f((frame.position[j] - before.position[j]) * static_cast<float>(clip.rate))));
-    }
-  }
+Tensor pose_features(const Recording& recording) {
+  Tensor out = torch::empty({recording.size(), kJoints * 12});
+  for (int64_t t = 0; t < recording.size(); ++t)
+    build_joints(state_at(recording, t), out.data_ptr<float>() + t * kJoints * 12);
   return out;
 }
 
@@ -74,26 +63,11 @@ double pairwise_distance(const std::vector<Tensor>& rows) {
 }
 
 /// Metres from the palm to a point, the least over a clip.
-double closest_approach(const Clip& clip, int side, const Vector3d& point) {
-  const Recording recording = record(clip, label(clip, std::nullopt), "motion");
+double closest_approach(const Recording& recording, int side, const Vector3d& point) {
   double least = HUGE_VAL;
   for (const auto& frame : recording.frames)
     least = std::min(least, (frame.sample.hand[static_cast<size_t>(side)].cast<double>() - point).norm());
   return least;
-}
-
-/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
-std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
-  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
-  const auto at = root.accessor<double, 2>();
-  int64_t first = clip.frames();
-  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
-    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
-    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
-    first = t;
-  }
-  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
-  return first;
 }
 
 Scores score(const std::string& method, const std::vector<Trial>& trials, const std::vector<Clip>& motions) {
@@ -104,9 +78,10 @@ Scores score(const std::string& method, const std::vector<Trial>& trials, const 
   for (size_t i = 0; i < trials.size(); ++i) {
     const Trial& trial = trials[i];
     const Clip& motion = motions[i];
+    const Recording recording = record(motion, label(motion, std::nullopt), method);
     for (int side = 0; side < 2; ++side)
       if (const auto& contact = trial.contacts[static_cast<size_t>(side)]) {
-        errors.push_back(closest_approach(motion, side, *contact));
+        errors.push_back(closest_approach(recording, side, *contact));
         for (size_t k = 0; k < 4; ++k) near[k].push_back(errors.back() < kPrecision[k] ? 1 : 0);
       }
     const std::optional<int64_t> seated = seated_from(motion, trial);
@@ -117,7 +92,7 @@ Scores score(const std::string& method, const std::vector<Trial>& trials, const 
     jerk += count * dynamics(motion).jerk;
     frames += count;
     depth.push_back(CollisionMeter(builtin_body(), trial.scene).measure(motion).penetration());
-    const Tensor features = pose_features(motion);
+    const Tensor features = pose_features(recording);
     approach.push_back(features.index({frames_of_action(motion, "walk")}));
     sit.push_back(features.index({frames_of_action(motion, "sit")}));
   }
@@ -142,6 +117,19 @@ void set_actions(const Labels& labels, Clip& clip) {
 }
 
 }  // namespace
+
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
+  const Tensor root = clip.joints.select(1, 0).to(torch::kFloat64).contiguous();
+  const auto at = root.accessor<double, 2>();
+  int64_t first = clip.frames();
+  for (int64_t t = clip.frames() - 1; t >= 0; --t) {
+    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
+    if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
+    first = t;
+  }
+  if (clip.frames() - first < static_cast<int64_t>(clip.rate)) return std::nullopt;
+  return first;
+}
 
 std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
                              double seconds) {
@@ -168,18 +156,38 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
   return all;
 }
 
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw) {
-  return {raw ? "ours" : "ours, fitted",
-          [interactor = std::move(interactor), seconds, raw](const Trial& trial, uint64_t seed) {
+InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
+                            const Use& use) {
+  return {name + (use.raw ? "" : ", fitted") + (use.straight ? ", no way planned" : ""),
+          [interactor = std::move(interactor), seconds, use](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
             options.seconds = seconds;
             options.seed = seed;
             options.force = true;
-            options.raw = raw;
+            options.raw = use.raw;
+            options.straight = use.straight;
+            options.standard = true;
             options.name = trial.name;
             return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
           }};
+}
+
+std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, Networks>>& files, double seconds,
+                                       const std::vector<Use>& uses) {
+  std::vector<InteractMethod> out;
+  std::set<Predictor> named;
+  for (const auto& [file, networks] : files) {
+    const size_t before = out.size();
+    for (const Predictor predictor : kPredictors) {
+      if (!holds(networks, predictor)) continue;
+      const std::string name = title_of(predictor) + (named.insert(predictor).second ? "" : " (" + file + ")");
+      const auto interactor = std::make_shared<const ChairInteractor>(networks, predictor);
+      for (const Use& use : uses) out.push_back(model_method(name, interactor, seconds, use));
+    }
+    if (out.size() == before) throw Error(file, "holds nothing that moves people");
+  }
+  return out;
 }
 
 Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMethod>& methods, uint64_t seed,

@@ -29,8 +29,21 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 /// What a method made of a trial. Its Clip::action is idle, walk or sit by name.
 using InteractMethod = Method<Trial, Clip>;
 
-/// Ours, raw or fitted (fit_contacts.h).
-InteractMethod model_method(std::shared_ptr<const ChairInteractor> interactor, double seconds, bool raw);
+/// How a model is used.
+struct Use {
+  bool raw = false;       ///< not fitted to contacts and scene (fit_contacts.h)
+  bool straight = false;  ///< no way is planned around what stands in the way
+};
+InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
+                            const Use& use);
+
+/// Everything in some model files that people can be moved by, in each use: "ours" and the baselines, of a second file
+/// with the same one "ours (file)". @param files names, and what they hold. Throws Error where a file holds none.
+std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, Networks>>& files, double seconds,
+                                       const std::vector<Use>& uses);
+
+/// First frame from which the pelvis rests on the seat to the end, for a second or longer.
+std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial);
 
 /// One method over all trials, lengths in metres.
 struct Scores {

@@ -190,9 +190,11 @@ void apply_pose(const OutputLayout& layout, const float* output, const Place& ro
 
 }  // namespace
 
+void build_joints(const State& state, float* out) { write_pose(state, state.now().root, out); }
+
 void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out) {
   const Place root = state.now().root;
-  write_pose(state, root, out + layout.joints.first);
+  build_joints(state, out + layout.joints.first);
   write_trajectory(state, root, 0, out + layout.trajectory.first);
   write_goals(state, root, out + layout.goals.first);
   senses.ego.sense(senses.around, root, out + layout.ego.first);

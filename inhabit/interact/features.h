@@ -20,6 +20,9 @@ struct Senses {
 /// its goal, degrees between their directions}. Allocates nothing.
 void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out);
 
+/// Its first part: the joints in the axes of the present root, 12 numbers each.
+void build_joints(const State& state, float* out);
+
 /// PoseNet's output (output_layout) that leads from a state to the one of the next frame.
 void build_target(const OutputLayout& layout, const State& now, const State& next, float* out);
 

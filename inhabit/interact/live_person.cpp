@@ -6,6 +6,8 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/interact/guide.h"
+#include "inhabit/interact/route.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/synth/posing.h"
@@ -17,11 +19,13 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kWalkAction = 1, kSitAction = 2;
+constexpr int kIdleAction = 0, kWalkAction = 1, kSitAction = 2;
 constexpr int kSoon = 5;            // frames: hands leave for their contacts when sitting down begins this soon
 constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr int kHeld = 60;           // frames that a contact is held for
+constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight way
+constexpr double kArrived = 0.3;    // metres to a place on the floor, as labels have it
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -39,16 +43,63 @@ struct LivePerson::Impl {
   HandContacts contacts;
   std::array<int, 2> held{};    // frames since the contact was reached
   std::array<bool, 2> begun{};  // the hand has left for it
+  struct Target {
+    Vector3d place = Vector3d::Zero();
+    double heading = 0;
+    int action = kIdleAction;
+  } target;
+  bool plans = true, blocked = false;
+  std::optional<Guide> guide;  // to near the target; none where they go straight
   Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
 
-  explicit Impl(const Engine& e) : engine(e), work(e) {}
+  Impl(const Engine& e, uint64_t seed) : engine(e), work(e, seed) {}
 
   bool seated() const {
     if (!chair) return false;
     const Vector3d off = state.position[0].cast<double>() - chair->seat();
     return Eigen::Vector2d(off.x(), off.z()).norm() < kNearSeat && off.y() < kOnSeat;
+  }
+
+  Eigen::Vector2d here() const { return on_ground(state.position[0].cast<double>()); }
+
+  void aim(const Target& at, int after) {
+    set_goal(state, single(at.place), ahead_of(at.heading).cast<float>(), at.action, after);
+  }
+
+  /// Goes to the target along `way`: none where there is no way, or none is planned.
+  void go(const Target& to, std::optional<WalkPath> way) {
+    blocked = plans && !way;
+    guide.reset();
+    target = to;
+    if (blocked) {
+      const Vector3f at = state.now().root.origin();
+      target = {at.cast<double>(), heading_of(state.now().root.facing.cast<double>()), kIdleAction};
+    }
+    aim(target, kSamples - 1 - kNow);
+    if (plans && way) guide.emplace(std::move(*way));
+  }
+
+  /// The way is left where the rest of it is straight, the place on the floor reached where they are near.
+  void follow() {
+    if (guide) {
+      guide->follow(here());
+      if (target.action == kSitAction && straight(around->floor(), here(), guide->way().points.back(), kStraight))
+        guide.reset();
+    }
+    if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
+    guide.reset();
+    target.action = kIdleAction;
+    aim(target, 0);
+  }
+
+  /// Draws the predicted trajectory to the way, and to the line before the seat.
+  void draw() {
+    if (guide)
+      guide->draw(state);
+    else if (plans && target.action == kSitAction && !seated())
+      draw_before(*chair, state);
   }
 
   /// Hands leave for contacts when sitting down is about to begin, or at once where the person sits.
@@ -59,7 +110,7 @@ struct LivePerson::Impl {
       const auto s = static_cast<size_t>(side);
       if (!contacts[s]) continue;
       if (!begun[s] && (about_to || seated())) {
-        if (!state.wanted[0] && !state.wanted[1]) engine.start_control(work);
+        if (engine.controlled() && !state.wanted[0] && !state.wanted[1]) engine.start_control(work);
         give_contact(state, side, single(*contacts[s]), kReachTime);
         begun[s] = true;
         held[s] = 0;
@@ -71,13 +122,15 @@ struct LivePerson::Impl {
   }
 
   void step() {
+    follow();
     plan_hands();
     if (grid.centres.empty())
       std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
     build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());
-    engine.pose(work);
+    build_contacts(state, work.contacts.data());
+    engine.predict(work);
     const Place root = state.now().root;
-    const bool controlled = state.wanted[0] || state.wanted[1];
+    const bool controlled = engine.controlled() && (state.wanted[0] || state.wanted[1]);
     if (controlled) {
       build_control_input(state, control_pose.data(), control_in.data());
       engine.control(control_pose.data(), control_in.data(), control_out.data(), work);
@@ -86,11 +139,12 @@ struct LivePerson::Impl {
     apply_output(engine.output(), work.output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
                  engine.config().rate, state);
     if (controlled) apply_control(control_out.data(), root, state);
+    draw();
     settle(bones, state, pose);
   }
 };
 
-LivePerson::LivePerson(const Engine& engine, const Clip& start) : impl_(new Impl(engine)) {
+LivePerson::LivePerson(const Engine& engine, const Clip& start, uint64_t seed) : impl_(new Impl(engine, seed)) {
   if (start.frames() < 1 || start.skeleton.parents != standard_parents() || !start.rotations.defined() ||
       !start.trans.defined())
     throw Error("start", "needs a pose with rotations on the standard skeleton");
@@ -116,8 +170,9 @@ void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> 
   impl_->chair = chair;
   impl_->grid = sense_chair(chair, impl_->engine.config());
   impl_->around = std::move(around);
-  const Eigen::Vector2d ahead = ahead_of(chair.heading());
-  set_goal(impl_->state, single(chair.seat()), ahead.cast<float>(), kSitAction);
+  Impl& p = *impl_;
+  p.go({chair.seat(), chair.heading(), kSitAction},
+       p.plans ? find_route(p.around->floor(), p.here(), chair) : std::nullopt);
   reach_for(contacts);
 }
 
@@ -130,9 +185,18 @@ void LivePerson::reach_for(const HandContacts& contacts) {
 
 void LivePerson::walk_to(const Eigen::Vector2d& place, double heading) {
   reach_for({});
-  set_goal(impl_->state, Vector3f(static_cast<float>(place.x()), 0, static_cast<float>(place.y())),
-           ahead_of(heading).cast<float>(), kWalkAction, 0);
+  Impl& p = *impl_;
+  std::optional<WalkPath> way;
+  if (p.plans && p.seated())
+    way = find_route(p.around->floor(), *p.chair, place);
+  else if (p.plans)
+    way = find_route(p.around->floor(), p.here(), place);
+  p.go({{place.x(), 0, place.y()}, heading, kWalkAction}, std::move(way));
 }
+
+void LivePerson::plan_routes(bool plan) { impl_->plans = plan; }
+bool LivePerson::blocked() const { return impl_->blocked; }
+const WalkPath* LivePerson::route() const { return impl_->guide ? &impl_->guide->way() : nullptr; }
 
 void LivePerson::step() { impl_->step(); }
 const SettledPose& LivePerson::pose() const { return impl_->pose; }

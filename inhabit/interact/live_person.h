@@ -10,6 +10,7 @@
 #include "inhabit/interact/features.h"
 #include "inhabit/interact/settle.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/scene/walk_path.h"
 
 namespace inhabit::interact {
 
@@ -25,17 +26,24 @@ using HandContacts = std::array<std::optional<Eigen::Vector3d>, 2>;
 class LivePerson {
  public:
   /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
-  /// motion before it their velocity is known too. Standard skeleton with rotations.
-  LivePerson(const Engine& engine, const Clip& start);
+  /// motion before it their velocity is known too. Standard skeleton with rotations. @param seed of what is drawn
+  /// (SAMP).
+  LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
   LivePerson(LivePerson&&) noexcept;
 
-  /// From now on they go to `chair` and sit down, hands at `contacts` while they do.
+  /// Whether ways around what stands in the way are planned (route.h): as it is at first. Else they go as the networks
+  /// have learned to.
+  void plan_routes(bool plan);
+
+  /// From now on they go to `chair` and sit down, hands at `contacts` while they do. Where there is no way they stay
+  /// (blocked()).
   /// @param scene what must not be walked into, the chair among it.
   void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
   /// Contacts of a person who sits, or other ones of one on the way.
   void reach_for(const HandContacts& contacts);
-  /// They stand up, if they sit, and walk to a place on the floor (x, z).
+  /// They stand up, if they sit, and walk to a place on the floor (x, z), and face `heading` there. Where there is no
+  /// way they stay (blocked()).
   void walk_to(const Eigen::Vector2d& place, double heading);
 
   /// One frame on.
@@ -47,6 +55,9 @@ class LivePerson {
   std::optional<double> contact_distance(int side) const;
   bool done(int side) const;  ///< the hand's contact was reached and let go, or there is none
   bool seated() const;        ///< the pelvis is on the seat
+  bool blocked() const;       ///< there is no way to where they were last told to go
+  /// The way that they are on; null where they go straight.
+  const WalkPath* route() const;
 
  private:
   struct Impl;

@@ -17,6 +17,17 @@ torch::Tensor phases_of(const torch::Tensor& control) {
 
 }  // namespace
 
+torch::Tensor frame_loss(const OutputLayout& layout, const torch::Tensor& output, const torch::Tensor& target,
+                         double hand_weight, double linear_from) {
+  const torch::Tensor off = (output - target).abs();
+  const torch::Tensor errors = torch::where(off < linear_from, off.square(), linear_from * (2 * off - linear_from));
+  if (hand_weight == 1) return errors.mean();
+  constexpr int64_t kNumbers = 12, kLeftWrist = 20;  // of a joint
+  torch::Tensor weight = torch::ones({layout.size}, errors.options());
+  weight.slice(0, layout.joints.first + kNumbers * kLeftWrist, layout.joints.end()).fill_(hand_weight);
+  return (errors * weight).sum() / (weight.sum() * errors.size(0));
+}
+
 ControlLosses control_losses(const torch::Tensor& output, const torch::Tensor& control, const torch::Tensor& target,
                              const torch::Tensor& wanted, const Config::Training& weights) {
   const torch::Tensor count = wanted.sum().clamp_min(1);

@@ -8,6 +8,12 @@
 
 namespace inhabit::interact {
 
+/// Eq. 3 over standardised rows (B, 536) of rollouts: errors count squared up to `linear_from` deviations and linearly
+/// beyond, so that one that has got lost does not drown the others; the wrists' count `hand_weight` times. Where all
+/// are small and the weight is 1 it is their mean square.
+torch::Tensor frame_loss(const OutputLayout& layout, const torch::Tensor& output, const torch::Tensor& target,
+                         double hand_weight, double linear_from);
+
 /// Eq. 2 and the release's term of the first point. Means over what hands with a contact have.
 struct ControlLosses {
   torch::Tensor total;       ///< weighted by Config::Training

@@ -1,5 +1,6 @@
 #include "inhabit/interact/model_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -121,6 +122,22 @@ void each_network(AnyNetworks& n, const Visit& visit) {
 
 }  // namespace
 
+bool holds(const Networks& n, Predictor predictor) {
+  switch (predictor) {
+    case Predictor::nsm:
+      return !n.nsm.is_empty();
+    case Predictor::nsm_control:
+      return !n.nsm_control.is_empty();
+    case Predictor::samp:
+      return !n.samp.is_empty();
+    case Predictor::samp_control:
+      return !n.samp_control.is_empty();
+    case Predictor::pose:
+      break;
+  }
+  return !n.pose.is_empty();
+}
+
 FeatureScale nsm_scale(const Config& config, const FeatureScale& scale, bool contacts) {
   const FrameSizes f = frame_sizes(config);
   const auto part = [&](const Tensor& t, double contact) {
@@ -132,21 +149,22 @@ FeatureScale nsm_scale(const Config& config, const FeatureScale& scale, bool con
   return {part(scale.mean, 0), part(scale.deviation, 1)};
 }
 
-SafeTensors model_header(const Config& config, const FeatureScale& input_scale, const FeatureScale& output_scale) {
-  SafeTensors content = nn::model_content(kSystem, to_json(config));
-  content.tensors["scale.input_mean"] = input_scale.mean;
-  content.tensors["scale.input_deviation"] = input_scale.deviation;
-  content.tensors["scale.output_mean"] = output_scale.mean;
-  content.tensors["scale.output_deviation"] = output_scale.deviation;
+SafeTensors model_content(const Networks& networks, const std::vector<std::string>& without) {
+  SafeTensors content = nn::model_content(kSystem, to_json(networks.config));
+  content.tensors["scale.input_mean"] = networks.input_scale.mean;
+  content.tensors["scale.input_deviation"] = networks.input_scale.deviation;
+  content.tensors["scale.output_mean"] = networks.output_scale.mean;
+  content.tensors["scale.output_deviation"] = networks.output_scale.deviation;
+  each_network(networks, [&](const std::string& prefix, const auto& network) {
+    const bool wanted =
+        std::none_of(without.begin(), without.end(), [&](const std::string& name) { return name + "_net." == prefix; });
+    if (wanted && !network.is_empty()) nn::collect_parameters(*network, prefix, content);
+  });
   return content;
 }
 
 void save_networks(const std::string& path, const Networks& networks, bool half) {
-  SafeTensors content = model_header(networks.config, networks.input_scale, networks.output_scale);
-  each_network(networks, [&](const char* prefix, const auto& network) {
-    if (!network.is_empty()) nn::collect_parameters(*network, prefix, content);
-  });
-  write_safetensors(path, content, half);
+  write_safetensors(path, model_content(networks), half);
 }
 
 Networks load_networks(const std::string& path) {

@@ -4,6 +4,7 @@
 #include "inhabit/interact/contact_network.h"
 #include "inhabit/interact/control_network.h"
 #include "inhabit/interact/pose_network.h"
+#include "inhabit/interact/predictor.h"
 #include "inhabit/interact/samp_network.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/feature_scale.h"
@@ -24,13 +25,16 @@ struct Networks {
   SampNetwork samp_control{nullptr};  ///< "samp_control_net."
 };
 
+/// True where the network of a predictor is there.
+bool holds(const Networks& networks, Predictor predictor);
+
 /// The scale of the rows that NSM and SAMP take, from PoseNet's: the control left out, contacts as they are (metres).
 FeatureScale nsm_scale(const Config& config, const FeatureScale& input_scale, bool contacts);
 
 /// What files of this system say they are of.
 inline constexpr const char* kSystem = "chair-interaction";
-/// Such a file without networks: what run_stages writes beside them.
-SafeTensors model_header(const Config& config, const FeatureScale& input_scale, const FeatureScale& output_scale);
+/// Such a file with whichever networks are there, but those that `without` names ("pose", "control", ...).
+SafeTensors model_content(const Networks& networks, const std::vector<std::string>& without = {});
 
 /// Writes whichever networks are there. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -48,7 +48,7 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
       build_contacts(now, rows.contacts.data_ptr<float>() + (t * people + p) * 8);
     }
     if (t + 1 == frames) break;
-    const torch::Tensor predicted = predict(rows.input[t]).contiguous();
+    const torch::Tensor predicted = predict(rows.input[t], rows.contacts[t]).contiguous();
     for (int64_t p = 0; p < people; ++p) {
       const auto& [clip, frame] = places[static_cast<size_t>(p)];
       State& state = states[static_cast<size_t>(p)];

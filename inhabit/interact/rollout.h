@@ -6,8 +6,8 @@
 
 namespace inhabit::interact {
 
-/// PoseNet on rows as they are (B, 4344) -> (B, 536).
-using PoseFunction = std::function<torch::Tensor(const torch::Tensor& input)>;
+/// A predictor on PoseNet's rows as they are (B, 4344) and contacts (B, 8) -> (B, 536).
+using PoseFunction = std::function<torch::Tensor(const torch::Tensor& input, const torch::Tensor& contacts)>;
 
 /// Rows of what a network makes of recordings by itself: from each of the given frames it goes on for `frames` frames
 /// with its own outputs, hands and goals as recorded. A row's target leads from where it got to, to the recording's

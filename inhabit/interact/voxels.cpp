@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "inhabit/math/heading.h"
@@ -84,6 +85,8 @@ struct Surroundings::Impl {
   std::vector<AlignedBox3f> objects;
   std::unique_ptr<SceneQuery> query;
   std::unique_ptr<DistanceField> field;
+  mutable std::once_flag asked;
+  mutable FreeSpace floor;
 };
 
 Surroundings::Surroundings(const Scene& scene, double cell) {
@@ -118,6 +121,11 @@ float Surroundings::distance(const Vector3f& point, float reach) const {
     return std::clamp(static_cast<float>(impl_->field->distance(at.cast<double>())), 0.F, reach);
   }
   return reach;
+}
+
+const FreeSpace& Surroundings::floor() const {
+  std::call_once(impl_->asked, [this] { impl_->floor = free_space(impl_->scene); });
+  return impl_->floor;
 }
 
 bool Surroundings::anything_near(const Vector2f& position, float radius) const {

@@ -6,6 +6,7 @@
 #include "inhabit/interact/chair.h"
 #include "inhabit/interact/config.h"
 #include "inhabit/scene/distance_field.h"
+#include "inhabit/scene/free_space.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::interact {
@@ -64,6 +65,8 @@ class Surroundings {
   float distance(const Eigen::Vector3f& point, float reach) const;
   /// False where no object is within `reach` metres of a vertical cylinder around (x, z).
   bool anything_near(const Eigen::Vector2f& position, float radius) const;
+  /// The floor between it, computed when it is first asked for. That of the scene as given, also where this is an image.
+  const FreeSpace& floor() const;
 
  private:
   struct Impl;

@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "inhabit/scene/scene.h"
+
 namespace inhabit {
 
 /// How far every place on a floor is from the nearest wall or piece of furniture lower than a person is tall.
@@ -20,5 +22,11 @@ struct FreeSpace {
   /// Direction in which the clearance at (x, z) grows fastest (unit length, or zero where it is flat).
   Eigen::Vector2d away(const Eigen::Vector2d& p) const;
 };
+
+/// The floor y = 0 around the obstacles of a scene (obstacles_of), as far as a person who stands can use it: whatever a
+/// mesh has between 5 cm and 1.95 m over the floor stands in the way, what hangs higher is walked under. The grid goes
+/// on for `beyond` metres on all sides; farther out all is free. Solids are hollow: no way leads into them. Clearances
+/// are exact but for millimetres. Throws Error where the grid would be larger than 200 m on a side.
+FreeSpace free_space(const Scene& obstacles, double beyond = 3);
 
 }  // namespace inhabit

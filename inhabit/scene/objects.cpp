@@ -3,17 +3,26 @@
 #include <algorithm>
 
 namespace inhabit {
+namespace {
+
+bool is_number(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
 
 std::string object_of_mesh(const std::string& mesh_name) {
   const size_t dot = mesh_name.rfind('.');
-  if (dot == std::string::npos || dot + 1 == mesh_name.size()) return mesh_name;
-  const bool number = std::all_of(mesh_name.begin() + static_cast<long>(dot) + 1, mesh_name.end(),
-                                  [](char c) { return c >= '0' && c <= '9'; });
-  return number ? mesh_name.substr(0, dot) : mesh_name;
+  if (dot == std::string::npos || !is_number(mesh_name.substr(dot + 1))) return mesh_name;
+  // "chair.001" is how modellers call a copy, which is another chair.
+  const bool copy = mesh_name.size() - dot - 1 >= 3;
+  return copy ? mesh_name : mesh_name.substr(0, dot);
 }
 
 bool is_floor(const std::string& mesh_name) {
-  const std::string object = object_of_mesh(mesh_name);
+  const size_t dot = mesh_name.rfind('.');
+  const bool numbered = dot != std::string::npos && is_number(mesh_name.substr(dot + 1));
+  const std::string object = numbered ? mesh_name.substr(0, dot) : mesh_name;
   return object == "floor" || object == "rug";
 }
 

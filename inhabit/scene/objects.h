@@ -6,8 +6,9 @@
 namespace inhabit {
 
 // The objects of a scene by name: an object is all meshes of its name, and of its name followed by ".1", ".2", ...
+// Numbers of three digits and more tell copies apart, as modellers do: "chair.001" and "chair.002" are two objects.
 
-/// "chair_0" of "chair_0.2".
+/// "chair_0" of "chair_0.2"; "chair.002" of itself.
 std::string object_of_mesh(const std::string& mesh_name);
 
 /// True for floors and rugs, which feet stand on and nothing collides with.

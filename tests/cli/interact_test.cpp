@@ -74,6 +74,31 @@ TEST(Interact, WritesEveryFormatAndSeveralSamples) {
       << "it begins with the last pose";
 }
 
+TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), out = folder / "off.npz", script = folder / "s.json";
+  const std::string base =
+      "interact --scene " + kSitRoom + " --seconds 1 --force --model " + model + " -o " + out + " ";
+  write_atomically(script, R"([{"left": null}, {"walk_to": [0, 0.5, 90]}])");
+  for (const std::string& walk : {std::string("--then-walk 0,0.5,90"), "--contacts " + script}) {
+    const CommandResult r = run_command(base + "--start 0,0,30 " + walk);
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+  }
+  const auto refused = [&](const std::string& arguments) {
+    const CommandResult r = run_command(base + arguments);
+    EXPECT_EQ(r.exit_code, 2) << arguments;
+    return r.err;
+  };
+  EXPECT_THAT(refused("--start 0,0,30 --then-walk 0,1"), HasSubstr("3 are wanted"));
+  write_atomically(script, R"([{"walk_to": [0, 0.5, 90]}, {"left": null}])");
+  EXPECT_THAT(refused("--start 0,0,30 --contacts " + script), HasSubstr("no last entry"));
+  write_atomically(script, R"([{"walk_to": "home"}])");
+  EXPECT_THAT(refused("--start 0,0,30 --contacts " + script), HasSubstr("walk_to"));
+  const CommandResult r = run_command(base + kWalk);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_clip(out).skeleton.names, read_clip(kWalk).skeleton.names);
+}
+
 TEST(Interact, ContactsAreWrittenAsPointsOrPainted) {
   const TempFolder folder;
   const std::string model = untrained_interaction(folder), out = folder / "contacts";

@@ -79,6 +79,45 @@ TEST(Chair, AllOfARoomAreFoundAndNothingElse) {
   EXPECT_EQ(found[0].name, "armchair_0");
 }
 
+TEST(Chair, ASofaIsSatOnWhereOneComesToItAStoolInItsMiddle) {
+  std::mt19937_64 random(15);
+  Furniture sofa = make_sofa(random, 3), stool = make_stool(random);
+  sofa.place(0.4, -0.3, 0.8);
+  const Chair middle = find_chair(scene_of({sofa}), "sofa_0");
+  const Surface seat = seat_surface(sofa);
+  for (const double side : {-1.0, 1.0}) {
+    const Eigen::Vector3d far = middle.frame * Eigen::Vector3d(side * 4, 0, 2),
+                          aside = middle.frame * Eigen::Vector3d(side * 0.2, 0, 3);
+    Eigen::Vector3d own = middle.frame.inverse() * nearest_place(middle, on_ground(far)).seat();
+    EXPECT_GT(side * own.x(), 0.3);
+    EXPECT_LT(side * own.x(), seat.half_width - 0.3) << "not on its end";
+    EXPECT_NEAR(own.z(), 0, 1e-6);
+    own = middle.frame.inverse() * nearest_place(middle, on_ground(aside)).seat();
+    EXPECT_NEAR(own.x(), side * 0.2, 1e-6);
+  }
+  const Chair narrow = find_chair(scene_of({stool}), "stool_0");
+  EXPECT_LT((nearest_place(narrow, {3, 3}).seat() - narrow.seat()).norm(), 1e-9);
+}
+
+TEST(Chair, CopiesOfAModellerAreChairsOfTheirOwn) {
+  std::mt19937_64 random(17);
+  Furniture chair = make_chair(random, 0.45);
+  Scene scene = scene_of({chair});
+  const size_t parts = scene.meshes.size();
+  for (Mesh& mesh : scene.meshes)
+    if (mesh.name != "floor") mesh.name = "seat.012" + mesh.name.substr(7);  // of "chair_0", "chair_0.1"
+  EXPECT_EQ(find_chair(scene, "seat").name, "seat.012") << "the only one";
+  for (size_t m = 0; m < parts; ++m) {
+    Mesh copy = scene.meshes[m];
+    if (copy.name == "floor") continue;
+    copy.name = "seat.014" + copy.name.substr(8);
+    copy.vertices = copy.vertices + torch::tensor({2.F, 0.F, 0.F});
+    scene.meshes.push_back(copy);
+  }
+  EXPECT_NEAR((find_chair(scene, "seat.014").seat() - find_chair(scene, "seat.012").seat()).x(), 2, 1e-3);
+  EXPECT_THAT(refusal_of([&] { find_chair(scene, "seat"); }), HasSubstr("seat.012, seat.014"));
+}
+
 TEST(Chair, APlaceOnASofaIsTakenAsGiven) {
   std::mt19937_64 random(13);
   Furniture sofa = make_sofa(random, 3);

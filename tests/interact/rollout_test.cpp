@@ -20,7 +20,7 @@ class Rollout : public testing::Test {
 
   /// What is right for the frames that follow: recorded targets, one after the other.
   PoseFunction right(double off = 0) {
-    return [this, off, t = int64_t{0}](const torch::Tensor&) mutable {
+    return [this, off, t = int64_t{0}](const torch::Tensor&, const torch::Tensor&) mutable {
       torch::Tensor y = data_.pose_rows({frame_ + t++}).target;
       y.slice(1, 0, 264).view({-1, 22, 12}).slice(2, 0, 1).add_(off);
       return y;
@@ -49,7 +49,7 @@ TEST_F(Rollout, TargetsLeadBackToTheRecording) {
 }
 
 TEST_F(Rollout, SeveralPeopleAreEachTheirOwn) {
-  const auto still = [](const torch::Tensor& input) {
+  const auto still = [](const torch::Tensor& input, const torch::Tensor&) {
     torch::Tensor y = torch::zeros({input.size(0), 536});
     y.slice(1, 0, 264).copy_(input.slice(1, 0, 264));
     return y;

@@ -1,6 +1,7 @@
 // Protects training: that networks learn what one motion shows, stage by stage, and that rows and losses are right.
 #include "inhabit/interact/train.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -9,6 +10,7 @@
 #include "inhabit/interact/losses.h"
 #include "inhabit/interact/model_file.h"
 #include "interact/sitter_data.h"
+#include "refusal_of.h"
 #include "temp_folder.h"
 
 namespace inhabit::interact {
@@ -78,9 +80,11 @@ TEST(TrainInteract, BaselinesTrainOnTheSameRowsIntoTheSameFile) {
   TrainRun run;
   run.data = {write_sitters(folder / "sitters")};
   run.out = folder / "model.safetensors";
-  run.stages = {"nsm", "nsm_control", "samp", "samp_control"};
+  run.stages = {"nsm",  "nsm_rollout",  "nsm_control",  "nsm_control_rollout",
+                "samp", "samp_rollout", "samp_control", "samp_control_rollout"};
   Config config = small_config();
   config.training.pose_steps = 40;
+  config.training.rollout_steps = 15;
   ASSERT_TRUE(train(run, config));
   for (const std::string& stage : run.stages) {
     const auto [first, last] = validations(run.out, stage);
@@ -89,6 +93,40 @@ TEST(TrainInteract, BaselinesTrainOnTheSameRowsIntoTheSameFile) {
   const Networks model = load_networks(run.out);
   EXPECT_FALSE(model.nsm.is_empty() || model.nsm_control.is_empty() || model.samp.is_empty() ||
                model.samp_control.is_empty());
+
+  // A run that goes on from this file trains one network and keeps the others.
+  run.from = run.out;
+  run.out = folder / "next.safetensors";
+  run.stages = {"nsm_rollout"};
+  config.training.rollout_steps = 3;
+  ASSERT_TRUE(train(run, config));
+  const Networks next = load_networks(run.out);
+  const auto bias = [](const PoseNetwork& network) { return network->experts->biases[0]; };
+  EXPECT_FALSE(torch::equal(bias(next.nsm), bias(model.nsm)));
+  ASSERT_FALSE(next.nsm_control.is_empty() || next.samp.is_empty());
+  EXPECT_TRUE(torch::equal(bias(next.nsm_control), bias(model.nsm_control)));
+}
+
+TEST(TrainInteract, RolloutsNeedANetworkToGoOnFrom) {
+  const TempFolder folder;
+  TrainRun run;
+  run.data = {write_sitters(folder / "sitters")};
+  run.out = folder / "model.safetensors";
+  run.stages = {"samp_rollout"};
+  EXPECT_THAT(refusal_of([&] { train(run, small_config()); }),
+              testing::HasSubstr("stage samp_rollout: goes on from a network: train stage samp first, or say --from"));
+}
+
+TEST(InteractLosses, RolloutsThatGotLostCountLinearlyAndHandsCountMore) {
+  const OutputLayout layout = output_layout(preset("paper"));
+  const torch::Tensor right = torch::zeros({2, layout.size});
+  EXPECT_NEAR(frame_loss(layout, right + 0.5, right, 4, 2).item<double>(), 0.25, 1e-6) << "the weights' mean is 1";
+  EXPECT_NEAR(frame_loss(layout, right - 10, right, 1, 2).item<double>(), 2 * (20 - 2), 1e-4);
+  torch::Tensor wrist = right.clone();
+  wrist.slice(1, layout.joints.first + 12 * 20, layout.joints.first + 12 * 21) += 1;  // the left
+  const double size = static_cast<double>(layout.size);
+  EXPECT_NEAR(frame_loss(layout, wrist, right, 1, 2).item<double>(), 12 / size, 1e-6);
+  EXPECT_NEAR(frame_loss(layout, wrist, right, 4, 2).item<double>(), 48 / (size + 3 * 24), 1e-6);
 }
 
 TEST(InteractLosses, AreZeroWhereThePlanIsTheTruthAndTheLine) {

@@ -12,6 +12,8 @@ TEST(Objects, GoByTheNamesOfTheirMeshes) {
   EXPECT_EQ(object_of_mesh("chair_0.2"), "chair_0");
   EXPECT_EQ(object_of_mesh("chair_0"), "chair_0");
   EXPECT_EQ(object_of_mesh("a.b"), "a.b");
+  EXPECT_EQ(object_of_mesh("kitchen_chair_030.012"), "kitchen_chair_030.012") << "a copy, not a part";
+  EXPECT_TRUE(is_floor("floor.001"));
   EXPECT_EQ(object_of_mesh("chair."), "chair.");
   EXPECT_TRUE(is_floor("floor"));
   EXPECT_TRUE(is_floor("rug.1"));

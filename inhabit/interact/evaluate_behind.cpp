@@ -1,0 +1,109 @@
+#include "inhabit/interact/evaluate_behind.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/interact/seat_map.h"
+#include "inhabit/math/heading.h"
+#include "inhabit/math/random.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/scene/free_space.h"
+#include "inhabit/scene/objects.h"
+
+namespace inhabit::interact {
+namespace {
+
+constexpr double kLowered = 0.92, kThrough = 0.05;
+constexpr double kResting = -0.05, kSeatWidth = 0.25;  // metres in the seat's axes: people sit down from there
+constexpr double kClear = 0.25;                        // metres from furniture at the start
+
+/// Frames until the pelvis is lowered for the first time.
+int64_t approach_end(const Clip& motion) {
+  const torch::Tensor height = motion.joints.select(1, 0).select(1, 1).to(torch::kFloat64).contiguous();
+  const double* h = height.data_ptr<double>();
+  int64_t t = 0;
+  while (t < motion.frames() && h[t] > kLowered * h[0]) ++t;
+  return t;
+}
+
+/// Whether the pelvis is over the chair as seen from above anywhere but before the place where it comes to rest.
+bool over_chair(const Clip& motion, const Chair& chair) {
+  const TopView view = view_from_above(chair.mesh);
+  const Eigen::Isometry3d own = chair.frame.inverse();
+  const torch::Tensor root = motion.joints.select(1, 0).to(torch::kFloat64).contiguous();
+  const auto at = root.accessor<double, 2>();
+  for (int64_t t = 0; t < motion.frames(); ++t) {
+    const Eigen::Vector3d place = own * Eigen::Vector3d(at[t][0], at[t][1], at[t][2]);
+    if (place.z() > kResting && std::abs(place.x()) < kSeatWidth) continue;
+    const Eigen::Vector2d cell = (Eigen::Vector2d(at[t][0], at[t][2]) - view.origin) / view.cell;
+    const long x = std::lround(cell.x()), z = std::lround(cell.y());
+    if (x >= 0 && z >= 0 && x < view.nx && z < view.nz &&
+        view.height[view.at(static_cast<int>(x), static_cast<int>(z))] >= 0)
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs, uint64_t seed) {
+  std::vector<Trial> out;
+  for (int64_t i = 0; i < runs && !trials.empty(); ++i) {
+    Trial trial = trials[static_cast<size_t>(i) % trials.size()];
+    const FreeSpace floor = free_space(obstacles_of(trial.scene));
+    std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
+    Eigen::Vector2d place;
+    do {
+      const double angle = trial.chair.heading() + uniform(random, 2 * M_PI / 3, 4 * M_PI / 3);
+      place = on_ground(trial.chair.seat()) + uniform(random, 1, 3) * ahead_of(angle);
+    } while (floor.at(place) < kClear);
+    trial.start = standing_clip(place, uniform(random, -M_PI, M_PI), trial.start.betas);
+    out.push_back(std::move(trial));
+  }
+  return out;
+}
+
+std::vector<BehindScores> evaluate_behind(const std::vector<Trial>& starts, const std::vector<InteractMethod>& methods,
+                                          uint64_t seed,
+                                          const std::function<void(int64_t done, int64_t all)>& progress) {
+  const torch::NoGradGuard no_gradients;
+  std::vector<BehindScores> out;
+  int64_t done = 0;
+  for (const InteractMethod& method : methods) {
+    std::vector<double> seated, through, around, depth;
+    for (size_t i = 0; i < starts.size(); ++i) {
+      const Trial& trial = starts[i];
+      const Clip motion = method.run(trial, item_seed(seed, i));
+      const Clip approach = slice(motion, 0, std::max<int64_t>(1, approach_end(motion)));
+      depth.push_back(CollisionMeter(builtin_body(), trial.scene).measure(approach).penetration());
+      const bool sits = seated_from(motion, trial).has_value();
+      const bool hits = depth.back() > kThrough || over_chair(approach, trial.chair);
+      seated.push_back(sits ? 1 : 0);
+      through.push_back(hits ? 1 : 0);
+      around.push_back(sits && !hits ? 1 : 0);
+      if (progress) progress(++done, static_cast<int64_t>(methods.size() * starts.size()));
+    }
+    out.push_back({method.name, estimate(seated), estimate(through), estimate(around), estimate(depth)});
+  }
+  return out;
+}
+
+ScoreTable score_table(const std::vector<BehindScores>& rows) {
+  ScoreTable out;
+  out.labels = {"from behind"};
+  out.columns = {{"", "seated (%)", "seated_percent", 1},
+                 {"", "through (%)", "through_percent", 1},
+                 {"", "around (%)", "around_percent", 1},
+                 {"", "depth (cm)", "penetration_cm", 1}};
+  for (const BehindScores& s : rows) {
+    ScoreTable::Row row{{s.method}, {}};
+    for (const Estimate& e : {s.seated, s.through, s.around, s.depth})
+      row.cells.push_back({100 * e.mean, 100 * e.interval});
+    out.rows.push_back(row);
+  }
+  return out;
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,28 @@
+#pragma once
+#include "inhabit/interact/evaluate.h"
+
+namespace inhabit::interact {
+
+/// What people do who start behind the chair.
+struct BehindScores {
+  std::string method;
+  Estimate seated;   ///< share of runs that end seated, as in Scores::success
+  Estimate through;  ///< share of runs whose approach leads through the chair
+  Estimate around;   ///< share that end seated and never went through it
+  Estimate depth;    ///< metres: the deepest vertex of the skin in the scene before sitting down
+};
+
+/// `runs` starts behind the chairs of trials, one after the other: 120 to 240 degrees from the chair's front, 1 to 3 m
+/// from the middle of the seat, any heading.
+std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs, uint64_t seed);
+
+/// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through
+/// the chair whose skin was over 5 cm in the scene, or whose pelvis was over the chair as seen from above,
+/// elsewhere than before its seat.
+std::vector<BehindScores> evaluate_behind(const std::vector<Trial>& starts, const std::vector<InteractMethod>& methods,
+                                          uint64_t seed,
+                                          const std::function<void(int64_t done, int64_t all)>& progress = {});
+
+ScoreTable score_table(const std::vector<BehindScores>& rows);
+
+}  // namespace inhabit::interact

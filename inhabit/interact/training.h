@@ -1,0 +1,35 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "inhabit/interact/model_file.h"
+#include "inhabit/interact/sample.h"
+#include "inhabit/nn/parameters.h"
+
+namespace inhabit::interact {
+
+/// What the stages of a run share.
+struct Training {
+  Networks model;
+  Data data, validation;
+  torch::Device device;
+  FeatureScale input, output;  // on the CPU
+};
+
+/// The mean over at most `count` of `size` samples, evenly spread, of what `error` says of some of them.
+double validated(int64_t size, int64_t count, const std::function<double(const std::vector<int64_t>&)>& error);
+
+/// A network, or the one that a run starts from.
+template <class Network, class Make>
+Network begun(const Network& start, const std::string& prefix, const std::string& file, const Make& make) {
+  Network network = make();
+  if (start.is_empty()) return network;
+  SafeTensors content;
+  nn::collect_parameters(*start, prefix, content);
+  nn::load_parameters(*network, prefix, content, file);
+  network->train();
+  return network;
+}
+
+}  // namespace inhabit::interact
