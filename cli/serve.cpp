@@ -33,7 +33,8 @@ void add_serve(CLI::App& app) {
   auto o = std::make_shared<ServeArguments>();
   add_scene(*verb, o->scene, " (without one, a room with four seats)");
   verb->add_option("--model", o->model, "Model of interaction (default: the one that ships)");
-  verb->add_option("--forecast-model", o->forecast, "Model of forecasts (default: the one that ships, where it is there)");
+  verb->add_option("--forecast-model", o->forecast,
+                   "Model of forecasts (default: the one that ships, where it is there)");
   verb->add_option("--inbetween-model", o->inbetween, "Model of in-betweening (likewise)");
   verb->add_option("--anticipate-model", o->anticipate, "Model of anticipation (likewise)");
   verb->add_option("--port", o->port, "Port on 127.0.0.1; 0: a free one")->capture_default_str();
@@ -41,11 +42,10 @@ void add_serve(CLI::App& app) {
     using namespace inhabit;
     Notes notes;
     const Scene scene = o->scene.file.empty() ? serve::default_room() : read_scene(o->scene, notes);
-    const serve::ModelFiles models{
-        o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model,
-        model_if_there(o->forecast, "forecast-compact.safetensors"),
-        model_if_there(o->inbetween, "inbetween-compact.safetensors"),
-        model_if_there(o->anticipate, "anticipate-cmu.safetensors")};
+    const serve::ModelFiles models{o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model,
+                                   model_if_there(o->forecast, "forecast-compact.safetensors"),
+                                   model_if_there(o->inbetween, "inbetween-compact.safetensors"),
+                                   model_if_there(o->anticipate, "anticipate-cmu.safetensors")};
     serve::ServerOptions options;
     options.port = o->port;
     serve::Server server(serve::make_world(scene, models), options);

@@ -18,6 +18,8 @@ constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand u
 constexpr double kOnSeat = 0.3;      // metres from the middle of a seat, aside and up: a pelvis that is on it
 constexpr int kStop = 16;            // frames in which somebody who walks comes to stand
 constexpr double kThere = 0.06, kPassed = 0.6;  // metres from a place: there; where walking past it is noticed
+constexpr double kMoves = 0.05;                 // metres ahead: of who walks at all
+constexpr double kAside = 0.15;                 // metres that coming to stand may lead aside
 constexpr int kSits = 2;                        // Frame::action
 constexpr double kNear = 0.15;                  // metres from a place: there
 
@@ -87,6 +89,8 @@ void Character::go_to(const Vector2d& place, double heading) {
     senses_ = true;
   }
   live_->walk_to(place, heading);
+  walking_to_.reset();
+  if (live_->blocked()) throw Error("place", "cannot be walked to: there is no way");
   walking_to_ = place;
 }
 
@@ -97,10 +101,13 @@ void Character::stop_at_place() {
   const Eigen::Vector3f ahead = (frame_.trans - past_[past_.size() - 4].trans) / 4.F * (kStop / 2.F);
   const Vector2d here = root_of(frame_), left = *walking_to_ - here;
   const Vector2d stride(ahead.x(), ahead.z());
-  if (left.norm() > stride.norm() + kThere && !(left.norm() < kPassed && stride.norm() > 0.1 && left.dot(stride) < 0))
-    return;
+  const double step = stride.norm();
+  const bool here_now = left.norm() < kThere;
+  if (!here_now && (step < kMoves || left.norm() > kPassed || left.dot(stride) > step * step)) return;
   Frame there = frame_;
-  there.trans += Eigen::Vector3f(ahead.x(), 0, ahead.z());
+  Vector2d aside = left - stride;  // that the way misses the place by
+  aside *= std::min(1.0, kAside / std::max(aside.norm(), 1e-6));
+  there.trans += Eigen::Vector3f(ahead.x(), 0, ahead.z()) + Eigen::Vector3d(aside.x(), 0, aside.y()).cast<float>();
   auto walking = std::move(live_);
   const Frame now = frame_;
   become(there);
@@ -123,6 +130,10 @@ void Character::sit(const std::string& chair) {
   live_->sit_on(seat.chair, world_->around, {});
   senses_ = true;
   walking_to_.reset();
+  if (live_->blocked()) {
+    contacts_ = {};
+    throw Error(chair, "cannot be walked up to: there is no way");
+  }
 }
 
 void Character::touch(const Touch& touch) {

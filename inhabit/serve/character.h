@@ -24,7 +24,7 @@ class Character {
  public:
   explicit Character(std::shared_ptr<const World> world);
 
-  // Each throws Error saying why it cannot be done, and then changes nothing.
+  // Each throws Error saying why it cannot be done; the person then goes on as they did, or stays where no way leads.
   void walk(const Eigen::Vector2d& to);
   void sit(const std::string& chair);
   /// A contact on a seat that is not sat on or walked to sends the person there.
