@@ -19,7 +19,6 @@ enum : int64_t { kIdle, kWalk, kSit };
 constexpr double kWalking = 0.3;       // m/s of the root
 constexpr double kReachSeconds = 1.5;  // that a reach lasts at most
 constexpr double kMoving = 0.15;       // m/s: slower is a hand at rest
-constexpr double kArrived = 0.3;       // metres to a place that one walks to
 
 Vector2d floor_place(const torch::Tensor& joints, int64_t frame) {
   const float* p = joints.data_ptr<float>() + frame * joints.size(1) * 3;

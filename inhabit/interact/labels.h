@@ -19,10 +19,13 @@ struct Labels {
   torch::Tensor goal_action;     ///< (T, 3) what to do there: idle, walk or sit, one of them 1
 };
 
+/// Metres to a place on the floor that somebody walks to within which they have arrived.
+inline constexpr double kArrived = 0.3;
+
 /// Labels of a clip on the standard skeleton whose chair is known (chair_of). Seated frames are those of stays_of,
 /// other actions those of Clip::action by name, or walking above 0.3 m/s where it is unknown. The goal is where they
 /// stand until they begin to move, then the next seat until they begin to rise; then where they walk to, "walk" until
-/// they are within 0.3 m, then "idle". Reaching for a contact begins at the last local minimum of the hand's speed
+/// they have arrived, then "idle". Reaching for a contact begins at the last local minimum of the hand's speed
 /// before it, at most 1.5 s before.
 /// @param chair nothing: nobody sits.
 Labels label(const Clip& clip, const std::optional<Chair>& chair);

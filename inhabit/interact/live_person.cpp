@@ -7,6 +7,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/guide.h"
+#include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
@@ -25,7 +26,6 @@ constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr int kHeld = 60;           // frames that a contact is held for
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight way
-constexpr double kArrived = 0.3;    // metres to a place on the floor, as labels have it
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
