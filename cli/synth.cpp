@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
+#include "inhabit/interact/reseat_set.h"
 #include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
@@ -57,6 +58,32 @@ void add_chairs(CLI::App& synth) {
   verb->callback([given] {
     given->options.progress = progress_lines("clips");
     print_summary(inhabit::generate_chairs(given->out, given->options));
+  });
+}
+
+void add_reseat(CLI::App& synth) {
+  struct Given {
+    std::string data, out;
+    inhabit::interact::ReseatOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("reseat", "Carry people on chairs over to other chairs");
+  verb->add_option("--data", given->data, "Data set of people on chairs, made or recorded")->required();
+  verb->add_option("--chairs", given->options.chairs, "Files of a chair each, or procedural: drawn at random")
+      ->required();
+  verb->add_option("--out", given->out, "Folder of the data set")->required();
+  verb->add_option("--split", given->options.split, "Clips that are carried over")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  verb->callback([given] {
+    given->options.progress = progress_lines("clips");
+    if (given->options.chairs == std::vector<std::string>{"procedural"}) given->options.chairs.clear();
+    const auto result = inhabit::interact::reseat_dataset(given->data, given->out, given->options);
+    print_summary(result.dataset);
+    std::printf("%lld hand contacts carried over; left out: %lld clips in which nobody sits, %lld that fit no chair\n",
+                static_cast<long long>(result.contacts), static_cast<long long>(result.nobody_sits),
+                static_cast<long long>(result.no_fit));
   });
 }
 
@@ -139,6 +166,7 @@ void add_synth(CLI::App& app) {
   verb->require_subcommand(1);
   add_rooms(*verb);
   add_chairs(*verb);
+  add_reseat(*verb);
   add_fit(*verb);
   add_check(*verb);
 }
