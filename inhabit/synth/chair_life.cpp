@@ -15,7 +15,7 @@ namespace inhabit {
 namespace {
 
 constexpr int kDraws = 40;
-constexpr double kLegOnLeg = 0.03;  // metres of the capsules, which are thicker than a leg in between
+constexpr double kLegOnLeg = 0.04;  // metres of the capsules, which are thicker than a leg in between
 
 /// Metres that capsules of a joint may be in the chair that is used.
 double allowed_depth(int joint) {

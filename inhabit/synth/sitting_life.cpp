@@ -242,9 +242,9 @@ double SittingWriter::move_legs(Stay& stay, double t, double until, TrunkMove& m
   const bool free_hands = std::max(stay.busy_until[0], stay.busy_until[1]) < t - 0.1;
   const double draw = uniform(random_, 0, 1);
   std::vector<LegMove> moves;
-  if (draw < 0.45) {
+  if (draw < 0.38) {
     moves = legs.stretched(uniform_int(random_, 0, 2), random_);
-  } else if (draw < 0.7 || !free_hands) {
+  } else if (draw < 0.72 || !free_hands) {
     moves = legs.ankles_crossed(uniform_int(random_, 0, 1), random_);
   } else {
     moves = legs.legs_crossed(uniform_int(random_, 0, 1), random_);
