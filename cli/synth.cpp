@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
+#include "inhabit/interact/reseat_set.h"
 #include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
@@ -57,6 +58,42 @@ void add_chairs(CLI::App& synth) {
   verb->callback([given] {
     given->options.progress = progress_lines("clips");
     print_summary(inhabit::generate_chairs(given->out, given->options));
+  });
+}
+
+void add_reseat(CLI::App& synth) {
+  using inhabit::interact::NewChairs;
+  struct Given {
+    std::string data, out;
+    std::vector<std::string> chairs;
+    inhabit::interact::ReseatOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("reseat", "Carry people on chairs over to other chairs");
+  verb->add_option("--data", given->data, "Data set of people on chairs, made or recorded")->required();
+  verb->add_option("--chairs", given->chairs,
+                   "Files of a chair each, or procedural: drawn at random, or rescaled: their own in other sizes")
+      ->required();
+  verb->add_option("--out", given->out, "Folder of the data set")->required();
+  verb->add_option("--split", given->options.split, "Clips that are carried over")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  verb->add_flag("--frame-by-frame", given->options.frame_by_frame, "Every frame on its own, not smooth in time");
+  verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  verb->callback([given] {
+    given->options.progress = progress_lines("clips");
+    const bool one = given->chairs.size() == 1;
+    if (one && given->chairs[0] == "procedural") {
+      given->options.chairs = NewChairs::procedural;
+    } else if (one && given->chairs[0] == "rescaled") {
+      given->options.chairs = NewChairs::rescaled;
+    } else {
+      given->options.chairs = NewChairs::files;
+      given->options.files = given->chairs;
+    }
+    const auto result = inhabit::interact::reseat_dataset(given->data, given->out, given->options);
+    print_summary(result.dataset);
+    std::printf("%s\n", summary(result).c_str());
   });
 }
 
@@ -139,6 +176,7 @@ void add_synth(CLI::App& app) {
   verb->require_subcommand(1);
   add_rooms(*verb);
   add_chairs(*verb);
+  add_reseat(*verb);
   add_fit(*verb);
   add_check(*verb);
 }

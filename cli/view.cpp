@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "inhabit/error.h"
+#include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/motion/retarget.h"
 #include "inputs.h"
@@ -53,6 +54,7 @@ void add_view(CLI::App& app) {
     }
     const inhabit::Scene scene = read_scene(options->scene, notes);
     if (!options->scene.file.empty()) page.scene = &scene;
+    for (inhabit::PagePerson& person : page.people) person.tracks = inhabit::interact::label_tracks(person.clip);
     page.title = options->title.empty() ? page.people.front().name : options->title;
     page.note = options->note;
     inhabit::write_page(options->out, page);

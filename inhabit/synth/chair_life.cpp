@@ -9,11 +9,13 @@
 #include "inhabit/synth/collide.h"
 #include "inhabit/synth/life_writer.h"
 #include "inhabit/synth/person.h"
+#include "inhabit/synth/seated_legs.h"
 
 namespace inhabit {
 namespace {
 
 constexpr int kDraws = 40;
+constexpr double kLegOnLeg = 0.04;  // metres of the capsules, which are thicker than a leg in between
 
 /// Metres that capsules of a joint may be in the chair that is used.
 double allowed_depth(int joint) {
@@ -39,6 +41,18 @@ double too_deep_in_chair(const Furniture& chair, const std::vector<Capsule>& cap
   double worst = 0;
   for (const Capsule& capsule : capsules)
     worst = std::max(worst, deepest_in(chair, {capsule}, performance) - allowed_depth(capsule.joint));
+  return worst;
+}
+
+/// Metres that a leg that is moved is in the other one, at most.
+double legs_through_each_other(const Life& life, const std::vector<Capsule>& capsules, const Performance& performance) {
+  double worst = 0;
+  for (size_t t = 0; t < performance.pose.size(); ++t) {
+    const double second = life.from + static_cast<double>(t) / kSynthRate;
+    if (std::any_of(life.plan.legs.begin(), life.plan.legs.end(),
+                    [&](const LegMove& move) { return move.when.at(second) > 0; }))
+      worst = std::max(worst, legs_in_each_other(capsules, performance.pose[t]));
+  }
   return worst;
 }
 
@@ -102,7 +116,8 @@ std::optional<Clip> sit_on_chair(const Room& room, const FreeSpace& floor, const
     Life life{subject.betas, subject.figure, std::move(*plan), 0, std::mt19937_64(random())};
     const Performance performance = life.performed(0, frames);
     if (missed_contacts(life, performance) > 0 || faults_of(room, body, life, performance) > 0 ||
-        too_deep_in_chair(room.furniture[0], capsules, performance) > 0)
+        too_deep_in_chair(room.furniture[0], capsules, performance) > 0 ||
+        legs_through_each_other(life, capsules, performance) > kLegOnLeg)
       continue;
     return clip_of(room, body, subject.betas, performance, {0});
   }

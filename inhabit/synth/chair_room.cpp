@@ -11,18 +11,6 @@ namespace {
 
 constexpr double kFloor = 13;  // metres on a side: starts 5 m from the chair, with room to go around
 
-Furniture draw_chair(std::mt19937_64& random) {
-  const double draw = uniform(random, 0, 1);
-  // Seats of ordinary heights, some low and some high.
-  const auto height = [&](double low, double high) { return uniform(random, low, high); };
-  Furniture chair = draw < 0.34   ? make_chair(random, height(0.39, 0.52))
-                    : draw < 0.67 ? make_armchair(random, height(0.38, 0.50))
-                    : draw < 0.84 ? make_stool(random, height(0.39, 0.55))
-                                  : make_sofa(random, uniform_int(random, 1, 3), height(0.38, 0.47));
-  chair.rescale({uniform(random, chair.kind == "stool" ? 1.0 : 0.94, 1.12), 1, uniform(random, 0.94, 1.08)});
-  return chair;
-}
-
 /// A piece in the way, 1.3 to 3.2 m from the chair, that leaves the place before it free.
 void add_obstacle_near(Room& room, std::mt19937_64& random) {
   const Furniture& chair = room.furniture.front();
@@ -58,6 +46,18 @@ void add_obstacle_near(Room& room, std::mt19937_64& random) {
 }
 
 }  // namespace
+
+Furniture draw_chair(std::mt19937_64& random) {
+  const double draw = uniform(random, 0, 1);
+  // Seats of ordinary heights, some low and some high.
+  const auto height = [&](double low, double high) { return uniform(random, low, high); };
+  Furniture chair = draw < 0.34   ? make_chair(random, height(0.39, 0.52))
+                    : draw < 0.67 ? make_armchair(random, height(0.38, 0.50))
+                    : draw < 0.84 ? make_stool(random, height(0.39, 0.55))
+                                  : make_sofa(random, uniform_int(random, 1, 3), height(0.38, 0.47));
+  chair.rescale({uniform(random, chair.kind == "stool" ? 1.0 : 0.94, 1.12), 1, uniform(random, 0.94, 1.08)});
+  return chair;
+}
 
 Room make_chair_room(std::mt19937_64& random) {
   Room room;

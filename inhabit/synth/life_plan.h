@@ -42,6 +42,19 @@ struct HandTrip {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
 };
 
+/// A leg of somebody seated goes somewhere and comes back. World, metres, radians.
+struct LegMove {
+  int side = 0;
+  Envelope when;
+  Eigen::Vector3d ankle = Eigen::Vector3d::Zero();
+  double yaw = 0, pitch = 0;  ///< of the sole, as in FootControl
+  double arch = 0;            ///< metres upwards half way there
+  bool heel_rests = false;    ///< the heel is on the floor there
+  bool bends = false;         ///< the way there bends towards `via`
+  bool knee_goes = false;     ///< the knee goes to `knee`
+  Eigen::Vector3d via = Eigen::Vector3d::Zero(), knee = Eigen::Vector3d::Zero();
+};
+
 /// The trunk and head leave their usual posture and return.
 struct TrunkMove {
   Envelope when;
@@ -73,6 +86,7 @@ struct LifePlan {
   std::vector<Doing> doing;
   std::vector<SeatStay> seats;
   std::vector<HandTrip> hands;
+  std::vector<LegMove> legs;
   std::vector<TrunkMove> trunk;
   std::vector<Look> looks;
   std::vector<int> used;  ///< indices into Room::furniture, in order of use

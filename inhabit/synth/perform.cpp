@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/math/heading.h"
+#include "inhabit/synth/seated_legs.h"
 #include "inhabit/synth/stepping.h"
 
 namespace inhabit {
@@ -80,6 +81,14 @@ class Performer {
     const Sitting sitting = sit(t, c);
     const bool on_back = move_trunk(t, c);
     c.foot = steps_.foot[i];
+    std::array<bool, 2> heel = steps_.heel_down[i], ball = steps_.ball_down[i];
+    for (const LegMove& move : plan_.legs) {
+      const double w = move.when.at(t);
+      if (w <= 0) continue;
+      move_leg(figure_, move, w, c.foot[static_cast<size_t>(move.side)]);
+      heel[static_cast<size_t>(move.side)] = move.heel_rests && w > 0.9999;
+      ball[static_cast<size_t>(move.side)] = false;
+    }
     look(i, t, c);
     for (int side = 0; side < 2; ++side) move_arm(side, i, t, sitting.down, c);
     out.pose.push_back(pose_figure(figure_, c));
@@ -91,8 +100,8 @@ class Performer {
     out.seat.push_back(sitting.seat);
     std::array<bool, kStandardJoints> touching{};
     for (int side = 0; side < 2; ++side) {
-      touching[7 + side] = steps_.heel_down[i][side];
-      touching[10 + side] = steps_.ball_down[i][side];
+      touching[7 + side] = heel[side];
+      touching[10 + side] = ball[side];
     }
     if (sitting.down > 0.999) touching[0] = touching[1] = touching[2] = true;
     if (on_back && sitting.down > 0.999) touching[6] = touching[9] = true;

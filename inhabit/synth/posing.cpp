@@ -78,7 +78,11 @@ class Poser {
     // The knee points between where the pelvis and where the foot point.
     const Vector3d ahead(std::sin(foot.yaw), 0, std::cos(foot.yaw));
     const Vector3d pelvis_ahead = posed_.global[0] * Vector3d(side == 0 ? 0.12 : -0.12, 0, 1);
-    const Vector3d pole = 0.6 * ahead + 0.4 * pelvis_ahead + Vector3d(0, 0.3, 0);
+    Vector3d pole = 0.6 * ahead + 0.4 * pelvis_ahead + Vector3d(0, 0.3, 0);
+    if (foot.knee_weight > 0) {
+      const Vector3d knee = foot.knee - 0.5 * (posed_.position[limb.start] + ankle);
+      pole = (1 - foot.knee_weight) * pole.normalized() + foot.knee_weight * knee.normalized();
+    }
     const LimbPose solved =
         solve_limb(figure_.bones, limb, posed_.global[0], posed_.position[limb.start], ankle, pole, 0.006);
     set(limb.start, solved.start_rotation);

@@ -12,6 +12,8 @@ struct FootControl {
   double yaw = 0;                                  ///< heading of the foot, radians from +Z towards +X
   double pitch = 0;                                ///< of the sole, radians, toes up positive
   double toe_pitch = 0;                            ///< of the toes against the floor
+  Eigen::Vector3d knee = Eigen::Vector3d::Zero();  ///< where the knee goes, as far as the leg's length lets it,
+  double knee_weight = 0;                          ///< and how much that counts, 0 to 1
 };
 
 /// A hand drawn towards a place, with `weight` from 0 (hanging freely) to 1 (pinned).

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/math/random.h"
+#include "inhabit/synth/seated_legs.h"
 
 namespace inhabit {
 
@@ -21,6 +22,7 @@ bool SittingWriter::live_on(const Seat& seat, const SeatStay& times, Interaction
     first = stay.may_touch = {both || interaction == Interaction::left_hand,
                               both || interaction == Interaction::right_hand};
   }
+  legs_free_ = 0;
   does_at(times.down, Action::sit_down);
   does_at(times.seated, Action::sit);
   const bool until_rise = leaves && chance(random_, 0.2);
@@ -174,18 +176,25 @@ void SittingWriter::pass_time(Stay& stay, double from, double until) {
       lean_back(stay.seat, stay.times, move);
       does_at(t, Action::lean_back);
       does_at(t + length, Action::sit);
-    } else if (draw < (stay.lively ? 0.48 : 0.4) && free_hands && length > 2.2) {
-      hands_behind_head(t, t + length, move);
+    } else if (draw < (stay.lively ? 0.5 : 0.42) && free_hands && until - t > 2.4) {
+      done = std::min(until - t, uniform(random_, 2.4, 4.0));
+      move.when = {t, t + 0.8, t + done - 0.8, t + done};
+      hands_behind_head(t, t + done, move);
       does_at(t, Action::gesture);
-      does_at(t + length, Action::sit);
-    } else if (draw < (stay.lively ? 0.62 : 0.5) && length > 2.2) {
-      stretch_legs(t, t + length);
-      move.tilt = uniform(random_, -0.05, 0.03);
+      does_at(t + done, Action::sit);
+    } else if (draw < (stay.lively ? 0.66 : 0.54)) {
+      done = move_legs(stay, t, until, move);
+      if (done == 0) {
+        done = 0.2;
+        move.when.end = 0;
+      }
     } else if (draw < (stay.lively ? 0.82 : 0.62)) {
       done = touch_again(stay, t, until);
       if (done == 0) done = 0.3;
       move.when.end = 0;
-    } else if (draw < 0.88 && free_hands) {
+    } else if (draw < (stay.lively ? 0.9 : 0.74)) {
+      shift(stay, move);
+    } else if (draw < (stay.lively ? 0.93 : 0.9) && free_hands) {
       move.tilt = uniform(random_, 0.05, 0.22);
       move.bend = uniform(random_, 0.05, 0.22);
     } else {
@@ -223,24 +232,65 @@ double SittingWriter::touch_again(Stay& stay, double t, double until) {
   return trip.when.end - t;
 }
 
-/// One foot or both go forward and come back.
-void SittingWriter::stretch_legs(double from, double until) {
-  StepPlan& steps = life_->steps;
-  if (steps.now() > from) return;
-  const int which = uniform_int(random_, 0, 2);  // left, right, both
-  const double swing = uniform(random_, 0.4, 0.5);
-  const std::array<Foothold, 2> home{steps.foothold(0), steps.foothold(1)};
-  steps.wait(from - steps.now());
-  for (int side = 0; side < 2; ++side) {
-    if (which != 2 && which != side) continue;
-    Foothold ahead = home[static_cast<size_t>(side)];
-    ahead.place += ahead_of(steps.heading()) * uniform(random_, 0.08, 0.22) +
-                   left_of(steps.heading()) * (side == 0 ? 1 : -1) * uniform(random_, 0, 0.05);
-    steps.place_foot(side, ahead, swing);
+/// The legs are stretched, or crossed at the ankles or the knees. @return seconds that it takes, 0 where the time is
+/// too short
+double SittingWriter::move_legs(Stay& stay, double t, double until, TrunkMove& move) {
+  const double rest = std::max(legs_free_, t);
+  if (until - rest < 3.0 || rest - t > 0.5) return 0;
+  const double length = std::min(until - rest, uniform(random_, 3.0, stay.lively ? 5.5 : 4.5));
+  const SeatedLegs legs{figure_, stay.times, life_->steps.heading(), rest, rest + length};
+  const bool free_hands = std::max(stay.busy_until[0], stay.busy_until[1]) < t - 0.1;
+  const double draw = uniform(random_, 0, 1);
+  std::vector<LegMove> moves;
+  if (draw < 0.38) {
+    moves = legs.stretched(uniform_int(random_, 0, 2), random_);
+  } else if (draw < 0.72 || !free_hands) {
+    moves = legs.ankles_crossed(uniform_int(random_, 0, 1), random_);
+  } else {
+    moves = legs.legs_crossed(uniform_int(random_, 0, 1), random_);
+    hand_on_crossed_leg(stay, moves.front());
   }
-  steps.wait(std::max(0.1, until - steps.now() - (which == 2 ? 2 : 1) * swing));
-  for (int side = 0; side < 2; ++side)
-    if (which == 2 || which == side) steps.place_foot(side, home[static_cast<size_t>(side)], swing);
+  life_->legs.insert(life_->legs.end(), moves.begin(), moves.end());
+  legs_free_ = rest + length;
+  // Who lifts a leg leans away from it a little, against the back rest where there is one.
+  move.when = {rest, rest + 0.9, rest + length - 0.9, rest + length};
+  if (stay.seat.back && chance(random_, 0.6) && stay.busy_until[0] < t && stay.busy_until[1] < t)
+    lean_back(stay.seat, stay.times, move);
+  else
+    move.tilt = uniform(random_, -0.08, -0.02);
+  return rest - t + length;
+}
+
+/// The hand that lay on the lower thigh goes to the knee that comes over it.
+void SittingWriter::hand_on_crossed_leg(Stay& stay, const LegMove& move) {
+  const int side = 1 - move.side;
+  const double mirror = side == 0 ? 1 : -1, go = move.when.full - move.when.rise;
+  HandTrip trip = thigh_hand(side, figure_, random_);
+  trip.pull.anchor = 1 + move.side;
+  trip.pull.place = figure_.bones.offsets[4 + move.side] * uniform(random_, 0.78, 0.9) +
+                    Vector3d(mirror * 0.03, 0, figure_.thigh_depth + figure_.palm_depth);
+  const Vector3d ahead = Vector3d(-mirror, -uniform(random_, 0.3, 0.6), -0.1).normalized();
+  trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitZ());
+  trip.arch = 0.08;
+  // Away before the leg comes, and back after it has gone.
+  trip.when = {move.when.rise - 0.35, move.when.rise + 0.5 * go, move.when.fall + 0.4 * go, move.when.end + 0.3};
+  life_->hands.push_back(trip);
+  stay.busy_until[static_cast<size_t>(side)] = trip.when.end;
+}
+
+/// The weight goes to one side, the pelvis comes up a little and sits down beside where it was, for a while.
+void SittingWriter::shift(const Stay& stay, TrunkMove& move) {
+  const double side = chance(random_, 0.5) ? 1 : -1;
+  const Vector3d ahead = stay.seat.pose.linear().col(2), left = stay.seat.pose.linear().col(0);
+  move.shift = ahead * uniform(random_, 0.0, 0.045) + left * side * uniform(random_, 0.01, 0.03);
+  move.lean = side * uniform(random_, 0.03, 0.09);
+  move.twist = -side * uniform(random_, 0.0, 0.12);
+  TrunkMove effort;
+  effort.when = {move.when.rise - 0.1, move.when.rise + 0.35, move.when.rise + 0.4, move.when.full + 0.35};
+  effort.tilt = uniform(random_, 0.05, 0.14);
+  effort.lean = side * uniform(random_, 0.06, 0.14);
+  effort.shift = Vector3d(0, uniform(random_, 0.006, 0.014), 0);
+  life_->trunk.push_back(effort);
 }
 
 void SittingWriter::hands_behind_head(double from, double until, TrunkMove& move) {
@@ -252,9 +302,9 @@ void SittingWriter::hands_behind_head(double from, double until, TrunkMove& move
     const double go = uniform(random_, 0.75, 0.95);
     trip.when = {from, from + go, until - uniform(random_, 0.7, 0.85), until};
     trip.pull.anchor = 15;
-    trip.pull.place = {mirror * 0.12, 0.04, -0.08};
-    trip.pull.turn = hand_turn(side, Vector3d(-mirror, 0.15, -0.25).normalized(), Vector3d(0, 0, 1));
-    trip.pull.swivel = uniform(random_, 1.6, 2.0);
+    trip.pull.place = {mirror * 0.12, 0.1, -0.1};  // fingers meet behind the head, within the forearm's limits
+    trip.pull.turn = hand_turn(side, Vector3d(-mirror, 0.6, 0).normalized(), Vector3d(0, 0, 1));
+    trip.pull.swivel = uniform(random_, 1.4, 1.9);
     life_->hands.push_back(trip);
   }
 }

@@ -46,8 +46,12 @@ class SittingWriter : protected LifeWriter {
   void push_off(const Stay& stay, const Contact& contact);
   void pass_time(Stay& stay, double from, double until);
   double touch_again(Stay& stay, double t, double until);
-  void stretch_legs(double from, double until);
+  double move_legs(Stay& stay, double t, double until, TrunkMove& move);
+  void hand_on_crossed_leg(Stay& stay, const LegMove& move);
+  void shift(const Stay& stay, TrunkMove& move);
   void hands_behind_head(double from, double until, TrunkMove& move);
+
+  double legs_free_ = 0;  ///< second at which the feet are back
 };
 
 }  // namespace inhabit

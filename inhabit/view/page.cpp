@@ -162,6 +162,24 @@ json intention_spans(const torch::Tensor& labels, const std::string& path) {
   return label_spans(labels);
 }
 
+json describe_track(Blob& blob, const PageTrack& track, int64_t frames, const std::string& path) {
+  json out = {{"name", track.name}};
+  const torch::Tensor& row = track.values.defined() ? track.values : track.labels;
+  if (!row.defined() || row.dim() != 1 || row.size(0) != frames)
+    throw Error(path, "track " + track.name + " and frames differ in number");
+  if (track.values.defined()) {
+    require_finite(track.values, path, "track " + track.name);
+    const torch::Tensor q = (plain(track.values).clamp(0, 1) * 255).round().to(torch::kUInt8).contiguous();
+    out["values"] = blob.add(std::vector<uint8_t>(q.data_ptr<uint8_t>(), q.data_ptr<uint8_t>() + q.numel()), "u8");
+    return out;
+  }
+  if (track.labels.numel() > 0 && track.labels.max().item<int64_t>() >= static_cast<int64_t>(track.names.size()))
+    throw Error(path, "track " + track.name + " has a label without a name");
+  out["names"] = track.names;
+  out["spans"] = label_spans(track.labels);
+  return out;
+}
+
 json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const std::string& path) {
   const Clip& clip = person.clip;
   validate(clip, path);
@@ -216,6 +234,8 @@ json describe_person(Blob& blob, Bodies& bodies, const PagePerson& person, const
     if (person.collides.numel() != clip.frames()) throw Error(path, "collisions and frames differ in number");
     out["collides"] = label_spans(person.collides);
   }
+  for (const PageTrack& track : person.tracks)
+    out["tracks"].push_back(describe_track(blob, track, clip.frames(), path));
   if (clip.hand_targets.defined()) {
     const torch::Tensor hands = plain(clip.hand_targets);
     const torch::Tensor on = (hands.select(2, 3) > 0.5).to(torch::kUInt8).contiguous();

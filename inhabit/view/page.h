@@ -13,6 +13,14 @@
 
 namespace inhabit {
 
+/// Something about every frame of a clip, shown as a strip under the timeline: a curve, or stretches with names.
+struct PageTrack {
+  std::string name;
+  torch::Tensor values = {};            ///< (T) in [0, 1]; or undefined, and then
+  torch::Tensor labels = {};            ///< (T) int64 into `names`, negative where there is nothing
+  std::vector<std::string> names = {};  ///< of labels
+};
+
 /// One person on a page. A clip with rotations on the standard 22 joints (more may follow them) is shown as a skinned
 /// body, any other as its skeleton.
 struct PagePerson {
@@ -29,6 +37,7 @@ struct PagePerson {
   std::optional<Clip> given = {};   ///< poses of the keys, a frame each, where they are not the clip's own
   std::vector<int64_t> given_joints = {};  ///< joints that keys between the first and the last give; empty: all
   torch::Tensor collides = {};             ///< (T) bool, shown red: the body is inside the scene; undefined: not known
+  std::vector<PageTrack> tracks = {};      ///< shown of the first person that has any
 };
 
 /// Intention labels of recordings, one strip each on a time axis of their own.

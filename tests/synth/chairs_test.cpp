@@ -8,12 +8,14 @@
 #include <set>
 
 #include "cli/command.h"
+#include "inhabit/body/capsules.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/synth/check.h"
+#include "inhabit/synth/seated_legs.h"
 #include "temp_folder.h"
 
 namespace inhabit {
@@ -142,6 +144,81 @@ TEST(Chairs, AHandSetsOutBeforeThePersonSitsDown) {
   }
   EXPECT_GE(reaches, 10);
   EXPECT_GT(static_cast<double>(early), 0.7 * static_cast<double>(reaches));
+}
+
+// Free interactions: legs are stretched until they are all but straight, crossed at ankles and knees, hands go behind
+// the head, and the pelvis shifts; never through the other leg.
+TEST(Chairs, WhoSitsFreelyMovesTheLegsTheHandsAndTheSeat) {
+  int straight = 0, crossed = 0, behind_head = 0, shifted = 0;
+  const BodyModel& body = builtin_body();
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    std::mt19937_64 random(seed);
+    Room room;
+    room.size = {13, 13};
+    room.furniture.push_back(make_chair(random, 0.44));
+    const ChairSubject subject = draw_subject(body, random);
+    const ChairTake take{Interaction::free, 20, 0.4, 1.5};
+    const auto clip = sit_on_chair(room, free_space(room), body, subject, take, random);
+    ASSERT_TRUE(clip) << seed;
+    const auto p = clip->joints.accessor<float, 3>();
+    const auto at = [&](int64_t t, int j) { return Eigen::Vector3d(p[t][j][0], p[t][j][1], p[t][j][2]); };
+    const double leg = subject.figure->thigh + subject.figure->shank;
+    bool is_straight = false, is_crossed = false, hands_up = false;
+    Eigen::AlignedBox3d seat;
+    for (int64_t t = 0; t < clip->frames(); ++t) {
+      if (clip->contact[t][0].item<float>() < 0.5F) continue;
+      seat.extend(at(t, 0));
+      const Eigen::Vector3d left = (at(t, 1) - at(t, 2)).normalized();
+      is_crossed = is_crossed || (at(t, 7) - at(t, 8)).dot(left) < -0.03;
+      for (int side = 0; side < 2; ++side)
+        is_straight = is_straight || (at(t, 1 + side) - at(t, 7 + side)).norm() > 0.86 * leg;
+      hands_up = hands_up || (at(t, 20).y() > at(t, 12).y() && at(t, 21).y() > at(t, 12).y());
+    }
+    straight += is_straight;
+    crossed += is_crossed;
+    behind_head += hands_up;
+    shifted += seat.sizes().head<3>().norm() > 0.02;
+  }
+  EXPECT_GE(straight, 3);
+  EXPECT_GE(crossed, 1);
+  EXPECT_GE(behind_head, 1);
+  EXPECT_GE(shifted, 3);
+}
+
+TEST(SeatedLegs, CrossedLegsGoAroundEachOther) {
+  std::mt19937_64 random(5);
+  const ChairSubject subject = draw_subject(builtin_body(), random);
+  const std::vector<Capsule> capsules = shaped_capsules(builtin_body(), subject.betas);
+  const Figure& figure = *subject.figure;
+  SeatStay stay;
+  stay.root = {0.3, 0.44 + figure.seat_depth, -0.2};
+  const SeatedLegs legs{figure, stay, 0.7, 0, 4};
+  Controls c;
+  c.root = stay.root;
+  c.yaw = 0.7;
+  c.tilt = -0.13;
+  for (int side = 0; side < 2; ++side) {  // feet below the knees
+    FootControl& foot = c.foot[static_cast<size_t>(side)];
+    foot.yaw = 0.7;
+    const Eigen::Vector3d ahead = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()) * Eigen::Vector3d(0, 0, 1);
+    foot.ball = hip_position(figure, side, c) + ahead * (figure.thigh + figure.bones.offsets[10 + side].z());
+    foot.ball.y() = figure.ball_height;
+  }
+  EXPECT_EQ(legs_in_each_other(capsules, pose_figure(figure, c)), 0);
+  for (int over = 0; over < 2; ++over)
+    for (const auto& moves : {legs.ankles_crossed(over, random), legs.legs_crossed(over, random)})
+      for (double t = 0; t < 4; t += 1.0 / 30) {
+        Controls now = c;
+        for (const LegMove& move : moves)
+          if (const double w = move.when.at(t); w > 0)
+            move_leg(figure, move, w, now.foot[static_cast<size_t>(move.side)]);
+        const Posed pose = pose_figure(figure, now);
+        EXPECT_LT(legs_in_each_other(capsules, pose), 0.045) << over << " " << moves.size() << " " << t;
+        if (t < 1.9 || t > 2.1) continue;
+        // There: the feet have changed sides.
+        const Eigen::Vector3d left = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()) * Eigen::Vector3d(1, 0, 0);
+        EXPECT_LT((pose.position[7] - pose.position[8]).dot(left), -0.01) << over << " " << moves.size();
+      }
 }
 
 TEST(Chairs, StartsLieAllAroundAndNobodyWalksThroughTheChair) {

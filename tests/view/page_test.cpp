@@ -145,6 +145,10 @@ TEST(Page, RefusesWhatIsNotFiniteAndKeepsTheOldFile) {
   refused("key frame");
   forecast.page.people[1].collides = torch::zeros({59}, torch::kBool);
   refused("collisions");
+  forecast.page.people[1].tracks = {{"phase", torch::zeros({59})}};
+  refused("track phase");
+  forecast.page.people[1].tracks = {{"action", {}, torch::ones({60}, torch::kInt64), {"idle"}}};
+  refused("without a name");
   forecast.page.people.clear();
   forecast.page.scene = nullptr;
   refused("nothing to show");

@@ -46,7 +46,16 @@ export interface PersonData {
   given?: PersonData; // their poses, a frame each, where the motion's own are others
   only?: number[]; // joints of these that were given; all where it is missing
   collides?: [number, number][]; // stretches: first frame, 1 where the body is inside the scene
+  tracks?: TrackData[];
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
+}
+
+/** A curve of bytes, 255 being 1, or stretches with names: first frame, label, negative for nothing. */
+export interface TrackData {
+  name: string;
+  values?: ArrayRef; // (T)
+  names?: string[];
+  spans?: [number, number][];
 }
 
 export interface MeshData {

@@ -12,6 +12,7 @@ import { extentOf, facing, groundUnder, makePeople } from './people';
 import { Bodies, isFigure, Person, Shape } from './person';
 import { Room } from './room';
 import { Stage, Theme } from './stage';
+import { Strips, stripsOfTracks } from './strips';
 import { Timeline } from './timeline';
 import { makeTrails } from './trails';
 
@@ -29,6 +30,7 @@ export class MotionPage {
   private readonly keyed: Keys[];
   private readonly contacts?: Contacts;
   private readonly gallery?: Gallery;
+  private readonly strips?: Strips;
   private readonly menu = new Menu(() => this.repose());
   private readonly focus = new Vector3();
   private following = true;
@@ -72,6 +74,13 @@ export class MotionPage {
     if (figures) {
       this.gallery = new Gallery(header, this.people, this.stage, this.heading(), this.ground, begin, end, element('names'),
         () => this.repose());
+    }
+
+    const tracked = header.people.find((person) => person.tracks);
+    if (tracked) {
+      this.strips = new Strips(stripsOfTracks(data, tracked), begin, end, [], true);
+      this.strips.element.classList.add('tracks');
+      element('line').append(this.strips.element);
     }
 
     makeLegend(this.people, () => this.repose());
@@ -241,6 +250,7 @@ export class MotionPage {
     element('theme').textContent = next === 'dark' ? 'Light' : 'Dark';
     this.stage.setTheme(next);
     this.gallery?.redraw();
+    this.strips?.draw();
     this.dirty = true;
   }
 
@@ -286,6 +296,7 @@ export class MotionPage {
     this.ghosts.follow();
     for (const keys of this.keyed) keys.setTime(time);
     this.gallery?.setTime(time);
+    this.strips?.setTime(time);
     this.contacts?.setTime(time);
     this.painted = time;
   }

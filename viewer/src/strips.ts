@@ -1,10 +1,13 @@
-import type { PersonData, RecordingsData } from './data';
+import { actionTones } from './colors';
+import type { Data, PersonData, RecordingsData } from './data';
 
 export interface Strip {
   name: string;
   group: string;
   parts: { from: number; to: number; label: number }[]; // seconds
   marked: [number, number][]; // seconds
+  names?: string[]; // of labels, negative ones being nothing; written on the strip
+  curve?: { start: number; rate: number; values: ArrayLike<number> }; // values of 0 to 255
 }
 
 function strip(name: string, group: string, start: number, rate: number, frames: number, spans: [number, number][]): Strip {
@@ -26,8 +29,16 @@ export function stripsOfRecordings(recordings?: RecordingsData): Strip[] {
   }));
 }
 
+/** What is known of every frame of a person: its tracks. */
+export const stripsOfTracks = (data: Data, person: PersonData): Strip[] =>
+  (person.tracks ?? []).map(({ name, values, names, spans }) => ({
+    ...strip(name, '', person.start, person.rate, person.frames, spans ?? []), names: names ?? [],
+    curve: values && { start: person.start, rate: person.rate, values: data.raw(values) },
+  }));
+
 const GAP = 10; // pixels between groups
 const TALLEST = 10;
+const NAMED = 14; // of strips that have their name on them
 
 /** Strips of intention labels, one above the other; a row that is looked at is drawn taller. */
 export class Strips {
@@ -90,7 +101,8 @@ export class Strips {
       const height = this.rowHeight(i);
       const gap = height > 5 ? 1 : height > 3 ? 0.5 : 0;
       context.globalAlpha = this.active < 0 || this.active === i ? 1 : 0.4;
-      for (const { from, to, label } of row.parts) {
+      if (row.names) this.drawNamed(context, row, row.names, x, top, height - gap, width);
+      else for (const { from, to, label } of row.parts) {
         context.fillStyle = this.colors[label];
         context.fillRect(x(from), top, x(to) - x(from), height - gap);
       }
@@ -101,12 +113,48 @@ export class Strips {
     });
   }
 
+  /** A curve or stretches with their names, and the strip's own name at its left end. */
+  private drawNamed(context: CanvasRenderingContext2D, row: Strip, names: string[], x: (t: number) => number, top: number,
+    height: number, width: number) {
+    const ink = getComputedStyle(this.element).color;
+    const tone = actionTones[this.rows.indexOf(row) % actionTones.length];
+    context.fillStyle = ink;
+    context.globalAlpha = 0.07;
+    context.fillRect(0, top, width, height);
+    context.globalAlpha = 1;
+    context.font = '500 10px system-ui, sans-serif';
+    context.textBaseline = 'middle';
+    const middle = top + height / 2 + 0.5;
+    const left = context.measureText(row.name).width + 10;
+    context.fillStyle = tone;
+    if (row.curve) {
+      const { start, rate, values } = row.curve;
+      context.beginPath();
+      context.moveTo(x(start), top + height);
+      for (let f = 0; f < values.length; ++f) context.lineTo(x(start + f / rate), top + height - (values[f] / 255) * height);
+      context.lineTo(x(start + (values.length - 1) / rate), top + height);
+      context.fill();
+    }
+    for (const { from, to, label } of row.parts) {
+      if (label < 0) continue;
+      context.fillStyle = names.length > 1 ? actionTones[label % actionTones.length] : tone;
+      context.fillRect(x(from), top, x(to) - x(from), height);
+      const at = Math.max(x(from) + 4, left);
+      if (x(to) - at < context.measureText(names[label]).width + 4) continue;
+      context.fillStyle = '#222';
+      context.fillText(names[label], at, middle);
+    }
+    context.fillStyle = ink;
+    context.fillText(row.name, 4, middle);
+  }
+
   private startsGroup(i: number) {
     return this.grouped && (i === 0 || this.rows[i].group !== this.rows[i - 1].group);
   }
 
   private rowHeight(i: number) {
     if (this.grouped) return 8;
+    if (this.rows[i].names) return NAMED;
     const n = this.rows.length;
     const even = Math.max(1.5, Math.min(TALLEST, 100 / n));
     return i === this.active ? TALLEST : this.active < 0 || n < 2 ? even : (n * even - TALLEST) / (n - 1);
@@ -134,7 +182,11 @@ export class Strips {
   private hover(row: number, x: number) {
     const t = this.begin + (x / this.canvas.clientWidth) * (this.end - this.begin);
     const part = this.rows[row]?.parts.find(({ from, to }) => t >= from && t < to);
-    this.canvas.title = row < 0 ? '' : this.rows[row].name + (part ? ` · intention ${part.label} · ${t.toFixed(1)} s` : '');
+    const { name, names, curve } = this.rows[row] ?? {};
+    let what = part ? `intention ${part.label}` : '';
+    if (names) what = part && part.label >= 0 ? names[part.label] : '';
+    if (curve) what = (curve.values[Math.min(Math.round((t - curve.start) * curve.rate), curve.values.length - 1)] / 255 || 0).toFixed(2);
+    this.canvas.title = row < 0 ? '' : name + (what ? ` · ${what} · ${t.toFixed(1)} s` : '');
     this.onHover(row);
   }
 }
