@@ -25,7 +25,7 @@ constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr int kHeld = 60;           // frames that a contact is held for
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight way
-constexpr double kArrived = 0.3;    // metres to a place on the floor, as labels have it
+constexpr double kThere = 0.3;      // metres to a place on the floor, as labels have it
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -49,6 +49,7 @@ struct LivePerson::Impl {
     int action = kIdleAction;
   } target;
   bool plans = true, blocked = false;
+  bool stays = false;          // arrived at the target, or blocked
   std::optional<Guide> guide;  // to near the target; none where they go straight
   Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
@@ -70,7 +71,7 @@ struct LivePerson::Impl {
 
   /// Goes to the target along `way`: none where there is no way, or none is planned.
   void go(const Target& to, std::optional<WalkPath> way) {
-    blocked = plans && !way;
+    blocked = stays = plans && !way;
     guide.reset();
     target = to;
     if (blocked) {
@@ -88,9 +89,10 @@ struct LivePerson::Impl {
       if (target.action == kSitAction && straight(around->floor(), here(), guide->way().points.back(), kStraight))
         guide.reset();
     }
-    if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
+    if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kThere) return;
     guide.reset();
     target.action = kIdleAction;
+    stays = true;
     aim(target, 0);
   }
 
@@ -100,6 +102,8 @@ struct LivePerson::Impl {
       guide->draw(state);
     else if (plans && target.action == kSitAction && !seated())
       draw_before(*chair, state);
+    else if (plans && stays)
+      hold(on_ground(target.place), state);
   }
 
   /// Hands leave for contacts when sitting down is about to begin, or at once where the person sits.
