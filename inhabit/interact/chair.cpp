@@ -208,20 +208,22 @@ Chair find_chair(const Scene& scene, const std::string& name, bool force) {
 }
 
 Chair nearest_place(const Chair& chair, const Vector2d& to) {
-  constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08;  // metres
+  constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08, kGap = 0.1;  // metres
   const TopView view = view_from_above(chair.mesh);
   const Vector2d seat = on_ground(chair.seat()), left = left_of(chair.heading());
-  // How far the seat goes on to both sides along the line on which one sits.
+  const auto seat_at = [&](const Vector2d& p) {
+    const Vector2d cell = (p - view.origin) / view.cell;
+    const long x = std::lround(cell.x()), z = std::lround(cell.y());
+    if (x < 0 || z < 0 || x >= view.nx || z >= view.nz) return false;
+    const size_t at = view.at(static_cast<int>(x), static_cast<int>(z));
+    return std::abs(static_cast<double>(view.height[at]) - chair.seat_height) < kSame;
+  };
+  // How far the seat goes on along the line on which one sits, gaps between cushions bridged.
   const auto reach = [&](double side) {
-    double far = 0;
-    for (; far < 10; far += view.cell) {
-      const Vector2d cell = (seat + side * far * left - view.origin) / view.cell;
-      const long x = std::lround(cell.x()), z = std::lround(cell.y());
-      if (x < 0 || z < 0 || x >= view.nx || z >= view.nz) break;
-      const size_t at = view.at(static_cast<int>(x), static_cast<int>(z));
-      if (std::abs(static_cast<double>(view.height[at]) - chair.seat_height) > kSame) break;
-    }
-    return far;
+    double last = 0;
+    for (double far = 0; far - last < kGap; far += view.cell)
+      if (seat_at(seat + side * far * left)) last = far;
+    return last;
   };
   const double leftmost = reach(1), rightmost = -reach(-1);
   Chair out = chair;

@@ -26,6 +26,7 @@ using torch::Tensor;
 constexpr double kOffSurface = 0.1;     // metres from the chair: no contact of it
 constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
+constexpr float kFeet = 0.12F;          // metres above the floor
 constexpr double kLean = 0.3;           // metres that leaning adds to an arm's reach
 
 const char* side_name(int side) { return side == 0 ? "left" : "right"; }
@@ -112,7 +113,9 @@ void require_free(const Clip& person, const Surroundings& around, const std::str
   const auto at = [&](int64_t j) { return Eigen::Vector3f(joints.data_ptr<float>() + 3 * j); };
   for (int64_t j = 0; j < kStandardJoints; ++j) {
     const Eigen::Vector3f middle = 0.5F * (at(j) + at(std::max(0, standard_parents()[static_cast<size_t>(j)])));
-    if (std::min(around.distance(at(j), 1), around.distance(middle, 1)) < kInside)
+    // Feet are near a floor that is part of a scan.
+    const auto near = [&](const Eigen::Vector3f& p) { return p.y() > kFeet && around.distance(p, 1) < kInside; };
+    if (near(at(j)) || near(middle))
       throw Error(name, fmt::format("begins inside what stands in the scene ({})",
                                     standard_joint_names()[static_cast<size_t>(j)]));
   }

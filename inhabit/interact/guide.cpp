@@ -6,6 +6,7 @@
 namespace inhabit::interact {
 namespace {
 
+constexpr size_t kWalkShare = 1;                  // of the actions
 constexpr double kSlowest = 0.6, kFastest = 1.4;  // metres a second along a way
 
 /// Seconds from now of a sample.
@@ -29,12 +30,22 @@ void Guide::draw(State& state) const {
   const auto predicted = static_cast<double>((state.samples.back().root.position - state.now().root.position).norm());
   const double speed = std::clamp(predicted, kSlowest, kFastest);
   for (int i = kNow + 1; i < kSamples; ++i) {
-    Place& root = state.samples[static_cast<size_t>(i)].root;
+    Sample& sample = state.samples[static_cast<size_t>(i)];
+    Place& root = sample.root;
     const double s = along_ + speed * seconds_ahead(i), share = kDrawn * std::sqrt(seconds_ahead(i));
     const Eigen::Vector2d place = root.position.cast<double>();
     root.position = (place + share * (way_.at(s) - place)).cast<float>();
     const double heading = heading_of(root.facing.cast<double>());
     root.facing = ahead_of(heading + share * wrapped(way_.heading(s) - heading)).cast<float>();
+    for (size_t a = 0; a < kActions; ++a)
+      sample.action[a] += static_cast<float>(share) * ((a == kWalkShare ? 1.F : 0.F) - sample.action[a]);
+  }
+}
+
+void hold(const Eigen::Vector2d& place, State& state) {
+  for (int i = kNow + 1; i < kSamples; ++i) {
+    Eigen::Vector2f& position = state.samples[static_cast<size_t>(i)].root.position;
+    position += static_cast<float>(std::sqrt(seconds_ahead(i))) * (place.cast<float>() - position);
   }
 }
 

@@ -9,7 +9,8 @@ namespace inhabit::interact {
 
 /// Leads a person along a way: a rule after the networks. The goal stays what they are to do at the end, as in
 /// training; the trajectory that PoseNet predicted for the next second, which is its input of the next frame, is drawn
-/// to the way. Positions and directions t seconds ahead move by kDrawn sqrt(t) of what they are off.
+/// to the way. Positions, directions and the share of walking t seconds ahead move by kDrawn sqrt(t) of what
+/// they are off.
 class Guide {
  public:
   explicit Guide(WalkPath way) : way_(std::move(way)) {}
@@ -30,5 +31,8 @@ class Guide {
 /// Draws the next second of somebody who is before a seat, at most 1 m from it, to the line on which one sits down: to
 /// the side alone, sqrt(t) of what they are off.
 void draw_before(const Chair& chair, State& state);
+
+/// Draws the next second of somebody who has arrived to the place where they are to stay: sqrt(t) of what they are off.
+void hold(const Eigen::Vector2d& place, State& state);
 
 }  // namespace inhabit::interact

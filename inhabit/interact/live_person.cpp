@@ -49,6 +49,7 @@ struct LivePerson::Impl {
     int action = kIdleAction;
   } target;
   bool plans = true, blocked = false;
+  bool stays = false;          // arrived at the target, or blocked
   std::optional<Guide> guide;  // to near the target; none where they go straight
   Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
@@ -70,7 +71,7 @@ struct LivePerson::Impl {
 
   /// Goes to the target along `way`: none where there is no way, or none is planned.
   void go(const Target& to, std::optional<WalkPath> way) {
-    blocked = plans && !way;
+    blocked = stays = plans && !way;
     guide.reset();
     target = to;
     if (blocked) {
@@ -91,6 +92,7 @@ struct LivePerson::Impl {
     if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
     guide.reset();
     target.action = kIdleAction;
+    stays = true;
     aim(target, 0);
   }
 
@@ -100,6 +102,8 @@ struct LivePerson::Impl {
       guide->draw(state);
     else if (plans && target.action == kSitAction && !seated())
       draw_before(*chair, state);
+    else if (plans && stays)
+      hold(on_ground(target.place), state);
   }
 
   /// Hands leave for contacts when sitting down is about to begin, or at once where the person sits.

@@ -13,7 +13,7 @@ constexpr double kAtEnds = 0.45;        // metres around the ends of a way that 
 constexpr double kStandingRoom = 0.24;  // metres to what stands around, at least, of who stands before a seat
 
 /// Whether nobody can stand there. What is not known is free.
-bool taken(const FreeSpace& floor, const Vector2d& p) {
+bool is_taken(const FreeSpace& floor, const Vector2d& p) {
   return floor.at(p) < kSqueeze && floor.at(p) > -FreeSpace::kFarthest;
 }
 
@@ -47,7 +47,7 @@ bool straight(const FreeSpace& floor, const Vector2d& from, const Vector2d& to, 
 
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Vector2d& from, const Vector2d& to) {
   const std::optional<Vector2d> start = way_out(floor, from);
-  if (!start || taken(floor, to)) return std::nullopt;
+  if (!start || is_taken(floor, to)) return std::nullopt;
   for (const double margin : {kElbowRoom, 0.36, 0.3, kSqueeze})
     if (auto path = find_path(floor, *start, to, margin)) return path;
   return std::nullopt;
@@ -65,7 +65,7 @@ std::optional<WalkPath> find_route(const FreeSpace& floor, const Vector2d& from,
 }
 
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Chair& chair, const Vector2d& to) {
-  std::optional<WalkPath> path = taken(floor, to) ? std::nullopt : find_route(floor, to, chair);
+  std::optional<WalkPath> path = is_taken(floor, to) ? std::nullopt : find_route(floor, to, chair);
   if (!path) return path;
   std::reverse(path->points.begin(), path->points.end());
   const double total = path->total();

@@ -48,7 +48,8 @@ ChairGrid sense_chair(const Chair& chair, const Config& config);
 /// Position in the axes of `root`, then value, of every voxel: 4 N^3 numbers. Allocates nothing.
 void chair_around(const ChairGrid& grid, const Place& root, float* out);
 
-/// What a person may run into: everything in a scene but floors and rugs. Distances come from a field whose cells are
+/// What a person may run into: everything in a scene but floors and rugs, and the
+/// floor y = 0 of a scan, whatever its name. Distances come from a field whose cells are
 /// sampled when they are first needed; nothing is allocated afterwards. Safe to use from several threads.
 class Surroundings {
  public:
@@ -65,7 +66,8 @@ class Surroundings {
   float distance(const Eigen::Vector3f& point, float reach) const;
   /// False where no object is within `reach` metres of a vertical cylinder around (x, z).
   bool anything_near(const Eigen::Vector2f& position, float radius) const;
-  /// The floor between it, computed when it is first asked for. That of the scene as given, also where this is an image.
+  /// The floor between it, computed when it is first asked for. That of the scene as given, also where this is an
+  /// image.
   const FreeSpace& floor() const;
 
  private:

@@ -93,7 +93,7 @@ TEST(Route, ASeatWithATableBeforeItIsComeToFromTheSide) {
   const Scene scene = scene_of({chair, table});
   const FreeSpace floor = floor_of(scene);
   const Chair found = find_chair(scene, "chair_0");
-  const auto path = find_route(floor, {0, -2}, found);
+  const auto path = find_route(floor, Vector2d(0, -2), found);
   ASSERT_TRUE(path.has_value());
   EXPECT_GE(floor.at(path->points.back()), 0.2);
   EXPECT_LT((path->points.back() - on_ground(found.seat())).norm(), 1.0);
@@ -101,7 +101,7 @@ TEST(Route, ASeatWithATableBeforeItIsComeToFromTheSide) {
 
 TEST(Guide, DrawsTheNextSecondToTheWay) {
   const FreeSpace floor = free_space({});
-  Guide guide(*find_route(floor, {0, 0}, {0, 2}));
+  Guide guide(*find_route(floor, Vector2d(0, 0), Vector2d(0, 2)));
   State state;
   Sample still;
   still.root = {{0.4F, 0.5F}, {1, 0}};

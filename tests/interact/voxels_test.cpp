@@ -142,5 +142,17 @@ TEST(Voxels, TheChairsGridGoesWithTheRoot) {
   EXPECT_GT(here[2], 0.5F);  // the chair is ahead of who looks at it
 }
 
+TEST(Surroundings, TheFloorOfAScanIsNotRunInto) {
+  MeshBuilder builder;
+  builder.box({0, -0.1, 0}, {4, 0.1, 4});     // the floor
+  builder.box({2, 0.5, 0}, {0.3, 0.5, 0.3});  // and what stands on it, in one mesh
+  Scene scene;
+  scene.meshes = {builder.mesh("scan", {0.5F, 0.5F, 0.5F})};
+  const Surroundings around(scene);
+  EXPECT_GT(around.distance({0, 0.1F, 0}, 1), 0.25F);
+  EXPECT_NEAR(around.distance({1.5F, 0.1F, 0}, 1), 0.2F, 0.01F);
+  EXPECT_NEAR(around.floor().at({1.2, 0}), 0.5, 0.01);
+}
+
 }  // namespace
 }  // namespace inhabit::interact
