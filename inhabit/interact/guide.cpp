@@ -8,6 +8,7 @@ namespace {
 
 constexpr size_t kWalkShare = 1;                  // of the actions
 constexpr double kSlowest = 0.6, kFastest = 1.4;  // metres a second along a way
+constexpr double kStands = 0.25;                  // metres a second: who is slower has not set off, or stands
 
 /// Seconds from now of a sample.
 double seconds_ahead(int sample) { return static_cast<double>(sample - kNow) / (kSamples - 1 - kNow); }
@@ -29,10 +30,12 @@ void Guide::follow(const Eigen::Vector2d& here) {
 void Guide::draw(State& state) const {
   const auto predicted = static_cast<double>((state.samples.back().root.position - state.now().root.position).norm());
   const double speed = std::clamp(predicted, kSlowest, kFastest);
+  // Who stands sets off by themselves: a trajectory that runs ahead of who is not ready to keeps them standing.
+  const double drawn = kDrawn * std::clamp((predicted - kStands) / (kSlowest - kStands), 0.0, 1.0);
   for (int i = kNow + 1; i < kSamples; ++i) {
     Sample& sample = state.samples[static_cast<size_t>(i)];
     Place& root = sample.root;
-    const double s = along_ + speed * seconds_ahead(i), share = kDrawn * std::sqrt(seconds_ahead(i));
+    const double s = along_ + speed * seconds_ahead(i), share = drawn * std::sqrt(seconds_ahead(i));
     const Eigen::Vector2d place = root.position.cast<double>();
     root.position = (place + share * (way_.at(s) - place)).cast<float>();
     const double heading = heading_of(root.facing.cast<double>());

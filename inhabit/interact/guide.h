@@ -10,7 +10,7 @@ namespace inhabit::interact {
 /// Leads a person along a way: a rule after the networks. The goal stays what they are to do at the end, as in
 /// training; the trajectory that PoseNet predicted for the next second, which is its input of the next frame, is drawn
 /// to the way. Positions, directions and the share of walking t seconds ahead move by kDrawn sqrt(t) of what
-/// they are off.
+/// they are off, where that trajectory is of somebody who walks; by less where they hardly move.
 class Guide {
  public:
   explicit Guide(WalkPath way) : way_(std::move(way)) {}

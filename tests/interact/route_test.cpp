@@ -106,6 +106,10 @@ TEST(Guide, DrawsTheNextSecondToTheWay) {
   Sample still;
   still.root = {{0.4F, 0.5F}, {1, 0}};
   state.samples.fill(still);
+  guide.draw(state);
+  EXPECT_EQ(state.samples.back().root.position, still.root.position) << "who stands sets off by themselves";
+  for (int i = kNow + 1; i < kSamples; ++i)  // now they walk
+    state.samples[static_cast<size_t>(i)].root.position.y() += static_cast<float>(i - kNow) / 30;
   guide.follow({0.4, 0.3});
   EXPECT_NEAR(guide.left(), 1.7, 0.04) << "abreast of it";
   guide.follow({0.4, 1.9});
