@@ -51,6 +51,7 @@ struct LivePerson::Impl {
   bool plans = true, blocked = false;
   bool stays = false;          // arrived at the target, or blocked
   std::optional<Guide> guide;  // to near the target; none where they go straight
+  bool led = false;            // a way was needed
   Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
@@ -79,15 +80,20 @@ struct LivePerson::Impl {
       target = {at.cast<double>(), heading_of(state.now().root.facing.cast<double>()), kIdleAction};
     }
     aim(target, kSamples - 1 - kNow);
-    if (plans && way) guide.emplace(std::move(*way));
+    led = plans && way && !(to.action == kSitAction && is_straight(*way));
+    if (led) guide.emplace(std::move(*way));
+  }
+
+  /// Whether they may walk straight to the end of a way.
+  bool is_straight(const WalkPath& way) const {
+    return straight(around->floor(), here(), way.points.back(), kStraight);
   }
 
   /// The way is left where the rest of it is straight, the place on the floor reached where they are near.
   void follow() {
     if (guide) {
       guide->follow(here());
-      if (target.action == kSitAction && straight(around->floor(), here(), guide->way().points.back(), kStraight))
-        guide.reset();
+      if (target.action == kSitAction && is_straight(guide->way())) guide.reset();
     }
     if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
     guide.reset();
@@ -96,11 +102,12 @@ struct LivePerson::Impl {
     aim(target, 0);
   }
 
-  /// Draws the predicted trajectory to the way, and to the line before the seat.
+  /// Draws the predicted trajectory to the way, then to the line before the seat. Who can walk straight to where one
+  /// sits down does so by the networks alone.
   void draw() {
     if (guide)
       guide->draw(state);
-    else if (plans && target.action == kSitAction && !seated())
+    else if (led && target.action == kSitAction && !seated())
       draw_before(*chair, state);
     else if (plans && stays)
       hold(on_ground(target.place), state);

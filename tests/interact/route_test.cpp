@@ -58,6 +58,13 @@ TEST(Route, GoesThroughTheGapOfAWall) {
   EXPECT_FALSE(find_route(room(1.2), from, Vector2d(0, 0)).has_value()) << "in the wall";
 }
 
+TEST(Route, ANarrowGapIsTakenWhereTheWideOneIsFarAway) {
+  const FreeSpace floor = floor_of(walls({{-9, -0.05, -0.3, 0.05}, {0.3, -0.05, 9, 0.05}}));  // 0.6 m, or 9 m away
+  const auto path = find_route(floor, {0, -1}, {0, 1});
+  ASSERT_TRUE(path.has_value());
+  EXPECT_LT(path->total(), 2.4);
+}
+
 TEST(Route, FromBehindAChairLeadsAroundItAndBack) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 6; ++i) {
@@ -100,7 +107,7 @@ TEST(Route, ASeatWithATableBeforeItIsComeToFromTheSide) {
 }
 
 TEST(Guide, DrawsTheNextSecondToTheWay) {
-  const FreeSpace floor = free_space({});
+  const FreeSpace floor = free_space(Scene{});
   Guide guide(*find_route(floor, Vector2d(0, 0), Vector2d(0, 2)));
   State state;
   Sample still;

@@ -60,7 +60,7 @@ TEST(FreeSpaceOfMeshes, ThresholdsAreSteppedOverAndLampsWalkedUnder) {
 }
 
 TEST(FreeSpaceOfMeshes, OfNothingIsFreeAndOfTooMuchRefused) {
-  EXPECT_NEAR(free_space({}).at({1, 1}), FreeSpace::kFarthest, 1e-6);
+  EXPECT_NEAR(free_space(Scene{}).at({1, 1}), FreeSpace::kFarthest, 1e-6);
   EXPECT_THROW(free_space(box_scene({0, 1, 0}, {150, 1, 1})), Error);
 }
 
