@@ -66,8 +66,8 @@ TEST(Interact, WritesEveryFormatAndSeveralSamples) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_EQ(read_clips(out + ".npz").size(), 3);
   EXPECT_EQ(read_clip(out + "_002.bvh").frames(), 30);
-  r = run_command("interact " + kWalk + " --scene " + kSitRoom + " --seconds 1 --force --model " + model + " -o " +
-                  out + ".npz");
+  r = run_command("interact " + kWalk + " --scene " + kSitRoom + " --seconds 1 --force --standard --model " + model +
+                  " -o " + out + ".npz");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Clip walk = read_clip(kWalk), sit = read_clip(out + ".npz");
   EXPECT_LT((sit.joints[0] - walk.joints[-1]).norm(2, {1}).max().item<double>(), 0.01)
@@ -94,9 +94,10 @@ TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
   EXPECT_THAT(refused("--start 0,0,30 --contacts " + script), HasSubstr("no last entry"));
   write_atomically(script, R"([{"walk_to": "home"}])");
   EXPECT_THAT(refused("--start 0,0,30 --contacts " + script), HasSubstr("walk_to"));
-  const CommandResult r = run_command(base + kWalk);
+  const CommandResult r = run_command("interact " + kWalk + base.substr(std::string("interact").size()));
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_EQ(read_clip(out).skeleton.names, read_clip(kWalk).skeleton.names);
+  EXPECT_EQ(read_clip(out).frames(), 29) << "what follows on the last pose";
 }
 
 TEST(Interact, ContactsAreWrittenAsPointsOrPainted) {
