@@ -45,6 +45,7 @@ double reach_of(const Chair& chair, const SceneQuery& surface, const Vector3d& a
   constexpr int kSteps = 320, kGap = 24;
   constexpr double kStep = 0.0025, kFromAbove = 0.5;
   std::vector<Vector3d> from;
+  from.reserve(kSteps);
   for (int i = 0; i < kSteps; ++i)
     from.push_back(chair.frame * Vector3d(axis * (i * kStep) + Vector3d(0, chair.seat_height + kFromAbove, 0)));
   const RayHits hits =
@@ -175,6 +176,7 @@ std::optional<CarriedTouch> carry_touch(const ChairPair& chairs, const std::vect
   for (int which = 0; which < 8; ++which) {
     const Correspondence how{(which & 1) != 0, (which & 2) != 0};
     std::vector<Vector3d> wanted;
+    wanted.reserve(points.size());
     for (const Vector3d& point : points)
       wanted.push_back(chairs.fresh.frame * corresponding(chairs.old.frame.inverse() * point, chairs.old_seat,
                                                           chairs.old.seat_height, chairs.fresh_seat,

@@ -37,7 +37,8 @@ Vector2d nearest_in(const std::vector<Vector2d>& polygon, const Vector2d& p) {
   double area = 0;  // twice that; none of a wall's, seen from above
   bool left = true, right = true;
   for (size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d a = polygon[i], side = polygon[(i + 1) % polygon.size()] - a, to = p - a;
+    const Vector2d& a = polygon[i];
+    const Vector2d side = polygon[(i + 1) % polygon.size()] - a, to = p - a;
     const double turn = side.x() * to.y() - side.y() * to.x();
     area += turn;
     left = left && turn >= 0;
@@ -64,6 +65,7 @@ std::vector<std::vector<Vector2d>> outlines_of(const Scene& obstacles) {
       part = clipped(clipped(part, kStep, true), kPersonHeight, false);
       if (part.empty()) continue;
       std::vector<Vector2d> outline;
+      outline.reserve(part.size());
       for (const Vector3d& p : part) outline.push_back(on_ground(p));
       out.push_back(std::move(outline));
     }
