@@ -54,7 +54,7 @@ double farthest_palm(const Clip& before, const refine::Poses& was, const refine:
   double gap = 0;
   for (const Hold& hold : stays.holds) {
     if (!hold.to) continue;
-    const auto wrist = static_cast<size_t>(20 + hold.side);
+    const auto wrist = 20 + static_cast<size_t>(hold.side);
     for (int64_t t = hold.first; t <= hold.last && t < before.frames(); ++t) {
       const auto i = static_cast<size_t>(t), k = static_cast<size_t>(t - hold.first);
       const Vector3d palm = was[i].rotations[wrist].conjugate() * (hold.points[k] - was[i].positions[wrist]);

@@ -209,7 +209,7 @@ void ReseatProblem::add_feet() {
 
 /// The touched point of the palm exactly, the wrist as it lay over it.
 void ReseatProblem::add_hold(const Hold& hold) {
-  const auto wrist = static_cast<size_t>(20 + hold.side);
+  const auto wrist = 20 + static_cast<size_t>(hold.side);
   for (int64_t t = hold.first; t <= hold.last; ++t) {
     const auto k = static_cast<size_t>(t - hold.first);
     const BonesPose& before = before_[static_cast<size_t>(t)];
@@ -231,7 +231,7 @@ void ReseatProblem::add_hands_on_thighs(const refine::Poses& poses) {
   for (const Stay& stay : stays_.stays)
     for (int64_t t = stay.first; t <= stay.last; ++t)
       for (int side = 0; side < 2; ++side) {
-        const auto wrist = static_cast<size_t>(20 + side);
+        const auto wrist = 20 + static_cast<size_t>(side);
         const BonesPose &before = before_[static_cast<size_t>(t)], &now = poses[static_cast<size_t>(t - stays_.first)];
         size_t thigh = 1;
         double nearest = 1e9;

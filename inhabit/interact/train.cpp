@@ -177,6 +177,7 @@ bool train(const TrainRun& run, const Config& config) {
   kept.input_scale = t.input;
   kept.output_scale = t.output;
   std::vector<std::string> trained;
+  trained.reserve(names.size());
   for (const std::string& name : names) trained.push_back(network_of_stage(name));
   return run_stages(stages, model_content(kept, trained), run);
 }
