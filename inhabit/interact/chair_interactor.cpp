@@ -8,14 +8,15 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/interact/contact_surface.h"
 #include "inhabit/interact/fit_contacts.h"
+#include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
 #include "inhabit/math/heading.h"
-#include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
-#include "inhabit/scene/query.h"
+#include "inhabit/scene/floor.h"
 
 namespace inhabit::interact {
 namespace {
@@ -23,24 +24,9 @@ namespace {
 using Eigen::Vector3d;
 using torch::Tensor;
 
-constexpr double kOffSurface = 0.1;     // metres from the chair: no contact of it
 constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
 constexpr float kFeet = 0.12F;          // metres above the floor
-constexpr double kLean = 0.3;           // metres that leaning adds to an arm's reach
-
-const char* side_name(int side) { return side == 0 ? "left" : "right"; }
-
-Tensor row_of(const Vector3d& p) { return torch::tensor({{p.x(), p.y(), p.z()}}, torch::kFloat32); }
-
-/// The scene with the floor that the chair stands on at y = 0.
-Scene on_floor(const Scene& scene, double floor) {
-  Scene out = scene;
-  const Tensor down = torch::tensor({0.F, static_cast<float>(-floor), 0.F});
-  for (Mesh& mesh : out.meshes) mesh.vertices = mesh.vertices + down;
-  if (out.points.defined()) out.points = out.points + down;
-  return out;
-}
 
 /// The chair that is meant, in a scene.
 Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
@@ -63,48 +49,12 @@ Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
   });
 }
 
-/// Metres from the middle of the shoulders to the middle of a palm, arm stretched, and the shoulders' height when
-/// seated.
-struct Reach {
-  double arm, shoulders, half_width;
-};
-Reach reach_of(const Skeleton& skeleton) {
-  const Tensor offsets = skeleton.offsets.to(torch::kFloat64);
-  const auto length = [&](int64_t joint) { return offsets[joint].norm().item<double>(); };
-  Reach out{length(18) + length(20) + 0.09, 0.1, 0};
-  for (const int64_t joint : {3, 6, 9, 13, 16}) out.shoulders += offsets[joint][1].item<double>();
-  for (const int64_t joint : {13, 16}) out.half_width += offsets[joint][0].item<double>();
-  return out;
-}
-
-/// The contact on the chair's surface.
-Vector3d on_surface(const SceneQuery& chair, const Vector3d& point, double& off) {
-  const ClosestPoints closest = chair.closest(row_of(point));
-  off = closest.distances.item<double>();
-  const float* p = closest.points.data_ptr<float>();
-  return {p[0], p[1], p[2]};
-}
-
 /// Moves contacts to the chair's surface. Throws Error for one in the air or out of the arms' reach.
 void settle_contacts(const Chair& chair, const Skeleton& skeleton, bool force, HandContacts& contacts) {
   const SceneQuery surface(Scene{chair.name, {chair.mesh}, {}});
-  const Reach reach = reach_of(skeleton);
-  const Eigen::Vector2d left = left_of(chair.heading());
-  for (int side = 0; side < 2; ++side) {
-    auto& contact = contacts[static_cast<size_t>(side)];
-    if (!contact) continue;
-    const std::string name = fmt::format("{} contact", side_name(side));
-    if (!contact->allFinite()) throw Error(name, "is not finite");
-    double off = 0;
-    const Vector3d touched = on_surface(surface, *contact, off);
-    if (off > kOffSurface) throw Error(name, fmt::format("is {:.2f} m from {}: in the air", off, chair.name));
-    contact = touched;
-    // From the shoulder of a person who sits upright.
-    const Eigen::Vector2d aside = (side == 0 ? 1 : -1) * reach.half_width * left;
-    const Vector3d shoulder = chair.seat() + Vector3d(aside.x(), reach.shoulders, aside.y());
-    const double far = (touched - shoulder).norm() - reach.arm - kLean;
-    if (far > 0 && !force) throw Error(name, fmt::format("is out of the arm's reach of the seat by {:.2f} m", far));
-  }
+  for (int side = 0; side < 2; ++side)
+    if (auto& contact = contacts[static_cast<size_t>(side)])
+      contact = contact_on_surface(chair, surface, skeleton, side, *contact, force);
 }
 
 /// Throws Error where a joint, or the middle of a bone, is in something.
@@ -230,9 +180,9 @@ std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int
     for (const int side : {1, 0}) {  // the network has the right hand first
       const float* p = drawn.data_ptr<float>() + (side == 1 ? 0 : 3);
       const Vector3d point = grid.seat.out({p[0], p[1], p[2]}).cast<double>() + Vector3d(0, floor, 0);
-      double off = 0;
-      const Vector3d touched = on_surface(surface, point, off);
-      if (off <= kOffSurface && touched.y() - floor >= kLowestContact) contacts[static_cast<size_t>(side)] = touched;
+      const SurfacePlace touched = nearest_on(surface, point);
+      if (touched.off <= kOffSurface && touched.point.y() - floor >= kLowestContact)
+        contacts[static_cast<size_t>(side)] = touched.point;
     }
     out.push_back(contacts);
   }
@@ -261,7 +211,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
 
   out.contacts = options.draw_contacts ? draw_contacts(out.chair, 1, options.seed) : options.contacts;
   for (HandContacts& contacts : out.contacts) settle_contacts(out.chair, person.skeleton, options.force, contacts);
-  const Scene there = on_floor(scene, floor);
+  const Scene there = raised(scene, -floor);  // what the chair stands on is y = 0
   const auto around = std::make_shared<const Surroundings>(there);
   Chair chair = out.chair;
   chair.frame.translation().y() = 0;
@@ -285,7 +235,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   out.seated = take.seated;
   out.motion = clip_of(take.poses, person, config().rate);
   out.motion.hand_targets = take.targets;
-  out.motion.action_names = {"idle", "walk", "sit"};
+  out.motion.action_names = kActionNames;
   out.motion.action = take.action;
   if (!options.raw) {
     out.motion = fit_contacts(out.motion, there);

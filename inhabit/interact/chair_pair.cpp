@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/scene/objects.h"
+#include "inhabit/scene/point_rows.h"
 
 namespace inhabit::interact {
 namespace {
@@ -15,14 +16,6 @@ constexpr double kOnSurface = 0.03;      // metres: what a hand touches
 constexpr double kFacesAlike = 0.8;      // cosine between normals
 constexpr double kClearOfThigh = 0.14;   // metres from its bone
 constexpr double kHip = 0.2;             // metres from the person's middle to an edge of the seat
-
-torch::Tensor rows_of_points(const std::vector<Vector3d>& points) {
-  torch::Tensor out = torch::empty({static_cast<int64_t>(points.size()), 3});
-  float* p = out.data_ptr<float>();
-  for (const Vector3d& v : points)
-    for (int i = 0; i < 3; ++i) *p++ = static_cast<float>(v[i]);
-  return out;
-}
 
 Vector3d row_at(const torch::Tensor& rows, size_t i) {
   const float* p = rows.data_ptr<float>() + 3 * i;
@@ -48,8 +41,7 @@ double reach_of(const Chair& chair, const SceneQuery& surface, const Vector3d& a
   from.reserve(kSteps);
   for (int i = 0; i < kSteps; ++i)
     from.push_back(chair.frame * Vector3d(axis * (i * kStep) + Vector3d(0, chair.seat_height + kFromAbove, 0)));
-  const RayHits hits =
-      surface.cast(rows_of_points(from), torch::tensor({0.F, -1.F, 0.F}).expand({kSteps, 3}).contiguous());
+  const RayHits hits = surface.cast(point_rows(from), torch::tensor({0.F, -1.F, 0.F}).expand({kSteps, 3}).contiguous());
   double reach = 0;
   for (int i = 0, gap = 0; i < kSteps && gap < kGap; ++i) {
     const bool level = hits.hit[i].item<bool>() && std::abs(hits.distances[i].item<double>() - kFromAbove) < 0.04;
@@ -61,8 +53,8 @@ double reach_of(const Chair& chair, const SceneQuery& surface, const Vector3d& a
 
 /// The seat's height right below the person, where that is near to `height`: cushions are not level.
 double height_below(const SceneQuery& surface, const Eigen::Isometry3d& frame, double height) {
-  const RayHits hits = surface.cast(rows_of_points({frame * Vector3d(0, height + 0.2, 0)}),
-                                    torch::tensor({0.F, -1.F, 0.F}).view({1, 3}));
+  const RayHits hits =
+      surface.cast(point_rows({frame * Vector3d(0, height + 0.2, 0)}), torch::tensor({0.F, -1.F, 0.F}).view({1, 3}));
   if (!hits.hit[0].item<bool>()) return height;
   const double found = height + 0.2 - hits.distances[0].item<double>();
   return std::abs(found - height) < 0.06 ? found : height;
@@ -82,12 +74,11 @@ std::vector<FacingPlace> places_near(const SceneQuery& surface, const std::vecto
   if (along) {
     std::vector<Vector3d> from = points;
     for (Vector3d& p : from) p += kFarthestPlace * normal;
-    const RayHits hits =
-        surface.cast(rows_of_points(from), rows_of_points(std::vector<Vector3d>(points.size(), -normal)));
+    const RayHits hits = surface.cast(point_rows(from), point_rows(std::vector<Vector3d>(points.size(), -normal)));
     found = hits.points.contiguous(), normals = hits.normals.contiguous();
     for (size_t i = 0; i < out.size(); ++i) out[i].found = hits.hit[static_cast<int64_t>(i)].item<bool>();
   } else {
-    const ClosestPoints closest = surface.closest(rows_of_points(points));
+    const ClosestPoints closest = surface.closest(point_rows(points));
     found = closest.points.contiguous(), normals = closest.normals.contiguous();
     for (FacingPlace& place : out) place.found = true;
   }
@@ -166,7 +157,7 @@ ChairPair pair_chairs(const Chair& old, const Scene& chairs, const std::string& 
 
 std::optional<CarriedTouch> carry_touch(const ChairPair& chairs, const std::vector<Vector3d>& points,
                                         const TouchingBody& body) {
-  const ClosestPoints before = chairs.old_surface->closest(rows_of_points(points));
+  const ClosestPoints before = chairs.old_surface->closest(point_rows(points));
   if (before.distances.max().item<double>() > kOnSurface) return std::nullopt;
   const size_t middle = points.size() / 2;
   Vector3d normal = row_at(before.normals.contiguous(), middle);

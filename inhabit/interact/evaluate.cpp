@@ -28,7 +28,6 @@ using torch::Tensor;
 constexpr double kSeatHeight = 0.05, kSeatPlace = 0.15;  // metres: how near a pelvis must rest
 constexpr int64_t kApdFrames = 1500;
 constexpr std::array<double, 4> kPrecision = {0.03, 0.05, 0.07, 0.09};
-const std::vector<std::string> kActionNames = {"idle", "walk", "sit"};
 
 /// The first contact of each hand while the person gets seated.
 HandContacts first_contacts(const Labels& labels) {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
@@ -18,6 +19,7 @@ namespace {
 constexpr double kLowered = 0.92, kThrough = 0.05;
 constexpr double kResting = -0.05, kSeatWidth = 0.25;  // metres in the seat's axes: people sit down from there
 constexpr double kClear = 0.25;                        // metres from furniture at the start
+constexpr int kDraws = 10'000;                         // of a start
 
 /// Frames until the pelvis is lowered for the first time.
 int64_t approach_end(const Clip& motion) {
@@ -55,7 +57,9 @@ std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs,
     const FreeSpace floor = free_space(obstacles_of(trial.scene));
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
     Eigen::Vector2d place;
+    int drawn = 0;
     do {
+      if (++drawn > kDraws) throw Error(trial.name, "has no free floor behind the chair to start from");
       const double angle = trial.chair.heading() + uniform(random, 2 * M_PI / 3, 4 * M_PI / 3);
       place = on_ground(trial.chair.seat()) + uniform(random, 1, 3) * ahead_of(angle);
     } while (floor.at(place) < kClear);

@@ -37,7 +37,7 @@ std::vector<PageTrack> label_tracks(const Clip& clip) {
   return {{"left hand", labels.hand_phase.select(1, 0)},
           {"right hand", labels.hand_phase.select(1, 1)},
           {"phase", labels.global_phase - labels.global_phase.floor()},
-          {"action", {}, labels.action.argmax(1), {"idle", "walk", "sit"}},
+          {"action", {}, labels.action.argmax(1), kActionNames},
           contact_track("left contact", labels.hand_target.select(1, 0)),
           contact_track("right contact", labels.hand_target.select(1, 1))};
 }

@@ -1,6 +1,9 @@
 #pragma once
 #include <torch/types.h>
 
+#include <string>
+#include <vector>
+
 #include "inhabit/interact/chair.h"
 #include "inhabit/motion/clip.h"
 
@@ -18,6 +21,9 @@ struct Labels {
   torch::Tensor goal_direction;  ///< (T, 3) unit, level: which way to face there
   torch::Tensor goal_action;     ///< (T, 3) what to do there: idle, walk or sit, one of them 1
 };
+
+/// Actions of labels and of generated motion, as Clip::action_names has them.
+inline const std::vector<std::string> kActionNames = {"idle", "walk", "sit"};
 
 /// Metres to a place on the floor that somebody walks to within which they have arrived.
 inline constexpr double kArrived = 0.3;

@@ -1,38 +1,28 @@
 #include "inhabit/interact/predictor.h"
 
+#include <map>
+
 namespace inhabit::interact {
 
-std::string name_of(Predictor predictor) {
-  switch (predictor) {
-    case Predictor::nsm:
-      return "nsm";
-    case Predictor::nsm_control:
-      return "nsm_control";
-    case Predictor::samp:
-      return "samp";
-    case Predictor::samp_control:
-      return "samp_control";
-    case Predictor::pose:
-      break;
-  }
-  return "pose";
+namespace {
+
+struct Names {
+  const char *name, *title;
+};
+
+const Names& names_of(Predictor predictor) {
+  static const std::map<Predictor, Names> names = {{Predictor::pose, {"pose", "ours"}},
+                                                   {Predictor::nsm, {"nsm", "NSM"}},
+                                                   {Predictor::nsm_control, {"nsm_control", "NSM + Control"}},
+                                                   {Predictor::samp, {"samp", "SAMP"}},
+                                                   {Predictor::samp_control, {"samp_control", "SAMP + Control"}}};
+  return names.at(predictor);
 }
 
-std::string title_of(Predictor predictor) {
-  switch (predictor) {
-    case Predictor::nsm:
-      return "NSM";
-    case Predictor::nsm_control:
-      return "NSM + Control";
-    case Predictor::samp:
-      return "SAMP";
-    case Predictor::samp_control:
-      return "SAMP + Control";
-    case Predictor::pose:
-      break;
-  }
-  return "ours";
-}
+}  // namespace
+
+std::string name_of(Predictor predictor) { return names_of(predictor).name; }
+std::string title_of(Predictor predictor) { return names_of(predictor).title; }
 
 torch::Tensor rows_for(Predictor predictor, const InputLayout& layout, const torch::Tensor& input,
                        const torch::Tensor& contacts) {

@@ -8,6 +8,7 @@
 #include "inhabit/body/joint_limits.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/weights.h"
+#include "inhabit/scene/point_rows.h"
 
 namespace inhabit::interact {
 namespace {
@@ -22,14 +23,6 @@ constexpr double kLeastSunk = -0.008, kMostSunk = 0.004;  // metres: skin of a s
 constexpr int kRounds = 5;
 constexpr double kChangedAround = 1.5;  // seconds before and after that change too
 constexpr std::array<int, 4> kFootJoints = {7, 8, 10, 11};
-
-torch::Tensor floats_of_points(const std::vector<Vector3d>& points) {
-  torch::Tensor out = torch::empty({static_cast<int64_t>(points.size()), 3});
-  float* p = out.data_ptr<float>();
-  for (const Vector3d& v : points)
-    for (int i = 0; i < 3; ++i) *p++ = static_cast<float>(v[i]);
-  return out;
-}
 
 /// Distance of a place to the line from a to b.
 double off_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -53,7 +46,7 @@ std::vector<Hold> holds_at(const ChairPair& chairs, const Clip& clip) {
       holds.back().points.push_back(point);
     }
   std::erase_if(holds, [&](const Hold& hold) {  // of other furniture
-    return chairs.old_surface->closest(floats_of_points({hold.points.front()})).distances[0].item<double>() > 0.05;
+    return chairs.old_surface->closest(point_rows({hold.points.front()})).distances[0].item<double>() > 0.05;
   });
   return holds;
 }
@@ -72,7 +65,7 @@ double sunk(const ChairPair& chairs, const refine::Skin& skin, const std::vector
       if (sits_on(owner[v]) && std::hypot(off.x(), off.z()) < kBelow && off.y() < 0) under.push_back(posed.vertices[v]);
     }
     if (under.empty()) continue;
-    least.push_back(chairs.old_surface->signed_distance(floats_of_points(under)).min().item<double>());
+    least.push_back(chairs.old_surface->signed_distance(point_rows(under)).min().item<double>());
   }
   if (least.empty()) return 0;
   const auto middle = least.begin() + static_cast<int64_t>(least.size() / 2);
@@ -267,7 +260,7 @@ void ReseatProblem::add_skin(const refine::Poses& poses) {
   for (size_t t = 0; t < poses.size(); ++t) {
     if (problem_.fixed[t] != 0) continue;
     const refine::PosedSkin posed = refine::pose_skin(skin_, problem_.initial[t], poses[t]);
-    const Insides::Deep deep = insides_.deep(floats_of_points(posed.vertices));
+    const Insides::Deep deep = insides_.deep(point_rows(posed.vertices));
     std::vector<size_t> order(deep.rows.size());
     std::iota(order.begin(), order.end(), size_t{0});
     std::sort(order.begin(), order.end(),

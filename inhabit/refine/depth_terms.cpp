@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/triangle.h"
 
 namespace inhabit::refine {
@@ -18,15 +19,6 @@ std::vector<Vector3d> rows_of(const torch::Tensor& points) {
   std::vector<Vector3d> out(static_cast<size_t>(p.size(0)));
   const double* x = p.data_ptr<double>();
   for (Vector3d& v : out) v = Vector3d(x[0], x[1], x[2]), x += 3;
-  return out;
-}
-
-/// (N, 3) float.
-torch::Tensor floats_of(const std::vector<Vector3d>& points) {
-  torch::Tensor out = torch::empty({static_cast<int64_t>(points.size()), 3});
-  float* p = out.data_ptr<float>();
-  for (const Vector3d& v : points)
-    for (int i = 0; i < 3; ++i) *p++ = static_cast<float>(v[i]);
   return out;
 }
 
@@ -205,7 +197,7 @@ std::vector<SkinPlace> closest_on_skin(const Skin& skin, const PosedSkin& posed,
   std::vector<SkinPlace> out(points.size());
   if (points.empty()) return out;
   const int64_t count = std::min<int64_t>(3, skin.size());
-  const torch::Tensor near = CloudQuery(floats_of(posed.vertices)).nearest(floats_of(points), count).indices;
+  const torch::Tensor near = CloudQuery(point_rows(posed.vertices)).nearest(point_rows(points), count).indices;
   const auto index = near.accessor<int64_t, 2>();
   for (size_t i = 0; i < points.size(); ++i) {
     double least = HUGE_VAL;
@@ -238,7 +230,7 @@ std::vector<int> seen_vertices(const Skin& skin, const PosedSkin& posed, const V
   torch::Tensor faces = torch::empty({static_cast<int64_t>(skin.faces.size()), 3}, torch::kInt64);
   int64_t* corner = faces.data_ptr<int64_t>();
   for (const auto& face : skin.faces) corner = std::copy(face.begin(), face.end(), corner);
-  scene.meshes.push_back({"skin", floats_of(posed.vertices), faces, {}});
+  scene.meshes.push_back({"skin", point_rows(posed.vertices), faces, {}});
   std::vector<int> tried, out;
   std::vector<Vector3d> rays;
   for (int v = 0; v < skin.size(); v += step) {
@@ -246,7 +238,7 @@ std::vector<int> seen_vertices(const Skin& skin, const PosedSkin& posed, const V
     rays.emplace_back(posed.vertices[static_cast<size_t>(v)] - camera);
   }
   const std::vector<Vector3d> from(rays.size(), camera);
-  const torch::Tensor hits = SceneQuery(scene).cast(floats_of(from), floats_of(rays)).points;
+  const torch::Tensor hits = SceneQuery(scene).cast(point_rows(from), point_rows(rays)).points;
   const auto hit = hits.accessor<float, 2>();
   for (size_t i = 0; i < tried.size(); ++i) {
     const auto k = static_cast<int64_t>(i);
@@ -300,7 +292,7 @@ void add_depth_rows(const Problem& problem, const Unknowns* unknowns, int64_t fr
   std::vector<Vector3d> at;
   at.reserve(at.size() + seen.size());
   for (const int v : seen) at.push_back(posed.vertices[static_cast<size_t>(v)]);
-  const torch::Tensor near = cloud.all_points->nearest(floats_of(at)).indices;
+  const torch::Tensor near = cloud.all_points->nearest(point_rows(at)).indices;
   const auto index = near.accessor<int64_t, 2>();
   const double each_vertex = term.weight / static_cast<double>(seen.size()), whole = 1;
   for (size_t i = 0; i < seen.size(); ++i) {

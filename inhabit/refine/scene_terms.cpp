@@ -5,6 +5,7 @@
 
 #include "inhabit/body/capsules.h"
 #include "inhabit/scene/objects.h"
+#include "inhabit/scene/point_rows.h"
 
 namespace inhabit::refine {
 namespace {
@@ -19,14 +20,6 @@ constexpr double kSupportedGive = 0.03, kGive = 0.005;
 bool supports(int joint) {
   constexpr std::array<int, 10> kJoints = {0, 1, 2, 3, 6, 9, 18, 19, 20, 21};
   return std::find(kJoints.begin(), kJoints.end(), joint) != kJoints.end();
-}
-
-torch::Tensor tensor_of(const std::vector<Vector3d>& places) {
-  torch::Tensor out = torch::empty({static_cast<int64_t>(places.size()), 3});
-  float* p = out.data_ptr<float>();
-  for (const Vector3d& v : places)
-    for (int i = 0; i < 3; ++i) *p++ = static_cast<float>(v[i]);
-  return out;
 }
 
 }  // namespace
@@ -64,7 +57,7 @@ std::vector<double> Surroundings::floor_under(const Track& places) const {
   constexpr double kAbove = 0.3, kBelow = 1;
   std::vector<double> out(places.size(), std::nan(""));
   if (ground_ == nullptr) return out;
-  torch::Tensor from = tensor_of(places);
+  torch::Tensor from = point_rows(places);
   from.select(1, 1).add_(kAbove);
   const torch::Tensor down = torch::tensor({0.F, -1.F, 0.F}).expand_as(from).contiguous();
   const RayHits hits = ground_->cast(from, down, kAbove + kBelow);
@@ -83,7 +76,7 @@ std::vector<PlaneTerm> Surroundings::planes(const std::vector<BodyBall>& balls, 
   constexpr double kBody = 1.3;
   std::vector<Vector3d> roots;
   for (const BonesPose& pose : poses) roots.push_back(pose.positions[0]);
-  const torch::Tensor far = solid_->closest(tensor_of(roots)).distances;
+  const torch::Tensor far = solid_->closest(point_rows(roots)).distances;
   std::vector<Vector3d> places;
   std::vector<std::pair<int64_t, size_t>> of;
   for (size_t t = 0; t < poses.size(); ++t) {
@@ -94,7 +87,7 @@ std::vector<PlaneTerm> Surroundings::planes(const std::vector<BodyBall>& balls, 
     }
   }
   if (places.empty()) return out;
-  const torch::Tensor asked = tensor_of(places);
+  const torch::Tensor asked = point_rows(places);
   const ClosestPoints closest = solid_->closest(asked);
   // Only what is near enough to matter, or deep inside, is worth asking which side it is on.
   constexpr double kDeepest = 0.25;

@@ -61,4 +61,12 @@ Scene assumed_floor(const Clip& clip) {
   return scene;
 }
 
+Scene raised(const Scene& scene, double by) {
+  Scene out = scene;
+  const torch::Tensor up = torch::tensor({0.F, static_cast<float>(by), 0.F});
+  for (Mesh& mesh : out.meshes) mesh.vertices = mesh.vertices + up;
+  if (out.points.defined()) out.points = out.points + up;
+  return out;
+}
+
 }  // namespace inhabit

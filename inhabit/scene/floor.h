@@ -12,4 +12,7 @@ double floor_under(const Clip& poses, const SceneQuery& scene);
 /// The scene that is assumed where none is given: a flat floor under the feet, around where the person is.
 Scene assumed_floor(const Clip& clip);
 
+/// The scene moved up by `by` metres.
+Scene raised(const Scene& scene, double by);
+
 }  // namespace inhabit

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/interact/contact_surface.h"
 #include "inhabit/math/heading.h"
 
 namespace inhabit::serve {
@@ -21,7 +22,7 @@ constexpr double kThere = 0.06, kPassed = 0.6;  // metres from a place: there; w
 constexpr double kMoves = 0.05;                 // metres ahead: of who walks at all
 constexpr double kAside = 0.15;                 // metres that coming to stand may lead aside
 constexpr int kSits = 2;                        // Frame::action
-constexpr double kNear = 0.15;                  // metres from a place: there
+constexpr double kNear = 0.15;                  // metres: nobody turns for a way that short
 
 Vector2d root_of(const Frame& frame) { return {frame.trans.x(), frame.trans.z()}; }
 
@@ -144,7 +145,8 @@ void Character::touch(const Touch& touch) {
     return;
   }
   const Seat& seat = seat_for(touch.chair);
-  const Eigen::Vector3d on = contact_on_surface(seat, world_->person.skeleton, touch.hand, *touch.at);
+  const Eigen::Vector3d on =
+      interact::contact_on_surface(seat.chair, seat.surface, world_->person.skeleton, touch.hand, *touch.at);
   if (seat.chair.name != contacts_.chair) sit(seat.chair.name);
   contacts_.at[hand] = on;
   reach_soon_ = true;
@@ -160,7 +162,7 @@ void Character::draw() {
       auto& contact = drawn[static_cast<size_t>(hand)];
       if (!contact) continue;
       try {
-        contact = contact_on_surface(seat, world_->person.skeleton, hand, *contact);
+        contact = interact::contact_on_surface(seat.chair, seat.surface, world_->person.skeleton, hand, *contact);
       } catch (const Error&) {
         contact.reset();
       }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "inhabit/interact/labels.h"
 #include "inhabit/interact/live_person.h"
 
 namespace inhabit::serve {
@@ -55,7 +56,7 @@ Clip clip_of(const std::vector<Frame>& frames, const Clip& person) {
   for (const Frame& frame : frames) poses.push_back(pose_of(frame));
   Clip clip = interact::clip_of(poses, person, 30);
   const auto count = static_cast<int64_t>(frames.size());
-  clip.action_names = {"idle", "walk", "sit"};
+  clip.action_names = interact::kActionNames;
   clip.action = torch::zeros({count}, torch::kInt64);
   clip.hand_targets = torch::zeros({count, 2, 4});
   float* target = clip.hand_targets.data_ptr<float>();

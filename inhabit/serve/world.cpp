@@ -1,12 +1,11 @@
 #include "inhabit/serve/world.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "inhabit/error.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/synth/room.h"
 
@@ -17,18 +16,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using torch::Tensor;
 
-constexpr double kOffSurface = 0.1;      // metres from the seat's surface: no contact of it
-constexpr double kLean = 0.3;            // metres that leaning adds to an arm's reach
 constexpr float kShoulders = 0.28F;      // metres that a standing person needs about them
 constexpr double kFarthestPlace = 1000;  // metres: scenes beyond are cut off there
-
-Scene lowered(const Scene& scene, double by) {
-  Scene out = scene;
-  const Tensor down = torch::tensor({0.F, static_cast<float>(-by), 0.F});
-  for (Mesh& mesh : out.meshes) mesh.vertices = mesh.vertices + down;
-  if (out.points.defined()) out.points = out.points + down;
-  return out;
-}
 
 /// Corners of the box around a scene.
 std::pair<Vector3d, Vector3d> bounds_of(const Scene& scene) {
@@ -82,7 +71,7 @@ Clip first_pose(const World& world) {
 std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor interactor) {
   const auto [low, high] = bounds_of(scene);
   if (!(low.y() <= high.y())) throw Error(scene.name.empty() ? "scene" : scene.name, "is empty");
-  const Scene there = lowered(scene, floor_of(scene, low.y()));
+  const Scene there = raised(scene, -floor_of(scene, low.y()));
   const auto cut = [](double x) { return std::clamp(x, -kFarthestPlace, kFarthestPlace); };
   auto world = std::make_shared<World>(World{there,
                                              std::make_shared<const interact::Surroundings>(there),
@@ -150,27 +139,6 @@ std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& mo
 
 std::shared_ptr<const World> make_world(const Scene& scene, interact::ChairInteractor interactor) {
   return world_of(scene, std::move(interactor));
-}
-
-Vector3d contact_on_surface(const Seat& seat, const Skeleton& person, int hand, const Vector3d& point) {
-  const std::string name = hand == 0 ? "left contact" : "right contact";
-  const interact::Chair& chair = seat.chair;
-  const ClosestPoints closest =
-      seat.surface.closest(torch::tensor({{point.x(), point.y(), point.z()}}, torch::kFloat32));
-  const double off = closest.distances.item<double>();
-  if (!(off <= kOffSurface)) throw Error(name, fmt::format("is {:.2f} m from {}: in the air", off, chair.name));
-  const Vector3d touched = Eigen::Map<const Eigen::Vector3f>(closest.points.data_ptr<float>()).cast<double>();
-  // From the shoulder of a person who sits upright.
-  const Tensor offsets = person.offsets.to(torch::kFloat64).contiguous();
-  const auto offset = [&](int64_t j) { return Eigen::Map<const Vector3d>(offsets.data_ptr<double>() + 3 * j); };
-  Vector3d shoulder = Vector3d(0, 0.1, 0);  // a pelvis is that much above what it sits on
-  for (const int64_t joint : {3, 6, 9, 13, 16}) shoulder.y() += offset(joint).y();
-  for (const int64_t joint : {13, 16}) shoulder.x() += (hand == 0 ? 1 : -1) * offset(joint).x();
-  const double arm = offset(18).norm() + offset(20).norm() + 0.09;  // to the middle of the palm
-  const Vector3d from = chair.seat() + chair.frame.linear() * shoulder;
-  const double far = (touched - from).norm() - arm - kLean;
-  if (far > 0) throw Error(name, fmt::format("is out of the arm's reach of the seat by {:.2f} m", far));
-  return touched;
 }
 
 }  // namespace inhabit::serve

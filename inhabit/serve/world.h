@@ -52,8 +52,4 @@ std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& mo
 /// The same with a model in memory and no previews.
 std::shared_ptr<const World> make_world(const Scene& scene, interact::ChairInteractor interactor);
 
-/// Moves a contact of a hand (0 left, 1 right) to the surface of what is sat on. Throws Error where it is over 10 cm
-/// from it or out of the arm's reach of a seated person.
-Eigen::Vector3d contact_on_surface(const Seat& seat, const Skeleton& person, int hand, const Eigen::Vector3d& point);
-
 }  // namespace inhabit::serve

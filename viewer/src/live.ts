@@ -1,6 +1,6 @@
 import { Vector3 } from 'three';
 import { Data } from './data';
-import { element } from './dom';
+import { fail } from './dom';
 import { LivePage } from './live_page';
 
 /** What tests may use: window.inhabit. */
@@ -30,10 +30,4 @@ async function start() {
   hooks.ready = true;
 }
 
-start().catch((reason: unknown) => {
-  hooks.error = String(reason instanceof Error ? reason.message : reason);
-  const message = element('message');
-  message.hidden = false;
-  message.textContent = 'This page could not be shown: ' + hooks.error;
-  throw reason;
-});
+start().catch((reason: unknown) => fail(hooks, reason));

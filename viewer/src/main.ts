@@ -1,5 +1,5 @@
 import { Data } from './data';
-import { element } from './dom';
+import { fail } from './dom';
 import { MotionPage } from './motion_page';
 import type { Hooks } from './hooks';
 
@@ -16,10 +16,4 @@ async function start() {
   hooks.ready = true;
 }
 
-start().catch((reason: unknown) => {
-  hooks.error = String(reason instanceof Error ? reason.message : reason);
-  const message = element('message');
-  message.hidden = false;
-  message.textContent = 'This page could not be shown: ' + hooks.error;
-  throw reason;
-});
+start().catch((reason: unknown) => fail(hooks, reason));

@@ -1,0 +1,13 @@
+#include "inhabit/scene/point_rows.h"
+
+namespace inhabit {
+
+torch::Tensor point_rows(const std::vector<Eigen::Vector3d>& points) {
+  torch::Tensor out = torch::empty({static_cast<int64_t>(points.size()), 3});
+  float* p = out.data_ptr<float>();
+  for (const Eigen::Vector3d& v : points)
+    for (int i = 0; i < 3; ++i) *p++ = static_cast<float>(v[i]);
+  return out;
+}
+
+}  // namespace inhabit

@@ -1,0 +1,12 @@
+#pragma once
+#include <torch/types.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace inhabit {
+
+/// Points as SceneQuery takes them: (N, 3) float.
+torch::Tensor point_rows(const std::vector<Eigen::Vector3d>& points);
+
+}  // namespace inhabit
