@@ -11,8 +11,9 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
-#include "inhabit/interact/evaluate_behind.h"
+#include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/scene_file.h"
 #include "inputs.h"
 #include "models.h"
 #include "outputs.h"
@@ -252,7 +253,7 @@ void add_eval_detour(CLI::App& verb) {
 
 void add_eval_interact(CLI::App& verb) {
   struct Options {
-    std::vector<std::string> data, settings, models;
+    std::vector<std::string> data, scenes, settings, models;
     std::string split = "test", json;
     int64_t runs = 120, behind = 0;
     double seconds = 16;
@@ -261,14 +262,18 @@ void add_eval_interact(CLI::App& verb) {
   CLI::App* interact = verb.add_subcommand(
       "interact", "How near hands come to their contacts, who sits, and how the motion moves, beside the recordings");
   auto o = std::make_shared<Options>();
-  interact->add_option("--data", o->data, "Native data set folders")->required();
+  CLI::Option* data = interact->add_option("--data", o->data, "Native data set folders");
+  interact
+      ->add_option("--scene", o->scenes,
+                   "Instead: scene files; who sits down on each chair in them, from starts all around it")
+      ->excludes(data);
   interact->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
       ->capture_default_str();
   interact->add_option(
       "--model", o->models,
       "Model files, each with rows of its own: our networks and baselines (default: the one that ships)");
-  interact->add_option("--runs", o->runs, "Starts at most, spread over the split")
+  interact->add_option("--runs", o->runs, "Starts at most, spread over the split; with --scene for each chair")
       ->check(whole_over_zero)
       ->capture_default_str();
   interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
@@ -286,16 +291,34 @@ void add_eval_interact(CLI::App& verb) {
       files.emplace_back(model, interact::load_networks(model));
       set_used(files.back().second.config, o->settings, {"inference."});
     }
+    const auto write_starts = [&](const std::vector<interact::StartScores>& scores) {
+      const ScoreTable table = interact::score_table(scores);
+      if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+      std::printf("%s", text_of(table, true).c_str());
+    };
+    if (!o->scenes.empty()) {
+      const auto methods = interact::methods_of(files, o->seconds, {{.raw = true}, {}});
+      std::vector<interact::StartScores> scores;
+      for (const std::string& file : o->scenes) {
+        const Scene scene = read_scene_file(file).scene;
+        const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
+        if (chairs.empty()) throw Error(file, "holds nothing to sit on");
+        for (const interact::Chair& chair : chairs)
+          for (interact::StartScores& s :
+               interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o->runs, o->seed), methods,
+                                         o->seed, progress_lines("runs")))
+            scores.push_back(std::move(s));
+      }
+      return write_starts(scores);
+    }
+    if (o->data.empty()) throw Error("eval interact", "needs --data or --scene");
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
     if (o->behind > 0) {
       const std::vector<interact::Use> uses = {{.raw = true, .straight = true}, {.raw = true}};
-      const ScoreTable table = interact::score_table(
-          interact::evaluate_behind(interact::behind_chairs(trials, o->behind, o->seed),
-                                    interact::methods_of(files, o->seconds, uses), o->seed, progress_lines("runs")));
-      if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
-      std::printf("%s", text_of(table, true).c_str());
-      return;
+      return write_starts(interact::evaluate_starts("behind", interact::behind_chairs(trials, o->behind, o->seed),
+                                                    interact::methods_of(files, o->seconds, uses), o->seed,
+                                                    progress_lines("runs")));
     }
     const interact::Table table = interact::evaluate(
         trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_lines("runs"));

@@ -49,6 +49,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.control_floor", c.training.control_floor);
   visit("training.contact_floor", c.training.contact_floor);
   visit("training.dropout", c.training.dropout);
+  visit("training.sense_noise", c.training.sense_noise);
   visit("training.mirrored", c.training.mirrored);
   visit("training.control_frames", c.training.control_frames);
   visit("training.trajectory_weight", c.training.trajectory_weight);
@@ -92,7 +93,8 @@ void check_training(const Config::Training& t, const ConfigCheck& check) {
   for (const auto& [name, share] : {std::pair("training.warmup", t.warmup),
                                     {"training.pose_floor", t.pose_floor},
                                     {"training.control_floor", t.control_floor},
-                                    {"training.contact_floor", t.contact_floor}})
+                                    {"training.contact_floor", t.contact_floor},
+                                    {"training.sense_noise", t.sense_noise}})
     check.within(name, share, 0, 1);
   check.within("training.rollout_average", t.rollout_average, 0, 0.999'999);
   check.within("training.rollout_frames", t.rollout_frames, 1, 10'000);
@@ -127,6 +129,7 @@ Config preset(const std::string& name) {
     c.training.rollout_rate = 3e-4;
     c.training.rollout_frames = 24;
     c.training.rollout_hand_weight = 4;
+    c.training.sense_noise = 0.5;
     c.training.control_steps = 3000;
     c.training.trajectory_weight = 2;  // as released the plan stays the straight line, which nobody's hand moves along
     c.training.straight_weight = 0.1;

@@ -51,6 +51,7 @@ struct Config {
     double warmup = 0;               ///< of the steps, in which the rate rises from 0
     double pose_floor = 0.05, control_floor = 0.005, contact_floor = 1;  ///< of the peak, which cosines end at
     double dropout = 0.3;                                                ///< PoseNet's and the baselines'
+    double sense_noise = 0;          ///< share of PoseNet's samples whose occupancies are disturbed (SenseNoise)
     bool mirrored = true;            ///< the data's mirror image is learned from too
     int control_frames = 60;         ///< of a sequence for ControlNet
     double trajectory_weight = 0.1;  ///< lambda 1 (Eq. 2)

@@ -1,6 +1,7 @@
 #include "inhabit/interact/evaluate.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +116,15 @@ void set_actions(const Labels& labels, Clip& clip) {
   clip.action = labels.action.argmax(1);
 }
 
+/// Somebody who stays as they are.
+Clip waiting(const Clip& start, double seconds) {
+  const auto frames = static_cast<int64_t>(std::lround(seconds * start.rate));
+  Clip out = frames_at(start, std::vector<int64_t>(static_cast<size_t>(frames), 0));
+  out.action_names = kActionNames;
+  out.action = torch::zeros({frames}, torch::kInt64);
+  return out;
+}
+
 }  // namespace
 
 std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
@@ -158,7 +168,7 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
                             const Use& use) {
   return {name + (use.raw ? "" : ", fitted") + (use.straight ? ", no way planned" : ""),
-          [interactor = std::move(interactor), seconds, use](const Trial& trial, uint64_t seed) {
+          [name, interactor = std::move(interactor), seconds, use](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
             options.seconds = seconds;
@@ -168,7 +178,12 @@ InteractMethod model_method(const std::string& name, std::shared_ptr<const Chair
             options.straight = use.straight;
             options.standard = true;
             options.name = trial.name;
-            return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
+            try {
+              return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
+            } catch (const Error& e) {  // nobody could set out: no way, or none from there
+              spdlog::warn("{}: {}", name, e.what());
+              return waiting(trial.start, seconds);
+            }
           }};
 }
 

@@ -22,7 +22,8 @@ void take_control(const State& recorded, State& state) {
 
 }  // namespace
 
-PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t frames, const PoseFunction& predict) {
+PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t frames, const PoseFunction& predict,
+                 const std::vector<SenseNoise>& noise) {
   const Config& config = data.config();
   const InputLayout in = input_layout(config);
   const OutputLayout out = output_layout(config);
@@ -42,7 +43,9 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
     for (int64_t p = 0; p < people; ++p) {
       const auto& [clip, frame] = places[static_cast<size_t>(p)];
       const State& now = states[static_cast<size_t>(p)];
-      build_input(in, now, data.senses(clip), rows.input.data_ptr<float>() + (t * people + p) * in.size);
+      float* input = rows.input.data_ptr<float>() + (t * people + p) * in.size;
+      build_input(in, now, data.senses(clip), input);
+      if (!noise.empty()) noise[static_cast<size_t>(p)].apply(input);
       build_target(out, now, state_at(data.recording(clip), frame + t + 1),
                    rows.target.data_ptr<float>() + (t * people + p) * out.size);
       build_contacts(now, rows.contacts.data_ptr<float>() + (t * people + p) * 8);

@@ -22,6 +22,18 @@ PoseBatch standardised(const Training& t, Predictor predictor, const PoseRows& r
   return {input.to(t.device), t.output.to_network(rows.target).to(t.device)};
 }
 
+/// For each sample of a step, drawn from its seed.
+std::vector<SenseNoise> noise_of(const Config& config, const TrainStep& step) {
+  std::vector<SenseNoise> out;
+  if (config.training.sense_noise == 0) return out;
+  std::mt19937_64 random(step.seed);
+  const InputLayout layout = input_layout(config);
+  out.reserve(step.indices.size());
+  for (size_t i = 0; i < step.indices.size(); ++i)
+    out.emplace_back(layout, config, config.training.sense_noise, random);
+  return out;
+}
+
 /// A network that predicts frames, as it is trained.
 struct FrameModel {
   Predictor predictor;
@@ -65,17 +77,22 @@ TrainTask plain_task(const Training& t, const FrameModel& model) {
 /// On single frames of recordings.
 TrainTask step_task(const Training& t, const FrameModel& model) {
   TrainTask task = plain_task(t, model);
-  const auto rows_of = [&t, model](const Data& data, const std::vector<int64_t>& indices) {
-    return standardised(t, model.predictor, data.pose_rows(indices));
+  const auto rows_of = [&t, model](const Data& data, const std::vector<int64_t>& indices,
+                                   const std::vector<SenseNoise>& noise) {
+    const PoseRows rows = data.pose_rows(indices);
+    for (size_t i = 0; i < noise.size(); ++i)
+      noise[i].apply(rows.input.data_ptr<float>() + static_cast<int64_t>(i) * rows.input.size(1));
+    return standardised(t, model.predictor, rows);
   };
   const FrameModel::Error square = [](const auto& output, const auto& target) {
     return torch::mse_loss(output, target);
   };
-  task.prepare = batches([&t, rows_of](const TrainStep& step) { return rows_of(t.data, step.indices); },
-                         [model, square](const PoseBatch& b, const TrainStep&) { return model.losses(b, square); });
+  task.prepare = batches(
+      [&t, rows_of](const TrainStep& step) { return rows_of(t.data, step.indices, noise_of(t.model.config, step)); },
+      [model, square](const PoseBatch& b, const TrainStep&) { return model.losses(b, square); });
   task.validate = [&t, model, rows_of, square] {
     return validated(t.validation.poses(), kValidationRows, [&](const std::vector<int64_t>& some) {
-      return model.losses(rows_of(t.validation, some), square).front().second.template item<double>();
+      return model.losses(rows_of(t.validation, some, {}), square).front().second.template item<double>();
     });
   };
   return task;
@@ -85,15 +102,16 @@ TrainTask step_task(const Training& t, const FrameModel& model) {
 TrainTask rollout_task(const Training& t, const FrameModel& model) {
   const Config::Training& settings = t.model.config.training;
   const InputLayout layout = input_layout(t.model.config);
-  const auto rows_of = [&t, model, &settings, layout](const Data& data, const std::vector<int64_t>& indices) {
+  const auto rows_of = [&t, model, &settings, layout](const Data& data, const std::vector<int64_t>& indices,
+                                                      const std::vector<SenseNoise>& noise) {
     const torch::NoGradGuard no_grad;
     const bool training = model.module->is_training();
     model.module->eval();
-    const PoseRows rows =
-        rollout(data, indices, settings.rollout_frames, [&](const torch::Tensor& input, const torch::Tensor& contacts) {
-          const torch::Tensor x = rows_for(model.predictor, layout, t.input.to_network(input), contacts);
-          return t.output.from_network(model.predict(x.to(t.device)).cpu());
-        });
+    const PoseFunction predict = [&](const torch::Tensor& input, const torch::Tensor& contacts) {
+      const torch::Tensor x = rows_for(model.predictor, layout, t.input.to_network(input), contacts);
+      return t.output.from_network(model.predict(x.to(t.device)).cpu());
+    };
+    const PoseRows rows = rollout(data, indices, settings.rollout_frames, predict, noise);
     model.module->train(training);
     return standardised(t, model.predictor, rows);
   };
@@ -105,14 +123,14 @@ TrainTask rollout_task(const Training& t, const FrameModel& model) {
   task.average = settings.rollout_average;
   // Rollouts are made with the weights of the step that learns from them, on its own thread.
   task.prepare = batches([](const TrainStep& step) { return step.indices; },
-                         [model, rows_of, error, &t](const std::vector<int64_t>& indices, const TrainStep&) {
-                           return model.losses(rows_of(t.data, indices), error);
+                         [model, rows_of, error, &t](const std::vector<int64_t>& indices, const TrainStep& step) {
+                           return model.losses(rows_of(t.data, indices, noise_of(t.model.config, step)), error);
                          });
   task.validate = [model, rows_of, error, &t, &settings] {
-    return validated(t.validation.poses(), kValidationRows / settings.rollout_frames,
-                     [&](const std::vector<int64_t>& some) {
-                       return model.losses(rows_of(t.validation, some), error).front().second.template item<double>();
-                     });
+    return validated(
+        t.validation.poses(), kValidationRows / settings.rollout_frames, [&](const std::vector<int64_t>& some) {
+          return model.losses(rows_of(t.validation, some, {}), error).front().second.template item<double>();
+        });
   };
   return task;
 }

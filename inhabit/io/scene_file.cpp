@@ -10,6 +10,7 @@
 namespace inhabit {
 namespace {
 
+constexpr double kLowestRoom = 2;  // metres
 constexpr double kMostSize = 1e5;  // metres; a scene this large is a mistake of units or a damaged file
 
 bool is_mesh(const std::string& extension) {
@@ -90,18 +91,20 @@ double upness(const torch::Tensor& points, int axis) {
   return floor + 0.5 * (floor - ceiling) + layered + flat;
 }
 
+/// Metres per unit of a scene that is so high and long in its units, nothing where no unit fits. Halls are 30 m high, a
+/// scene in centimetres that is less than 30 units high is no room.
+std::optional<double> likely_unit(double height, double largest) {
+  struct Unit {
+    double metres, highest, longest;
+  };
+  for (const Unit& unit : {Unit{1, 30, 300}, Unit{0.01, 8, 60}, Unit{0.001, 8, 60}})
+    if (height * unit.metres <= unit.highest && largest * unit.metres <= unit.longest) return unit.metres;
+  return {};
+}
+
 void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadOptions& options, SceneReport& report,
                     const std::string& subject) {
   const bool defined = extension == "glb" || extension == "gltf";
-  const torch::Tensor points = survey(scene, 20000);
-  report.up = 'y';
-  if (options.up != UpAxis::automatic) {
-    report.up = options.up == UpAxis::z ? 'z' : 'y';
-  } else if (!defined) {
-    const double y = upness(points, 1), z = upness(points, 2);
-    report.up_detected = std::abs(y - z) > 0.15;
-    report.up = report.up_detected ? (y > z ? 'y' : 'z') : (extension == "obj" ? 'y' : 'z');
-  }
   std::vector<torch::Tensor> all;
   for (const Mesh& mesh : scene.meshes) all.push_back(mesh.vertices);
   if (scene.points.defined()) all.push_back(scene.points);
@@ -112,21 +115,26 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
     upper = upper.defined() ? torch::maximum(upper, high) : high;
   }
   const torch::Tensor size = (upper - lower).to(torch::kFloat64);
-  const double height = size[report.up == 'z' ? 2 : 1].item<double>(), largest = size.max().item<double>();
+  const double along_y = size[1].item<double>(), along_z = size[2].item<double>(), largest = size.max().item<double>();
+  report.up = 'y';
+  if (options.up != UpAxis::automatic) {
+    report.up = options.up == UpAxis::z ? 'z' : 'y';
+  } else if (!defined) {
+    const double unit = options.scale.value_or(likely_unit(std::min(along_y, along_z), largest).value_or(1));
+    // The back rest of a lone chair is flat and at one end as well as a floor is.
+    const bool furniture = std::max(along_y, along_z) * unit < kLowestRoom;
+    const torch::Tensor points = survey(scene, 20000);
+    const double y = upness(points, 1), z = upness(points, 2);
+    report.up_detected = !furniture && std::abs(y - z) > 0.15;
+    report.up = report.up_detected ? (y > z ? 'y' : 'z') : (extension == "obj" ? 'y' : 'z');
+  }
   if (options.scale) {
     report.scale = *options.scale;
     if (!std::isfinite(report.scale) || report.scale <= 0) throw Error(subject, "the scale must be a number over 0");
   } else if (!defined) {
-    // Halls are 30 m high, a scene in centimetres that is less than 30 units high is no room.
-    struct Unit {
-      double metres, highest, longest;
-    };
-    for (const Unit& unit : {Unit{1, 30, 300}, Unit{0.01, 8, 60}, Unit{0.001, 8, 60}}) {
-      if (height * unit.metres > unit.highest || largest * unit.metres > unit.longest) continue;
-      report.scale = unit.metres;
-      report.scale_detected = true;
-      break;
-    }
+    const std::optional<double> unit = likely_unit(report.up == 'z' ? along_z : along_y, largest);
+    report.scale = unit.value_or(1);
+    report.scale_detected = unit.has_value();
   }
   if (largest * report.scale > kMostSize) {
     throw Error(subject,

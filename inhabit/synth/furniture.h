@@ -27,7 +27,8 @@ struct Surface {
 /// A piece of furniture in its own frame: origin on the floor under its middle, front (the side one sits or stands at)
 /// +Z, left of a person who sits in it is +X.
 struct Furniture {
-  std::string kind;  ///< "chair", "armchair", "stool", "sofa", "table", "bed", "shelf"
+  std::string kind;  ///< "chair", "armchair", "stool", "sofa", "office_chair", "solid_chair", "table", "bed",
+                     ///< "shelf"
   Eigen::Isometry3d pose =
       Eigen::Isometry3d::Identity();  ///< own frame to world; a rotation about +Y and a shift on the floor
   std::vector<Box> boxes;             ///< what is solid: collisions and the mesh agree with these
@@ -48,6 +49,10 @@ struct Furniture {
 Furniture make_chair(std::mt19937_64& random, std::optional<double> seat_height = {});     ///< without arms
 Furniture make_armchair(std::mt19937_64& random, std::optional<double> seat_height = {});  ///< with arm rests
 Furniture make_stool(std::mt19937_64& random, std::optional<double> seat_height = {});
+/// A seat on a column with five castors, some with arm rests and a rest for the head.
+Furniture make_office_chair(std::mt19937_64& random, double seat_height);
+/// A seat on a closed body with a back up to 20 cm deep: tubs, blocks, cisterns.
+Furniture make_solid_chair(std::mt19937_64& random, double seat_height);
 /// @param seats number of cushions side by side.
 Furniture make_sofa(std::mt19937_64& random, int seats, std::optional<double> seat_height = {});
 /// @param width, depth of the top, metres.

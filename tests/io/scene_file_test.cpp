@@ -1,5 +1,7 @@
 #include "inhabit/io/scene_file.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <fstream>
@@ -182,6 +184,34 @@ TEST(SceneFile, PointsInGltfAreACloud) {
   const SceneFile back = read_scene_file(folder / "cloud.glb");
   EXPECT_TRUE(back.scene.meshes.empty());
   EXPECT_TRUE(torch::equal(back.scene.points, cloud.points));
+}
+
+// The back rest of a chair that stands alone is no floor.
+TEST(SceneFile, ALoneChairStandsAsItsFormatHasIt) {
+  const auto seen = [](double unit) {
+    std::string text = "o chair\n";
+    int first = 1;
+    const auto box = [&](Eigen::Vector3d low, Eigen::Vector3d high) {
+      for (int i = 0; i < 8; ++i)
+        text += fmt::format("v {} {} {}\n", unit * (i % 2 ? high : low).x(), unit * (i / 2 % 2 ? high : low).y(),
+                            unit * (i / 4 ? high : low).z());
+      for (const auto& f : {"0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"})
+        text += fmt::format("f {} {} {} {}\n", first + f[0] - '0', first + f[2] - '0', first + f[4] - '0',
+                            first + f[6] - '0');
+      first += 8;
+    };
+    box({-0.23, 0.41, -0.23}, {0.23, 0.46, 0.23});
+    box({-0.23, 0.46, -0.23}, {0.23, 0.87, -0.19});
+    for (const double x : {-0.23, 0.19})
+      for (const double z : {-0.23, 0.19}) box({x, 0, z}, {x + 0.04, 0.41, z + 0.04});
+    return parse_scene(text, "obj", "chair.obj");
+  };
+  for (const double unit : {1.0, 100.0}) {
+    const SceneFile chair = seen(unit);
+    EXPECT_EQ(chair.report.up, 'y') << unit;
+    EXPECT_FALSE(chair.report.up_detected) << unit;
+    EXPECT_NEAR(chair.report.upper[1], 0.87, 1e-4) << unit;
+  }
 }
 
 TEST(SceneFile, FlagsOverrideDetection) {

@@ -265,7 +265,7 @@ TEST(Chairs, ChairsDifferAndAreInOneSplitOnly) {
     EXPECT_LE(seat->center.y(), 0.55);
     heights.insert(seat->center.y());
   }
-  EXPECT_EQ(kinds, (std::set<std::string>{"chair", "armchair", "stool", "sofa"}));
+  EXPECT_EQ(kinds, (std::set<std::string>{"chair", "armchair", "stool", "sofa", "office_chair", "solid_chair"}));
   EXPECT_EQ(heights.size(), 60U);
   std::map<std::string, std::string> split_of_scene;
   for (const DatasetClip& entry : chairs().clips) {

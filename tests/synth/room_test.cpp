@@ -89,6 +89,8 @@ TEST(Room, MeshesAgreeWithTheBoxes) {
                                    make_armchair(random),
                                    make_stool(random),
                                    make_sofa(random, 3),
+                                   make_office_chair(random, 0.48),
+                                   make_solid_chair(random, 0.44),
                                    make_table(random, 1.2, 0.8, 0.74),
                                    make_bed(random),
                                    make_shelf(random)};
@@ -153,8 +155,8 @@ TEST(Room, RoomsVary) {
 TEST(Furniture, HeightsAreThoseAskedFor) {
   std::mt19937_64 random(1);
   for (const double h : {0.38, 0.45, 0.55}) {
-    for (const Furniture& f :
-         {make_chair(random, h), make_armchair(random, h), make_stool(random, h), make_sofa(random, 2, h)})
+    for (const Furniture& f : {make_chair(random, h), make_armchair(random, h), make_stool(random, h),
+                               make_sofa(random, 2, h), make_office_chair(random, h), make_solid_chair(random, h)})
       EXPECT_DOUBLE_EQ(f.surfaces.at(0).center.y(), h) << f.kind;
   }
   for (double h = 0.4; h < 1.65; h += 0.1) {

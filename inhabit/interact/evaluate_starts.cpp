@@ -1,4 +1,4 @@
-#include "inhabit/interact/evaluate_behind.h"
+#include "inhabit/interact/evaluate_starts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/collision.h"
+#include "inhabit/scene/floor.h"
 #include "inhabit/scene/free_space.h"
 #include "inhabit/scene/objects.h"
 
@@ -19,6 +20,7 @@ namespace {
 constexpr double kLowered = 0.92, kThrough = 0.05;
 constexpr double kResting = -0.05, kSeatWidth = 0.25;  // metres in the seat's axes: people sit down from there
 constexpr double kClear = 0.25;                        // metres from furniture at the start
+constexpr double kSeatedPelvis = 0.15;                 // metres over the seat's surface
 constexpr int kDraws = 10'000;                         // of a start
 
 /// Frames until the pelvis is lowered for the first time.
@@ -48,32 +50,51 @@ bool over_chair(const Clip& motion, const Chair& chair) {
   return false;
 }
 
+/// A trial's person, stood 1 to 3 m from the chair at an angle of [from, to] from its front, on free floor.
+void place_start(const FreeSpace& floor, double from, double to, std::mt19937_64& random, Trial& trial) {
+  Eigen::Vector2d place;
+  int drawn = 0;
+  do {
+    if (++drawn > kDraws) throw Error(trial.name, "has no free floor around the chair to start from");
+    place = on_ground(trial.chair.seat()) +
+            uniform(random, 1, 3) * ahead_of(trial.chair.heading() + uniform(random, from, to));
+  } while (floor.at(place) < kClear);
+  trial.start = standing_clip(place, uniform(random, -M_PI, M_PI), trial.start.betas);
+}
+
 }  // namespace
 
 std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs, uint64_t seed) {
   std::vector<Trial> out;
   for (int64_t i = 0; i < runs && !trials.empty(); ++i) {
     Trial trial = trials[static_cast<size_t>(i) % trials.size()];
-    const FreeSpace floor = free_space(obstacles_of(trial.scene));
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
-    Eigen::Vector2d place;
-    int drawn = 0;
-    do {
-      if (++drawn > kDraws) throw Error(trial.name, "has no free floor behind the chair to start from");
-      const double angle = trial.chair.heading() + uniform(random, 2 * M_PI / 3, 4 * M_PI / 3);
-      place = on_ground(trial.chair.seat()) + uniform(random, 1, 3) * ahead_of(angle);
-    } while (floor.at(place) < kClear);
-    trial.start = standing_clip(place, uniform(random, -M_PI, M_PI), trial.start.betas);
+    place_start(free_space(obstacles_of(trial.scene)), 2 * M_PI / 3, 4 * M_PI / 3, random, trial);
     out.push_back(std::move(trial));
   }
   return out;
 }
 
-std::vector<BehindScores> evaluate_behind(const std::vector<Trial>& starts, const std::vector<InteractMethod>& methods,
-                                          uint64_t seed,
-                                          const std::function<void(int64_t done, int64_t all)>& progress) {
+std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t runs, uint64_t seed) {
+  const double ground = chair.frame.translation().y();
+  const FreeSpace floor = free_space(obstacles_of(raised(scene, -ground)));
+  std::vector<Trial> out;
+  for (int64_t i = 0; i < runs; ++i) {
+    Trial trial{chair.name, scene, chair, {}, {}, {}, kSeatedPelvis};
+    std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
+    place_start(floor, -M_PI, M_PI, random, trial);
+    trial.start.joints = trial.start.joints + torch::tensor({0.F, static_cast<float>(ground), 0.F});
+    trial.start.trans = trial.start.trans + torch::tensor({0.F, static_cast<float>(ground), 0.F});
+    out.push_back(std::move(trial));
+  }
+  return out;
+}
+
+std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
+                                         const std::vector<InteractMethod>& methods, uint64_t seed,
+                                         const std::function<void(int64_t done, int64_t all)>& progress) {
   const torch::NoGradGuard no_gradients;
-  std::vector<BehindScores> out;
+  std::vector<StartScores> out;
   int64_t done = 0;
   for (const InteractMethod& method : methods) {
     std::vector<double> seated, through, around, depth;
@@ -89,20 +110,20 @@ std::vector<BehindScores> evaluate_behind(const std::vector<Trial>& starts, cons
       around.push_back(sits && !hits ? 1 : 0);
       if (progress) progress(++done, static_cast<int64_t>(methods.size() * starts.size()));
     }
-    out.push_back({method.name, estimate(seated), estimate(through), estimate(around), estimate(depth)});
+    out.push_back({name, method.name, estimate(seated), estimate(through), estimate(around), estimate(depth)});
   }
   return out;
 }
 
-ScoreTable score_table(const std::vector<BehindScores>& rows) {
+ScoreTable score_table(const std::vector<StartScores>& rows) {
   ScoreTable out;
-  out.labels = {"from behind"};
+  out.labels = {"starts", "method"};
   out.columns = {{"", "seated (%)", "seated_percent", 1},
                  {"", "through (%)", "through_percent", 1},
                  {"", "around (%)", "around_percent", 1},
                  {"", "depth (cm)", "penetration_cm", 1}};
-  for (const BehindScores& s : rows) {
-    ScoreTable::Row row{{s.method}, {}};
+  for (const StartScores& s : rows) {
+    ScoreTable::Row row{{s.starts, s.method}, {}};
     for (const Estimate& e : {s.seated, s.through, s.around, s.depth})
       row.cells.push_back({100 * e.mean, 100 * e.interval});
     out.rows.push_back(row);

@@ -3,8 +3,9 @@
 
 namespace inhabit::interact {
 
-/// What people do who start behind the chair.
-struct BehindScores {
+/// What people do who start somewhere around a chair.
+struct StartScores {
+  std::string starts;  ///< which: "behind", or the chair
   std::string method;
   Estimate seated;   ///< share of runs that end seated, as in Scores::success
   Estimate through;  ///< share of runs whose approach leads through the chair
@@ -16,13 +17,17 @@ struct BehindScores {
 /// from the middle of the seat, any heading.
 std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs, uint64_t seed);
 
+/// `runs` starts 1 to 3 m from a chair that nobody was recorded on, from where the floor leads to it, any direction and
+/// heading, hands free. Who is seated has the pelvis 15 cm over the seat's surface.
+std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t runs, uint64_t seed);
+
 /// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through
 /// the chair whose skin was over 5 cm in the scene, or whose pelvis was over the chair as seen from above,
 /// elsewhere than before its seat.
-std::vector<BehindScores> evaluate_behind(const std::vector<Trial>& starts, const std::vector<InteractMethod>& methods,
-                                          uint64_t seed,
-                                          const std::function<void(int64_t done, int64_t all)>& progress = {});
+std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
+                                         const std::vector<InteractMethod>& methods, uint64_t seed,
+                                         const std::function<void(int64_t done, int64_t all)>& progress = {});
 
-ScoreTable score_table(const std::vector<BehindScores>& rows);
+ScoreTable score_table(const std::vector<StartScores>& rows);
 
 }  // namespace inhabit::interact
