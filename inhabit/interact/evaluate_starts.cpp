@@ -51,7 +51,7 @@ bool over_chair(const Clip& motion, const Chair& chair) {
 }
 
 /// A trial's person, stood 1 to 3 m from the chair at an angle of [from, to] from its front, on free floor.
-void place_start(const FreeSpace& floor, double from, double to, std::mt19937_64& random, Trial& trial) {
+Eigen::Vector2d place_start(const FreeSpace& floor, double from, double to, std::mt19937_64& random, Trial& trial) {
   Eigen::Vector2d place;
   int drawn = 0;
   do {
@@ -60,6 +60,7 @@ void place_start(const FreeSpace& floor, double from, double to, std::mt19937_64
             uniform(random, 1, 3) * ahead_of(trial.chair.heading() + uniform(random, from, to));
   } while (floor.at(place) < kClear);
   trial.start = standing_clip(place, uniform(random, -M_PI, M_PI), trial.start.betas);
+  return place;
 }
 
 }  // namespace
@@ -82,7 +83,7 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
   for (int64_t i = 0; i < runs; ++i) {
     Trial trial{chair.name, scene, chair, {}, {}, {}, kSeatedPelvis};
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
-    place_start(floor, -M_PI, M_PI, random, trial);
+    trial.chair = nearest_place(chair, place_start(floor, -M_PI, M_PI, random, trial));
     trial.start.joints = trial.start.joints + torch::tensor({0.F, static_cast<float>(ground), 0.F});
     trial.start.trans = trial.start.trans + torch::tensor({0.F, static_cast<float>(ground), 0.F});
     out.push_back(std::move(trial));

@@ -18,7 +18,8 @@ struct StartScores {
 std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs, uint64_t seed);
 
 /// `runs` starts 1 to 3 m from a chair that nobody was recorded on, from where the floor leads to it, any direction and
-/// heading, hands free. Who is seated has the pelvis 15 cm over the seat's surface.
+/// heading, hands free. Wide seats are sat on where it is nearest. Who is seated has the pelvis 15 cm over the seat's
+/// surface.
 std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t runs, uint64_t seed);
 
 /// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through

@@ -23,6 +23,7 @@ using Eigen::Vector3f;
 constexpr int kIdleAction = 0, kWalkAction = 1, kSitAction = 2;
 constexpr int kSoon = 5;            // frames: hands leave for their contacts when sitting down begins this soon
 constexpr double kReachTime = 1.4;  // that people take to a contact
+constexpr double kMoved = 0.25;     // metres that a contact may be moved by without a new plan
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr int kHeld = 60;           // frames that a contact is held for
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight way
@@ -188,10 +189,18 @@ void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> 
 }
 
 void LivePerson::reach_for(const HandContacts& contacts) {
-  impl_->contacts = contacts;
-  impl_->begun = {};
-  for (int side = 0; side < 2; ++side)
-    if (impl_->state.wanted[static_cast<size_t>(side)]) drop_contact(impl_->state, side);
+  Impl& p = *impl_;
+  for (int side = 0; side < 2; ++side) {
+    const auto s = static_cast<size_t>(side);
+    if (p.state.wanted[s] && contacts[s] && (*contacts[s] - *p.contacts[s]).norm() < kMoved) {
+      move_contact(p.state, side, single(*contacts[s]));
+      p.held[s] = 0;
+      continue;
+    }
+    if (p.state.wanted[s]) drop_contact(p.state, side);
+    p.begun[s] = false;
+  }
+  p.contacts = contacts;
 }
 
 void LivePerson::walk_to(const Eigen::Vector2d& place, double heading) {

@@ -40,7 +40,8 @@ class LivePerson {
   /// (blocked()).
   /// @param scene what must not be walked into, the chair among it.
   void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
-  /// Contacts of a person who sits, or other ones of one on the way.
+  /// Contacts of a person who sits, or other ones of one on the way. A hand on its way goes on to where its contact was
+  /// moved to, by up to 25 cm; else it sets out anew.
   void reach_for(const HandContacts& contacts);
   /// They stand up, if they sit, and walk to a place on the floor (x, z), and face `heading` there. Where there is no
   /// way they stay (blocked()).

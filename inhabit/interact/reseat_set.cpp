@@ -194,7 +194,12 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
   }
   if (failed) std::rethrow_exception(failed);
   collect(made, result);
-  if (result.dataset.clips.empty()) throw Error(from, "has no clip that could be carried over: " + summary(result));
+  if (result.dataset.clips.empty()) {
+    std::error_code ignored;
+    for (const char* part : {"clips", "scenes", ""})  // where these are empty
+      std::filesystem::remove(std::filesystem::path(folder) / part, ignored);
+    throw Error(from, "has no clip that could be carried over: " + summary(result));
+  }
   write_index(result.dataset);
   return result;
 }

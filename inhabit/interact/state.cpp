@@ -37,6 +37,16 @@ void give_contact(State& state, int side, const Vector3f& point, double seconds)
   }
 }
 
+void move_contact(State& state, int side, const Vector3f& point) {
+  const auto s = static_cast<size_t>(side);
+  const Vector3f by = point - state.contact[s];
+  state.contact[s] = point;
+  for (int i = kNow + 1; i < kSamples; ++i) {
+    Sample& sample = state.samples[static_cast<size_t>(i)];
+    sample.hand[s] += sample.hand_phase[s] * by;
+  }
+}
+
 void drop_contact(State& state, int side) {
   const auto s = static_cast<size_t>(side);
   state.wanted[s] = false;

@@ -52,6 +52,8 @@ inline Eigen::Vector3f palm_of(const State& state, int side) {
 /// Puts a hand's contact (world): from now on it is reached for, as long as `seconds` say: the plan is the straight
 /// line, its phase from 0 to 1. The past of its phase is kept.
 void give_contact(State& state, int side, const Eigen::Vector3f& point, double seconds = 1);
+/// Moves the contact of a hand that has one: its plan goes along, the more the farther on in it.
+void move_contact(State& state, int side, const Eigen::Vector3f& point);
 /// No contact for this hand.
 void drop_contact(State& state, int side);
 

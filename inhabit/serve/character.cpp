@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 
 constexpr size_t kPast = 75;         // frames that are remembered: 2.5 s
 constexpr int kBlend = 10;           // frames in which a motion takes over
-constexpr int kReachEvery = 8;       // frames between two plans of hands whose contacts are dragged
+constexpr int kReachAgain = 8;       // frames from one plan of hands to the same again
 constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand up to
 constexpr double kOnSeat = 0.3;      // metres from the middle of a seat, aside and up: a pelvis that is on it
 constexpr int kStop = 16;            // frames in which somebody who walks comes to stand
@@ -224,8 +224,7 @@ void Character::live_step() {
       any = true;
       let_go = let_go && live_->done(hand);
     }
-  // Every plan begins at the palm: one for each of thirty moves a second would never get there.
-  if ((reach_soon_ || (any && let_go)) && since_reach_ >= kReachEvery) reach();
+  if (reach_soon_ || (any && let_go && since_reach_ >= kReachAgain)) reach();
   live_->step();
   frame_ = frame_of(live_->pose());
   if (walking_) {

@@ -51,6 +51,15 @@ TEST(Interact, FromDataToAModelToATable) {
   const nlohmann::json table = nlohmann::json::parse(read_whole_file(folder / "t.json"));
   EXPECT_EQ(table["rows"][0]["method"], "data");
   EXPECT_LT(table["rows"][0]["contact_error_cm"]["mean"].get<double>(), 5);
+  r = run_command("eval interact --scene " + kSitRoom + " --runs 1 --seconds 1 --model " + model + " --json " +
+                  folder / "t.json");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const nlohmann::json starts = nlohmann::json::parse(read_whole_file(folder / "t.json"));
+  EXPECT_GE(starts.size(), 4) << "each chair, raw and fitted";
+  EXPECT_TRUE(starts[0].contains("seated_percent"));
+  r = run_command("eval interact --model " + model);
+  EXPECT_EQ(r.exit_code, 2);
+  EXPECT_THAT(r.err, HasSubstr("--data"));
 }
 
 TEST(Interact, WritesEveryFormatAndSeveralSamples) {

@@ -217,6 +217,11 @@ TEST(InteractFeatures, AGivenContactIsPlannedAlongALine) {
   EXPECT_LT((state.key(9).hand[1] - 0.5F * (from + point)).norm(), 1e-5F);
   EXPECT_FLOAT_EQ(state.key(9).hand_phase[1], 0.5F);
   EXPECT_LT((state.key(12).hand[1] - point).norm(), 1e-5F);
+  const Vector3f by(0.1F, 0, 0.05F);
+  move_contact(state, 1, point + by);
+  EXPECT_LT((state.key(6).hand[1] - from).norm(), 1e-6F) << "the hand is where it is";
+  EXPECT_LT((state.key(9).hand[1] - 0.5F * (from + point + by)).norm(), 1e-5F);
+  EXPECT_LT((state.key(12).hand[1] - point - by).norm(), 1e-5F);
   drop_contact(state, 1);
   const std::vector<float> x = r.input(state);
   for (int64_t i = r.in.hands.first; i < r.in.hands.first + 39; ++i) EXPECT_EQ(x[static_cast<size_t>(i)], 0);
