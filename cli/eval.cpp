@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -11,6 +12,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/interact/evaluate_contacts.h"
 #include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/scene_file.h"
@@ -251,17 +253,46 @@ void add_eval_detour(CLI::App& verb) {
   });
 }
 
+struct InteractOptions {
+  std::vector<std::string> data, scenes, settings, models;
+  std::string split = "test", json;
+  int64_t runs = 120, behind = 0, draws = 0;
+  double seconds = 16;
+  uint64_t seed = 1;
+};
+using InteractFiles = std::vector<std::pair<std::string, inhabit::interact::Networks>>;
+
+/// Starts all around each chair of scenes.
+inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFiles& files) {
+  using namespace inhabit;
+  const auto methods = interact::methods_of(files, o.seconds, {{.raw = true}, {}});
+  std::vector<interact::StartScores> scores;
+  for (const std::string& file : o.scenes) {
+    const Scene scene = read_scene_file(file).scene;
+    const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
+    if (chairs.empty()) throw Error(file, "holds nothing to sit on");
+    for (const interact::Chair& chair : chairs)
+      for (interact::StartScores& s :
+           interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed,
+                                     progress_lines("runs")))
+        scores.push_back(std::move(s));
+  }
+  return interact::score_table(scores);
+}
+
+/// Starts behind the chairs of a data set, with and without a way planned.
+inhabit::ScoreTable starts_behind(const InteractOptions& o, const InteractFiles& files,
+                                  const std::vector<inhabit::interact::Trial>& trials) {
+  using namespace inhabit;
+  const auto methods = interact::methods_of(files, o.seconds, {{.raw = true, .straight = true}, {.raw = true}});
+  return interact::score_table(interact::evaluate_starts("behind", interact::behind_chairs(trials, o.behind, o.seed),
+                                                         methods, o.seed, progress_lines("runs")));
+}
+
 void add_eval_interact(CLI::App& verb) {
-  struct Options {
-    std::vector<std::string> data, scenes, settings, models;
-    std::string split = "test", json;
-    int64_t runs = 120, behind = 0;
-    double seconds = 16;
-    uint64_t seed = 1;
-  };
   CLI::App* interact = verb.add_subcommand(
       "interact", "How near hands come to their contacts, who sits, and how the motion moves, beside the recordings");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<InteractOptions>();
   CLI::Option* data = interact->add_option("--data", o->data, "Native data set folders");
   interact
       ->add_option("--scene", o->scenes,
@@ -278,48 +309,38 @@ void add_eval_interact(CLI::App& verb) {
       ->capture_default_str();
   interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
       ->check(whole_over_zero);
+  interact
+      ->add_option(
+          "--draws", o->draws,
+          "Instead: how far contacts are apart that ContactNet draws on each chair, this many, beside the data's")
+      ->check(whole_over_zero);
   interact->add_option("--seconds", o->seconds, "Length of each run")->check(positive_number)->capture_default_str();
   interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   add_settings(*interact, o->settings);
   interact->add_option("--json", o->json, "Also write the table as JSON");
   interact->callback([o] {
     using namespace inhabit;
+    if (o->data.empty() && o->scenes.empty()) throw Error("eval interact", "needs --data or --scene");
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
-    std::vector<std::pair<std::string, interact::Networks>> files;
+    InteractFiles files;
     for (const std::string& model : o->models) {
       files.emplace_back(model, interact::load_networks(model));
       set_used(files.back().second.config, o->settings, {"inference."});
     }
-    const auto write_starts = [&](const std::vector<interact::StartScores>& scores) {
-      const ScoreTable table = interact::score_table(scores);
+    const auto write_table = [&](const ScoreTable& table) {
       if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
       std::printf("%s", text_of(table, true).c_str());
     };
-    if (!o->scenes.empty()) {
-      const auto methods = interact::methods_of(files, o->seconds, {{.raw = true}, {}});
-      std::vector<interact::StartScores> scores;
-      for (const std::string& file : o->scenes) {
-        const Scene scene = read_scene_file(file).scene;
-        const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
-        if (chairs.empty()) throw Error(file, "holds nothing to sit on");
-        for (const interact::Chair& chair : chairs)
-          for (interact::StartScores& s :
-               interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o->runs, o->seed), methods,
-                                         o->seed, progress_lines("runs")))
-            scores.push_back(std::move(s));
-      }
-      return write_starts(scores);
-    }
-    if (o->data.empty()) throw Error("eval interact", "needs --data or --scene");
-    const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, o->runs, o->seconds);
+    if (!o->scenes.empty()) return write_table(starts_in_scenes(*o, files));
+    // Contacts are few on each chair: all of the split are taken.
+    const int64_t count = o->draws > 0 ? std::numeric_limits<int64_t>::max() : o->runs;
+    const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, count, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    if (o->behind > 0) {
-      const std::vector<interact::Use> uses = {{.raw = true, .straight = true}, {.raw = true}};
-      return write_starts(interact::evaluate_starts("behind", interact::behind_chairs(trials, o->behind, o->seed),
-                                                    interact::methods_of(files, o->seconds, uses), o->seed,
-                                                    progress_lines("runs")));
-    }
+    if (o->behind > 0) return write_table(starts_behind(*o, files, trials));
+    if (o->draws > 0)
+      return write_table(interact::score_table(
+          interact::evaluate_contacts(trials, interact::ChairInteractor(files.front().second), o->draws, o->seed)));
     const interact::Table table = interact::evaluate(
         trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_lines("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");

@@ -155,7 +155,8 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
       if (!chair) continue;
       const Labels labels = label(clip, chair);
       Trial trial{
-          folder + "/" + entry.file, std::move(scene), *chair, slice(clip, 0, 1), first_contacts(labels), clip, 0};
+          folder + "/" + entry.file, std::move(scene), *chair, slice(clip, 0, 1), first_contacts(labels), clip, 0,
+          folder + "/" + entry.scene};
       trial.rest = stays_of(clip).front().rest.y() - chair->seat().y();
       set_actions(labels, trial.truth);
       trial.truth = slice(trial.truth, 0, std::min(clip.frames(), static_cast<int64_t>(seconds * clip.rate)));

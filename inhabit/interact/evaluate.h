@@ -18,8 +18,9 @@ struct Trial {
   Chair chair;
   Clip start;  ///< its first frame
   HandContacts contacts;
-  Clip truth;       ///< at most as long as what is generated, its Clip::action in the names of `run`'s
-  double rest = 0;  ///< metres: the pelvis above the seat's surface in the recording
+  Clip truth;              ///< at most as long as what is generated, its Clip::action in the names of `run`'s
+  double rest = 0;         ///< metres: the pelvis above the seat's surface in the recording
+  std::string scene_file;  ///< the same for trials on the same chair
 };
 
 /// Trials of the clips of one split in which somebody sits down, at most `count`, evenly spread.

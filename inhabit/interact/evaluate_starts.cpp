@@ -81,7 +81,7 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
   const FreeSpace floor = free_space(obstacles_of(raised(scene, -ground)));
   std::vector<Trial> out;
   for (int64_t i = 0; i < runs; ++i) {
-    Trial trial{chair.name, scene, chair, {}, {}, {}, kSeatedPelvis};
+    Trial trial{chair.name, scene, chair, {}, {}, {}, kSeatedPelvis, scene.name};
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
     trial.chair = nearest_place(chair, place_start(floor, -M_PI, M_PI, random, trial));
     trial.start.joints = trial.start.joints + torch::tensor({0.F, static_cast<float>(ground), 0.F});

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "inhabit/interact/config.h"
@@ -15,8 +17,9 @@ struct Span {
 inline constexpr int kPastKeys = 6, kFutureKeys = 6, kKeys = kPastKeys + 1 + kFutureKeys, kKeyStep = 5;
 inline constexpr int kNow = kPastKeys * kKeyStep, kSamples = (kKeys - 1) * kKeyStep + 1;  ///< of one sample a frame
 inline constexpr int kJoints = 22, kActions = 3;
-inline constexpr int kFuturePoints = kFutureKeys + 1;  ///< the present key and those after it
-inline constexpr int kContacts = 5;                    ///< pelvis, right and left wrist, right and left ankle
+inline constexpr int kFuturePoints = kFutureKeys + 1;        ///< the present key and those after it
+inline constexpr std::array<size_t, 2> kHandOrder = {1, 0};  ///< vectors have the right hand first
+inline constexpr int kContacts = 5;                          ///< pelvis, right and left wrist, right and left ankle
 
 /// PoseNet's input, all in the axes of the present root (Place). Hands: right, then left.
 struct InputLayout {

@@ -6,6 +6,7 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/interact/advance.h"
 #include "inhabit/interact/guide.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"

@@ -1,5 +1,6 @@
 #include "inhabit/interact/rollout.h"
 
+#include "inhabit/interact/advance.h"
 #include "inhabit/interact/settle.h"
 
 namespace inhabit::interact {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "inhabit/interact/advance.h"
 #include "inhabit/interact/recording.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/motion/canonical.h"
