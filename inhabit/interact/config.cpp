@@ -135,7 +135,7 @@ Config preset(const std::string& name) {
     c.training.straight_weight = 0.1;
     c.training.contact_steps = 6000;
     c.training.contact_beta = 0.004;  // with more z says too little
-    c.training.pose_rate = 1e-3;  // narrower networks learn as well with larger steps, and sooner
+    c.training.pose_rate = 1e-3;      // narrower networks learn as well with larger steps, and sooner
     c.training.pose_floor = 0.01;
     c.training.warmup = 0.02;
     c.training.dropout = 0.1;
