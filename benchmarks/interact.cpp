@@ -3,7 +3,7 @@
 // `ratio` LibTorch's time over the fast one's in this run, `fps` how often a second all of them are moved on. LibTorch
 // blends the experts' weights for one person, as the release does; for a hundred it blends their outputs, which needs
 // less memory. "frame" is all of LivePerson::step(): features, both networks, blending and bones, person by person;
-// `allocations` is how often it asks for memory, counted over 100 frames.
+// `allocations` is how often it calls operator new, counted over 100 frames.
 // OMP_NUM_THREADS says how many threads there are.
 #include <benchmark/benchmark.h>
 
@@ -24,12 +24,12 @@
 
 namespace {
 
-std::atomic<int64_t> asked_for_memory{0};
+std::atomic<int64_t> calls_of_new{0};
 
 }  // namespace
 
 void* operator new(size_t bytes) {
-  asked_for_memory.fetch_add(1, std::memory_order_relaxed);
+  calls_of_new.fetch_add(1, std::memory_order_relaxed);
   if (void* memory = std::malloc(std::max<size_t>(1, bytes))) return memory;
   throw std::bad_alloc();
 }
@@ -198,10 +198,10 @@ void whole_frame(benchmark::State& state, const std::string& preset, int64_t peo
   };
   for (int i = 0; i < 30; ++i) frame();  // the distances around them are sampled once
   if (!persons.front().state().wanted[0]) return state.SkipWithError("no hand is on its way");
-  const int64_t before = asked_for_memory;
+  const int64_t before = calls_of_new;
   constexpr int kCounted = 100;
   for (int i = 0; i < kCounted; ++i) frame();
-  state.counters["allocations"] = static_cast<double>(asked_for_memory - before) / kCounted;
+  state.counters["allocations"] = static_cast<double>(calls_of_new - before) / kCounted;
   state.counters["people_at_30fps"] = static_cast<double>(people) / (30 * measure(state, frame));
 }
 

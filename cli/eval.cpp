@@ -294,10 +294,11 @@ void add_eval_interact(CLI::App& verb) {
       "interact", "How near hands come to their contacts, who sits, and how the motion moves, beside the recordings");
   auto o = std::make_shared<InteractOptions>();
   CLI::Option* data = interact->add_option("--data", o->data, "Native data set folders");
-  interact
-      ->add_option("--scene", o->scenes,
-                   "Instead: scene files; who sits down on each chair in them, from starts all around it")
-      ->excludes(data);
+  CLI::Option* scenes =
+      interact
+          ->add_option("--scene", o->scenes,
+                       "Instead: scene files; who sits down on each chair in them, from starts all around it")
+          ->excludes(data);
   interact->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))
       ->capture_default_str();
@@ -307,13 +308,17 @@ void add_eval_interact(CLI::App& verb) {
   interact->add_option("--runs", o->runs, "Starts at most, spread over the split; with --scene for each chair")
       ->check(whole_over_zero)
       ->capture_default_str();
-  interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
-      ->check(whole_over_zero);
+  CLI::Option* behind =
+      interact->add_option("--behind", o->behind, "Instead: this many starts behind the chairs; who walks around them")
+          ->check(whole_over_zero)
+          ->excludes(scenes);
   interact
-      ->add_option(
-          "--draws", o->draws,
-          "Instead: how far contacts are apart that ContactNet draws on each chair, this many, beside the data's")
-      ->check(whole_over_zero);
+      ->add_option("--draws", o->draws,
+                   "Instead: how far contacts are apart that ContactNet of one model draws on each chair, this many, "
+                   "beside the data's")
+      ->check(whole_over_zero)
+      ->excludes(scenes)
+      ->excludes(behind);
   interact->add_option("--seconds", o->seconds, "Length of each run")->check(positive_number)->capture_default_str();
   interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   add_settings(*interact, o->settings);
@@ -321,6 +326,7 @@ void add_eval_interact(CLI::App& verb) {
   interact->callback([o] {
     using namespace inhabit;
     if (o->data.empty() && o->scenes.empty()) throw Error("eval interact", "needs --data or --scene");
+    if (o->draws > 0 && o->models.size() > 1) throw Error("eval interact", "--draws takes one model");
     if (!o->json.empty()) require_writable(o->json);
     if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
     InteractFiles files;

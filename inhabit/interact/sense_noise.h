@@ -12,8 +12,6 @@ namespace inhabit::interact {
 /// chair's grid below its seat.
 class SenseNoise {
  public:
-  /// Changes nothing.
-  SenseNoise() = default;
   /// Draws changes; none at all with probability 1 - share.
   SenseNoise(const InputLayout& layout, const Config& config, double share, std::mt19937_64& random);
   /// @param row of PoseNet's input (4344), not standardised.

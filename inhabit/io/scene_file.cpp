@@ -123,10 +123,13 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
     const double unit = options.scale.value_or(likely_unit(std::min(along_y, along_z), largest).value_or(1));
     // The back rest of a lone chair is flat and at one end as well as a floor is.
     const bool furniture = std::max(along_y, along_z) * unit < kLowestRoom;
-    const torch::Tensor points = survey(scene, 20000);
-    const double y = upness(points, 1), z = upness(points, 2);
-    report.up_detected = !furniture && std::abs(y - z) > 0.15;
-    report.up = report.up_detected ? (y > z ? 'y' : 'z') : (extension == "obj" ? 'y' : 'z');
+    report.up = extension == "obj" ? 'y' : 'z';
+    if (!furniture) {
+      const torch::Tensor points = survey(scene, 20000);
+      const double y = upness(points, 1), z = upness(points, 2);
+      report.up_detected = std::abs(y - z) > 0.15;
+      if (report.up_detected) report.up = y > z ? 'y' : 'z';
+    }
   }
   if (options.scale) {
     report.scale = *options.scale;

@@ -1,13 +1,12 @@
 #include "inhabit/io/scene_file.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <fstream>
-#include <sstream>
+#include <spdlog/fmt/fmt.h>
 
 #include <cstring>
+#include <fstream>
+#include <sstream>
 
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"

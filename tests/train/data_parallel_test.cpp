@@ -95,9 +95,16 @@ std::vector<int> run_ranks(const std::string& filter, const TempFolder& folder, 
 const char* rank_folder() { return std::getenv("INHABIT_TEST_RANK_FOLDER"); }
 int free_port(int number) { return 20000 + static_cast<int>(getpid()) % 20000 + number; }
 
-// Not a test of its own: what each process of the next one does.
-TEST(DataParallelRank, Trains) {
-  if (rank_folder() == nullptr) GTEST_SKIP() << "is run by the tests below, as a process of each rank";
+/// What each process of the tests below does; in other processes it is no test.
+struct DataParallelRank : testing::Test {
+  void TestBody() override;
+};
+[[maybe_unused]] const bool is_rank =
+    rank_folder() != nullptr &&
+    testing::RegisterTest("DataParallelRank", "Trains", nullptr, nullptr, __FILE__, __LINE__,
+                          []() -> testing::Test* { return new DataParallelRank; }) != nullptr;
+
+void DataParallelRank::TestBody() {
   torch::Device device = torch::kCPU;
   const auto ranks = DataParallel::from_environment(device);
   ASSERT_TRUE(ranks);
