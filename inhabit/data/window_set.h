@@ -25,6 +25,7 @@ class WindowSet {
   int64_t size() const { return static_cast<int64_t>(places_.size()); }
   const Place& place(int64_t index) const { return places_.at(static_cast<size_t>(index)); }
   const DatasetClip& entry(int64_t index) const { return sets_[place(index).set].clips[place(index).clip]; }
+  const Dataset& dataset(int64_t index) const { return sets_[place(index).set]; }
   /// The place of a window among those of its clip.
   int64_t number(int64_t index) const { return place(index).start / stride_; }
   int64_t frames() const { return frames_; }

@@ -30,6 +30,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("partial_keys", c.partial_keys);
   visit("from_interpolation", c.from_interpolation);
   visit("around_obstacles", c.around_obstacles);
+  visit("residual", c.residual);
   visit("training.steps", c.training.steps);
   visit("training.batch", c.training.batch);
   visit("training.learning_rate", c.training.learning_rate);
@@ -42,6 +43,9 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.feet_weight", c.training.feet_weight);
   visit("training.rest_rotation", c.training.rest_rotation);
   visit("training.scene_dropout", c.training.scene_dropout);
+  visit("training.recorded", c.training.recorded);
+  visit("training.blocked", c.training.blocked);
+  visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
@@ -63,8 +67,22 @@ Config preset(const std::string& name) {
     config.partial_keys = true;
     config.from_interpolation = true;
     config.around_obstacles = true;
+  } else if (name == "residual") {
+    config.width = 96;
+    config.multipliers = {1, 2, 2};
+    config.partial_keys = true;
+    config.residual = true;
+    config.global_scene = config.local_scene = false;
+    config.inference.guidance = 1;
+    config.inference.steps = 4;
+    config.training.stride = 15;
+    config.training.joints_weight = 1;
+    config.training.velocity_weight = 0.5;
+    config.training.feet_weight = 0.5;
+    config.training.bfloat16 = true;
+    config.training.average = 0.999;
   } else if (name != "paper") {
-    throw Error("preset '" + name + "'", "unknown; there are paper and compact");
+    throw Error("preset '" + name + "'", "unknown; there are paper, compact and residual");
   }
   return config;
 }
@@ -157,6 +175,9 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.feet_weight", c.training.feet_weight, 0, 1000);
   check.within("training.rest_rotation", c.training.rest_rotation, 0, 90);
   check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
+  check.within("training.recorded", c.training.recorded, 0, 1);
+  check.within("training.blocked", c.training.blocked, 0, 1);
+  check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check_schedule(check, c.training.schedule);
 }
 

@@ -53,6 +53,10 @@ struct Config {
   /// guidance hide the scene from the network. (Not in the paper.)
   bool around_obstacles = false;
 
+  /// The denoiser works on residual motion (residual.h) and sees the scene at every frame (scene_probe.h), in place of
+  /// features in the canonical frame, occupancy and offsets. (Not in the paper.)
+  bool residual = false;
+
   /// How the denoiser is trained.
   struct Training {
     int steps = 20000;
@@ -68,7 +72,11 @@ struct Config {
     double feet_weight = 0;       ///< of the motion of feet that stand still in truth (not in the paper)
     double rest_rotation = 0;     ///< degrees that joints' rest frames are rotated by (not in the paper)
     double scene_dropout = 0.1;   ///< probability of a sample without the global scene, for guidance
-    RateSchedule schedule;        ///< of the learning rates
+    // Of residual motion alone:
+    double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
+    double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
+    double penetration_weight = 1;  ///< of body points inside obstacles
+    RateSchedule schedule;          ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

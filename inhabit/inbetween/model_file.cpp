@@ -1,19 +1,24 @@
 #include "inhabit/inbetween/model_file.h"
 
 #include "inhabit/error.h"
+#include "inhabit/inbetween/residual.h"
 #include "inhabit/nn/model_file.h"
 
 namespace inhabit::inbetween {
 
-SafeTensors model_header(const Config& config, const FeatureScale& scale) {
-  SafeTensors content = nn::model_content(kSystem, to_json(config));
-  content.tensors["scale.mean"] = scale.mean;
-  content.tensors["scale.deviation"] = scale.deviation;
+SafeTensors model_header(const Networks& networks) {
+  SafeTensors content = nn::model_content(kSystem, to_json(networks.config));
+  if (networks.config.residual) {
+    content.tensors["scale.residual"] = networks.residual_table;
+  } else {
+    content.tensors["scale.mean"] = networks.scale.mean;
+    content.tensors["scale.deviation"] = networks.scale.deviation;
+  }
   return content;
 }
 
 void save_networks(const std::string& path, const Networks& networks, bool half) {
-  SafeTensors content = model_header(networks.config, networks.scale);
+  SafeTensors content = model_header(networks);
   nn::collect_parameters(*networks.network, "net.", content);
   write_safetensors(path, content, half);
 }
@@ -26,7 +31,10 @@ Networks load_networks(const std::string& path) {
     n.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   } else {
     n.config = config_from_json(file.config_of(kSystem), path);
-    n.scale = {file.tensor("scale.mean", {kFeatureCount}), file.positive_tensor("scale.deviation", {kFeatureCount})};
+    if (n.config.residual)
+      n.residual_table = file.tensor("scale.residual", {kScaleRows, kResidualFeatures});
+    else
+      n.scale = {file.tensor("scale.mean", {kFeatureCount}), file.positive_tensor("scale.deviation", {kFeatureCount})};
   }
   n.network = file.network("net.", [&] { return Denoiser(n.config); });
   if (n.network.is_empty()) throw Error(path, "holds no network");

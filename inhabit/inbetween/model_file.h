@@ -10,14 +10,15 @@ namespace inhabit::inbetween {
 /// A trained denoiser and the scale of its features.
 struct Networks {
   Config config;
-  Denoiser network{nullptr};  ///< "net." in the file
-  FeatureScale scale;         ///< (201)
+  Denoiser network{nullptr};     ///< "net." in the file
+  FeatureScale scale;            ///< (201)
+  torch::Tensor residual_table;  ///< (61, 135) of residual motion (residual.h) instead
 };
 
 /// The system's name in its files.
 inline constexpr const char* kSystem = "scene-inbetweening";
 /// Such a file without the network: what run_stages writes beside it.
-SafeTensors model_header(const Config& config, const FeatureScale& scale);
+SafeTensors model_header(const Networks& networks);
 
 /// @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "inhabit/inbetween/residual_input.h"
 #include "inhabit/nn/mish.h"
 
 namespace inhabit::inbetween {
@@ -19,10 +20,15 @@ DenoiserImpl::DenoiserImpl(const Config& network_config) : config(network_config
   }
   if (config.body_shape)
     shape_layer = register_module("beta_process", std::make_shared<tn::Module>())
-                      ->register_module("lin0", tn::Linear(kShapeFeatures, width));
+                      ->register_module("lin0", tn::Linear(config.residual ? kBoneFeatures : kShapeFeatures, width));
   const int64_t channels = kFeatureCount + config.mask_channels() + (config.local_scene ? kLocalChannels : 0) +
                            (config.from_interpolation ? kFeatureCount : 0);
-  unet = register_module("unet", TemporalUnet(channels, kFeatureCount, width, config.multipliers));
+  if (config.residual) {
+    stem = register_module("stem", tn::Conv1d(tn::Conv1dOptions(kResidualChannels, width, 1)));
+    unet = register_module("unet", TemporalUnet(width, kResidualFeatures, width, config.multipliers));
+  } else {
+    unet = register_module("unet", TemporalUnet(channels, kFeatureCount, width, config.multipliers));
+  }
   const auto steps = register_module("embed_timestep", std::make_shared<tn::Module>())
                          ->register_module("time_embed", std::make_shared<tn::Module>());
   step_in = steps->register_module("0", tn::Linear(width, width));
@@ -60,6 +66,12 @@ Tensor DenoiserImpl::forward(const Tensor& x, const Tensor& mask, const Tensor& 
                              const Tensor& embedding) {
   const int64_t frames = x.size(2);
   const Tensor all = torch::constant_pad_nd(torch::cat({x, mask, local}, 1), {0, config.padded - frames});
+  return unet(all, embed_steps(steps) + embedding).slice(2, 0, frames);
+}
+
+Tensor DenoiserImpl::residual(const Tensor& input, const Tensor& steps, const Tensor& embedding) {
+  const int64_t frames = input.size(2);
+  const Tensor all = torch::constant_pad_nd(stem(input).to(torch::kFloat32), {0, config.padded - frames});
   return unet(all, embed_steps(steps) + embedding).slice(2, 0, frames);
 }
 

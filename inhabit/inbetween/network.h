@@ -15,7 +15,7 @@ struct DenoiserImpl : torch::nn::Module {
   /// c_g, the scene around the first root frame. @param occupancy (B, 24, 48, 48), -1 free or 1 occupied.
   /// @return (B, width); zero in its place is "no scene", for guidance.
   torch::Tensor embed_scene(const torch::Tensor& occupancy);
-  /// @param shape (B, 7) body-shape features. @return (B, width)
+  /// @param shape (B, 7) body-shape features, of residual motion (B, 21) bone_lengths. @return (B, width)
   torch::Tensor embed_shape(const torch::Tensor& shape);
   /// c_l. @param offsets (B, anchors, 3, T) metres, from each anchor to the scene. @param keys (B, T): the frames that
   /// they are seen at; elsewhere they count as zero. @return (B, 32, T), or (B, 0, T) without local_scene
@@ -28,6 +28,10 @@ struct DenoiserImpl : torch::nn::Module {
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local,
                         const torch::Tensor& steps, const torch::Tensor& embedding);
 
+  /// Of residual motion: the residual of the clean clip (B, 135, T), divided by its scale.
+  /// @param input (B, kResidualChannels, T) of residual_input.h. @param embedding (B, width) of shape
+  torch::Tensor residual(const torch::Tensor& input, const torch::Tensor& steps, const torch::Tensor& embedding);
+
   /// Sines and cosines of the step, through two layers: (B, width).
   torch::Tensor embed_steps(const torch::Tensor& steps);
 
@@ -35,6 +39,7 @@ struct DenoiserImpl : torch::nn::Module {
   torch::nn::Linear step_in{nullptr}, step_out{nullptr}, shape_layer{nullptr},
       offset_layers[4]{nullptr, nullptr, nullptr, nullptr};
   SceneEncoder scene_encoder{nullptr};
+  torch::nn::Conv1d stem{nullptr};  ///< of residual motion: its many channels become those of the U-Net
   TemporalUnet unet{nullptr};
 };
 TORCH_MODULE(Denoiser);

@@ -1,11 +1,11 @@
 #include "inhabit/inbetween/train.h"
 
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "inhabit/error.h"
 #include "inhabit/inbetween/conditioning.h"
+#include "inhabit/inbetween/drawn_keys.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/losses.h"
@@ -15,6 +15,7 @@
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/schedule.h"
+#include "inhabit/inbetween/train_residual.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/nn/bfloat16.h"
@@ -25,11 +26,6 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kOpenEnds = 0.25;    // fraction of windows whose last frame is not a key
-constexpr double kPartialKeys = 0.3;  // fraction of windows with partial keys
-constexpr double kAllPartial = 0.3;   // of these, fraction in which all keys but the ends are partial
-constexpr double kContinued = 0.3;    // fraction of windows that begin with known frames, as those of long clips do
-constexpr int kLeastKnown = 8, kMostKnown = 100;  // frames of these
 constexpr int64_t kValidationWindows = 192;
 constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
 
@@ -50,53 +46,6 @@ struct WindowBatch {
   }
 };
 
-/// The key frames of a window.
-struct Keys {
-  Tensor groups;  // (T, 25)
-  Tensor ends;    // (T) 1 at the first and the last key frame, and at frames that are known
-};
-
-/// The number of key frames is drawn evenly from the paper's {2, ..., T} and,
-/// every second time, evenly in its logarithm: keys far apart, which users
-/// mostly have, are rare in the first. Some windows end in frames of no key, as
-/// a clip shorter than a window does.
-Keys draw_keys(int64_t frames, bool partial, std::mt19937_64& random) {
-  const auto count = static_cast<double>(frames);
-  const double n =
-      chance(random, 0.5) ? uniform(random, 2, count + 1) : std::exp(uniform(random, std::log(2.), std::log(count)));
-  const int last = chance(random, kOpenEnds)
-                       ? uniform_int(random, static_cast<int>(frames / 8), static_cast<int>(frames) - 2)
-                       : static_cast<int>(frames) - 1;
-  Keys out{torch::zeros({frames, kKeyGroups}), torch::zeros({frames})};
-  for (const int end : {0, last}) {
-    out.groups[end].fill_(1);
-    out.ends[end].fill_(1);
-  }
-  // The same joints in all partial keys of a window, as for a drawn hand path.
-  const bool some_partial = partial && chance(random, kPartialKeys);
-  const double share = chance(random, kAllPartial) ? 1 : uniform(random, 0, 1);
-  Tensor given = torch::zeros({kKeyGroups});
-  if (some_partial) {
-    const int joints = uniform_int(random, 0, 4);
-    for (int j = 0; j < joints; ++j) given[kJointGroups + uniform_int(random, 0, kStandardJoints - 1)] = 1;
-    if (joints == 0 || chance(random, 0.5)) given[kJointGroups] = 1;  // the pelvis
-    given[kRootTranslationGroup] = given[kJointGroups];
-  }
-  std::vector<int> inner(static_cast<size_t>(std::max(0, last - 1)));
-  std::iota(inner.begin(), inner.end(), 1);
-  const size_t wanted = std::min(inner.size(), static_cast<size_t>(std::max(0.0, n * last / count - 2)));
-  for (size_t i = 0; i < wanted; ++i) {
-    std::swap(inner[i],
-              inner[static_cast<size_t>(uniform_int(random, static_cast<int>(i), static_cast<int>(inner.size()) - 1))]);
-    out.groups[inner[i]].copy_(some_partial && chance(random, share) ? given : torch::ones({kKeyGroups}));
-  }
-  if (chance(random, kContinued)) {
-    const int known = std::min(last, uniform_int(random, kLeastKnown, kMostKnown));
-    for (Tensor* given_frames : {&out.groups, &out.ends}) given_frames->slice(0, 0, known).fill_(1);
-  }
-  return out;
-}
-
 WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& scale,
                          const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -116,7 +65,7 @@ WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& 
     offsets.push_back(s.offsets.permute({1, 2, 0}));
     shape.push_back(s.body_shape);
     bones.push_back(s.bones);
-    const Keys drawn = draw_keys(c.frames, c.partial_keys, random);
+    const DrawnKeys drawn = draw_keys(c.frames, c.partial_keys, 0, random);
     groups.push_back(drawn.groups);
     ends.push_back(drawn.ends);
     Tensor given = s.features;
@@ -230,6 +179,7 @@ bool train_motion_features(const TrainRun& run, const Config& config) {
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
   chosen_stages(run.stages, {"denoiser"}, {});
+  if (config.residual) return train_residual(run, config);
   const Data data(run.data, "train", config, config.training.stride),
       validation(run.data, "val", config, config.frames);
   require_windows(run, config, data, validation);
@@ -238,7 +188,7 @@ bool train(const TrainRun& run, const Config& config) {
   std::optional<Networks> start;
   if (!run.from.empty()) start = load_networks(run.from);
   networks.scale = start ? start->scale : scale_of(data);
-  const SafeTensors header = model_header(config, networks.scale);
+  const SafeTensors header = model_header(networks);
   const FeatureScale scale = networks.scale;  // what batches are made with, on the CPU
   networks.scale = scale.to(run.device);
   const DiffusionSchedule schedule = cosine_schedule(config.diffusion_steps);

@@ -139,6 +139,13 @@ struct CloudPoints {
 using Tree =
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, CloudPoints>, CloudPoints, 3, uint32_t>;
 
+/// One for the process: each has threads of its own, and thousands of scenes may be open at once.
+RTCDevice embree_device() {
+  static const RTCDevice device = rtcNewDevice(nullptr);
+  if (device == nullptr) throw Error("Embree cannot start");
+  return device;
+}
+
 }  // namespace
 
 struct CloudQuery::Impl {
@@ -192,7 +199,6 @@ Neighbours CloudQuery::nearest(const torch::Tensor& points, int64_t count) const
 
 struct SceneQuery::Impl {
   Solid solid;
-  RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   Vector3f lower = Vector3f::Constant(HUGE_VALF), upper = Vector3f::Constant(-HUGE_VALF);
   std::unique_ptr<CloudQuery> cloud;
@@ -203,8 +209,7 @@ struct SceneQuery::Impl {
     if (!solid.points.empty()) cloud = std::make_unique<CloudQuery>(source.points);
     if (solid.faces.empty()) return;
     if (solid.faces.size() >= UINT32_MAX) throw Error("scene '" + source.name + "' has more than 4 billion faces");
-    device = rtcNewDevice(nullptr);
-    if (device == nullptr) throw Error("Embree cannot start");
+    const RTCDevice device = embree_device();
     scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | kFilteredRays);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -238,9 +243,7 @@ struct SceneQuery::Impl {
 
   void free_embree() {
     if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
     scene = nullptr;
-    device = nullptr;
   }
 
   NearestFace nearest_face(const Vector3f& at) const {

@@ -1,0 +1,108 @@
+#include "inhabit/inbetween/baseline.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/inbetween/keyframes.h"
+
+namespace inhabit::inbetween {
+
+using Eigen::Quaternionf;
+using Eigen::Vector3f;
+
+namespace {
+
+std::vector<KeyDistance> distances_to(const std::vector<char>& given) {
+  const int frames = static_cast<int>(given.size());
+  std::vector<KeyDistance> out(given.size());
+  for (int t = 0, last = -1; t < frames; ++t) {
+    if (given[static_cast<size_t>(t)] != 0) last = t;
+    if (last >= 0) out[static_cast<size_t>(t)].before = t - last;
+  }
+  for (int t = frames - 1, next = -1; t >= 0; --t) {
+    if (given[static_cast<size_t>(t)] != 0) next = t;
+    if (next >= 0) out[static_cast<size_t>(t)].after = next - t;
+  }
+  return out;
+}
+
+/// The given frames around frame t, and how far it is from the first to the second, 0 to 1.
+struct Around {
+  int64_t from, to;
+  float share;
+};
+Around around(const KeyDistance& d, int64_t t) {
+  if (d.before < 0) return {t + d.after, t + d.after, 0};
+  if (d.after <= 0) return {t - d.before, t - d.before, 0};
+  return {t - d.before, t + d.after, static_cast<float>(d.before) / static_cast<float>(d.before + d.after)};
+}
+
+Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joint) {
+  const Quaternionf& world = poses.rotations[Poses::at(frame, joint)];
+  return joint == 0
+             ? world
+             : poses.rotations[Poses::at(frame, standard_parents()[static_cast<size_t>(joint)])].conjugate() * world;
+}
+
+}  // namespace
+
+float KeyDistance::bridge() const {
+  if (before < 0 || after < 0) return static_cast<float>(std::max(before, after));
+  return before == 0 || after == 0
+             ? 0
+             : static_cast<float>(before) * static_cast<float>(after) / static_cast<float>(before + after);
+}
+
+Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours) {
+  const int64_t frames = keys.frames();
+  const torch::Tensor plain = groups.to(torch::kFloat32).contiguous();
+  const auto given = plain.accessor<float, 2>();
+  std::vector<char> whole(static_cast<size_t>(frames)), rooted(whole.size());
+  for (int64_t t = 0; t < frames; ++t) {
+    whole[static_cast<size_t>(t)] = given[t][kBodyRotationsGroup] > 0 ? 1 : 0;
+    rooted[static_cast<size_t>(t)] = given[t][kRootTranslationGroup] > 0 ? 1 : 0;
+  }
+  if (whole.empty() || whole[0] == 0 || rooted[0] == 0) throw Error("key frames", "the first frame is no whole pose");
+  Baseline out;
+  out.pose_distance = distances_to(whole);
+  out.root_distance = distances_to(rooted);
+  out.poses.offsets = keys.offsets;
+  out.poses.joints.resize(Poses::at(frames, 0));
+  out.poses.rotations.resize(Poses::at(frames, 0));
+  out.heading.resize(static_cast<size_t>(frames));
+  for (int64_t t = 0; t < frames; ++t) {
+    const size_t first = Poses::at(t, 0), frame = static_cast<size_t>(t);
+    const Around pose = around(out.pose_distance[frame], t), root = around(out.root_distance[frame], t);
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      Quaternionf q = local_rotation(keys, pose.from, j);
+      if (pose.share > 0) q = q.slerp(pose.share, local_rotation(keys, pose.to, j));
+      const size_t parent = first + static_cast<size_t>(std::max(0, standard_parents()[static_cast<size_t>(j)]));
+      out.poses.rotations[first + static_cast<size_t>(j)] = j == 0 ? q : (out.poses.rotations[parent] * q).normalized();
+    }
+    if (pose.share == 0 && pose.from == t)  // bit by bit
+      std::copy_n(keys.rotations.begin() + static_cast<std::ptrdiff_t>(first), kStandardJoints,
+                  out.poses.rotations.begin() + static_cast<std::ptrdiff_t>(first));
+    Vector3f& at = out.poses.joints[first];
+    at = keys.root(root.from) + root.share * (keys.root(root.to) - keys.root(root.from));
+    if (detours.defined() && root.share > 0)
+      at += Vector3f(detours[t][0].item<float>(), 0, detours[t][1].item<float>());
+    place_joints(out.poses, t);
+    out.heading[frame] = heading_of(out.poses, t, t == 0 ? 0.0F : out.heading[frame - 1]);
+  }
+  out.targets = torch::zeros({frames, kStandardJoints, 4});
+  auto target = out.targets.accessor<float, 3>();
+  for (int64_t t = 0; t < frames; ++t) {
+    if (whole[static_cast<size_t>(t)] != 0) continue;
+    const Eigen::AngleAxisf to_heading(-out.heading[static_cast<size_t>(t)], Vector3f::UnitY());
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      if (given[t][kJointGroups + j] == 0) continue;
+      const Vector3f away = to_heading * (keys.joints[Poses::at(t, j)] - out.poses.joints[Poses::at(t, j)]);
+      for (int axis = 0; axis < 3; ++axis) target[t][j][axis] = away[axis];
+      target[t][j][3] = 1;
+    }
+  }
+  return out;
+}
+
+}  // namespace inhabit::inbetween

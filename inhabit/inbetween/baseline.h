@@ -1,0 +1,32 @@
+#pragma once
+#include <torch/types.h>
+
+#include "inhabit/inbetween/poses.h"
+
+namespace inhabit::inbetween {
+
+/// How far a frame is from those that are given.
+struct KeyDistance {
+  int before = -1, after = -1;  ///< frames to the last given one and to the next, 0 at one; -1: there is none
+
+  /// d d' / (d + d') of the two distances, frames: what the variance of a random walk between two given places is
+  /// proportional to. Where only one side is given, its distance. 0 in given frames.
+  float bridge() const;
+};
+
+/// The interpolated baseline of a window's keys, and the frames of reference that the residual motion is told in. T
+/// frames; world, the floor at height 0.
+struct Baseline {
+  Poses poses;                 ///< linear + slerp between keys, constant before the first and after the last
+  std::vector<float> heading;  ///< (T) radians, of `poses`
+  std::vector<KeyDistance> pose_distance, root_distance;  ///< (T) from whole keys, from keys with the root
+  torch::Tensor targets;  ///< (T, 22, 4) metres from the baseline's joint to where a partial key has it, heading frame;
+                          ///< 1 where it has one, else 0
+};
+
+/// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
+/// or positions of joints and with the pelvis's the root. The first frame must be a whole key. @param detours (T, 2)
+/// metres along x and z that the root's line is shifted by (obstacle_detours.h); undefined: none
+Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {});
+
+}  // namespace inhabit::inbetween

@@ -1,0 +1,83 @@
+#include "inhabit/inbetween/poses.h"
+
+#include <array>
+#include <cmath>
+
+#include "inhabit/body/bones.h"
+#include "inhabit/error.h"
+
+namespace inhabit::inbetween {
+
+using Eigen::Quaternionf;
+using Eigen::Vector3f;
+
+namespace {
+
+/// The joint on the other side of the body; of one in the middle itself.
+constexpr std::array<int, kStandardJoints> kOtherSide = {0,  2,  1,  3,  5,  4,  6,  8,  7,  9,  11,
+                                                         10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20};
+constexpr float kLevel = 0.02F;  // metres that the lines between hips and shoulders are long on the ground, at least
+
+}  // namespace
+
+Poses poses_of(const Clip& clip, double floor) {
+  if (clip.joints.size(1) != kStandardJoints || !clip.rotations.defined() || !clip.trans.defined())
+    throw Error("in-betweening: needs rotations on the standard skeleton");
+  const Bones bones = bones_of(clip.skeleton);
+  Poses out;
+  for (const Eigen::Vector3d& offset : bones.offsets) out.offsets.push_back(offset.cast<float>());
+  const auto frames = static_cast<size_t>(clip.frames());
+  out.joints.resize(frames * kStandardJoints);
+  out.rotations.resize(frames * kStandardJoints);
+  const torch::Tensor trans = clip.trans.to(torch::kFloat64).contiguous();
+  const auto shift = trans.accessor<double, 2>();
+  BonesPose pose;
+  for (int64_t t = 0; t < clip.frames(); ++t) {
+    pose_bones(bones, local_quaternions(clip.rotations[t]), {shift[t][0], shift[t][1] - floor, shift[t][2]}, pose);
+    for (size_t j = 0; j < kStandardJoints; ++j) {
+      out.joints[Poses::at(t, 0) + j] = pose.positions[j].cast<float>();
+      out.rotations[Poses::at(t, 0) + j] = pose.rotations[j].cast<float>();
+    }
+  }
+  return out;
+}
+
+Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored) {
+  Poses out;
+  const auto from = static_cast<std::ptrdiff_t>(Poses::at(first, 0)),
+             to = static_cast<std::ptrdiff_t>(Poses::at(first + frames, 0));
+  if (!mirrored) {
+    out.offsets = poses.offsets;
+    out.joints.assign(poses.joints.begin() + from, poses.joints.begin() + to);
+    out.rotations.assign(poses.rotations.begin() + from, poses.rotations.begin() + to);
+    return out;
+  }
+  const auto flipped = [](const Vector3f& p) { return Vector3f(-p.x(), p.y(), p.z()); };
+  for (size_t j = 0; j < kStandardJoints; ++j)
+    out.offsets.push_back(flipped(poses.offsets[static_cast<size_t>(kOtherSide[j])]));
+  out.joints.reserve(static_cast<size_t>(to - from));
+  out.rotations.reserve(static_cast<size_t>(to - from));
+  for (int64_t t = first; t < first + frames; ++t)
+    for (const int other : kOtherSide) {
+      const Quaternionf& q = poses.rotations[Poses::at(t, other)];
+      out.joints.push_back(flipped(poses.joints[Poses::at(t, other)]));
+      out.rotations.emplace_back(q.w(), q.x(), -q.y(), -q.z());  // M R M with M = diag(-1, 1, 1)
+    }
+  return out;
+}
+
+void place_joints(Poses& poses, int64_t frame) {
+  const size_t first = Poses::at(frame, 0);
+  for (size_t j = 1; j < kStandardJoints; ++j) {
+    const size_t parent = first + static_cast<size_t>(standard_parents()[j]);
+    poses.joints[first + j] = poses.joints[parent] + poses.rotations[parent] * poses.offsets[j];
+  }
+}
+
+float heading_of(const Poses& poses, int64_t frame, float otherwise) {
+  const auto joint = [&](int64_t j) -> const Vector3f& { return poses.joints[Poses::at(frame, j)]; };
+  const Vector3f left = joint(1) - joint(2) + joint(16) - joint(17);
+  return std::hypot(left.x(), left.z()) < kLevel ? otherwise : std::atan2(-left.z(), left.x());
+}
+
+}  // namespace inhabit::inbetween

@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "inhabit/body/skeleton.h"
+#include "inhabit/motion/clip.h"
+
+namespace inhabit::inbetween {
+
+/// Motion on the standard skeleton as plain numbers: T frames of 22 joints, frame by frame. Metres, world, +Y up.
+struct Poses {
+  std::vector<Eigen::Vector3f> offsets;       ///< (22) rest position relative to the parent, in the parent's frame
+  std::vector<Eigen::Vector3f> joints;        ///< (T x 22) positions
+  std::vector<Eigen::Quaternionf> rotations;  ///< (T x 22) joint frame to world
+
+  int frames() const { return static_cast<int>(joints.size()) / kStandardJoints; }
+  static size_t at(int64_t frame, int64_t joint) { return static_cast<size_t>(frame * kStandardJoints + joint); }
+  const Eigen::Vector3f& root(int64_t frame) const { return joints[at(frame, 0)]; }
+};
+
+/// Of a clip with rotations on the standard skeleton; joints by forward kinematics. @param floor metres, which becomes
+/// height 0.
+Poses poses_of(const Clip& clip, double floor = 0);
+
+/// Frames [first, first + frames), mirrored left to right (x becomes -x, joints change sides) where `mirrored` is set.
+Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored = false);
+
+/// Joints of `frame` from its root position, its rotations and the offsets.
+void place_joints(Poses& poses, int64_t frame);
+
+/// Heading of a frame in radians, from the lines between hips and between shoulders: 0 is +Z, pi/2 is +X. `otherwise`
+/// where these are vertical.
+float heading_of(const Poses& poses, int64_t frame, float otherwise);
+
+}  // namespace inhabit::inbetween

@@ -1,0 +1,29 @@
+#pragma once
+#include <torch/types.h>
+
+#include "inhabit/inbetween/baseline.h"
+#include "inhabit/inbetween/residual.h"
+#include "inhabit/inbetween/scene_probe.h"
+
+namespace inhabit::inbetween {
+
+// What the denoiser of residual motion sees in each frame: the noisy residual, the residual that it predicted at the
+// step before (0 at the first), what stays the same at all steps, and the scene at the body as it is now predicted.
+
+/// Numbers of one frame that stay the same: of the baseline 21 joints from the root, root height, velocities of root
+/// and heading; distances from keys; targets of partial keys; the scene's fan; the level of noise on keys.
+inline constexpr int64_t kBaselineFeatures = 3 * (kStandardJoints - 1) + 5, kTimingFeatures = 12,
+                         kTargetFeatures = 4 * kStandardJoints;
+inline constexpr int64_t kStaticFeatures = kBaselineFeatures + kTimingFeatures + kTargetFeatures + kFanFeatures + 1;
+/// Channels of the denoiser.
+inline constexpr int64_t kResidualChannels = 2 * kResidualFeatures + kStaticFeatures + kPointFeatures;
+/// What is told of the person: the lengths of 21 bones.
+inline constexpr int64_t kBoneFeatures = kStandardJoints - 1;
+
+/// (244, T). @param fan (T, 75) of scene_fan; zeros hide the scene. @param noise level on the keys (features.h)
+torch::Tensor static_features(const Baseline& baseline, const torch::Tensor& fan, double rate, double noise = 0);
+
+/// (21) metres.
+torch::Tensor bone_lengths(const Poses& poses);
+
+}  // namespace inhabit::inbetween
