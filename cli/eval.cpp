@@ -7,11 +7,6 @@
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/evaluate.h"
-#include "inhabit/inbetween/detour.h"
-#include "inhabit/inbetween/evaluate.h"
-#include "inhabit/inbetween/keyframes.h"
-#include "inhabit/inbetween/sample.h"
-#include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/interact/evaluate_contacts.h"
 #include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
@@ -20,29 +15,10 @@
 #include "models.h"
 #include "outputs.h"
 #include "progress.h"
-#include "sampler_option.h"
+#include "settings.h"
 #include "verbs.h"
 
 namespace {
-
-void add_settings(CLI::App& verb, std::vector<std::string>& settings) {
-  verb.add_option("--set", settings,
-                  "Settings of how the model is used, KEY=VALUE, such as inference.guidance=0 (docs/training.md)");
-}
-
-const std::vector<std::string> kInbetweenUse = {"inference.", "around_obstacles=", "t_star="};
-
-/// Sets fields of a model that is measured: those that begin with one of `keys`.
-template <class Config>
-void set_used(Config& config, const std::vector<std::string>& settings, const std::vector<std::string>& keys) {
-  std::string there;
-  for (const std::string& key : keys) there += (there.empty() ? "" : ", ") + key;
-  for (const std::string& setting : settings)
-    if (std::none_of(keys.begin(), keys.end(), [&](const auto& key) { return setting.rfind(key, 0) == 0; }))
-      throw inhabit::Error("--set " + setting, "is how the networks were made; eval may change " + there);
-  set_fields(config, settings);
-  validate(config, "--set");
-}
 
 void add_eval_forecast(CLI::App& verb) {
   struct Options {
@@ -122,134 +98,6 @@ void add_eval_anticipate(CLI::App& verb) {
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     say(notes);
     std::printf("%s", table_text(table).c_str());
-  });
-}
-
-struct InbetweenOptions {
-  std::vector<std::string> data, models;
-  std::vector<int> t_star;
-  std::string split = "test", json, joints;
-  std::vector<std::string> settings;
-  int64_t windows = 100;
-  inhabit::inbetween::Options options;
-  inhabit::inbetween::Layout layout = inhabit::inbetween::Layout::methods;
-  inhabit::inbetween::Evaluation evaluation;
-};
-
-/// The interpolated baselines, and the models with each T*. @param config becomes the last model's.
-std::vector<inhabit::inbetween::Method> inbetween_methods(const InbetweenOptions& o,
-                                                          inhabit::inbetween::Config& config) {
-  using namespace inhabit;
-  std::vector<inbetween::Method> methods;
-  if (!o.options.key_groups.defined()) methods = inbetween::interpolation_methods();  // they know whole poses only
-  for (const std::string& file : o.models) {
-    inbetween::Networks networks = inbetween::load_networks(file);
-    set_used(networks.config, o.settings, kInbetweenUse);
-    config = networks.config;
-    if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
-    for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
-      networks.config.t_star = t_star;
-      methods.push_back(inbetween::model_method(std::make_shared<inbetween::SceneInbetweener>(networks), o.options));
-    }
-  }
-  return methods;
-}
-
-void eval_inbetween(InbetweenOptions& o) {
-  using namespace inhabit;
-  if (!o.json.empty()) require_writable(o.json);
-  if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
-  if (!o.joints.empty()) o.options.key_groups = inbetween::key_groups(o.joints);
-  o.evaluation.key_joints = inbetween::key_joints_of(o.options.key_groups);
-  inbetween::Config config;
-  const std::vector<inbetween::Method> methods = inbetween_methods(o, config);
-  const inbetween::Data data(o.data, o.split, config, config.frames);
-  if (data.size() == 0)
-    throw Error(o.data.front(), "has no window of " + std::to_string(config.frames) + " frames in split " + o.split);
-  std::vector<inbetween::Window> windows;
-  for (const int64_t i : data.windows().spread(o.windows)) windows.push_back(data.window(i));
-  const inbetween::MotionAutoencoder features =
-      inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
-  o.evaluation.progress = progress_lines("windows filled");
-  const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
-  if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
-  std::printf("%s", table_text(table, o.layout).c_str());
-}
-
-void add_eval_inbetween(CLI::App& verb) {
-  CLI::App* inbetween = verb.add_subcommand(
-      "inbetween", "Frechet distance, foot skating, jerk, joint error and collisions of scene-aware in-betweening");
-  auto o = std::make_shared<InbetweenOptions>();
-  inbetween->add_option("--data", o->data, "Native data set folders")->required();
-  inbetween->add_option("--split", o->split, "train, val, test or all")
-      ->check(CLI::IsMember({"train", "val", "test", "all"}))
-      ->capture_default_str();
-  inbetween->add_option("--model", o->models, "Model files, a row each (default: the one that ships)");
-  inbetween
-      ->add_option("--keyframes", o->evaluation.keyframes,
-                   "every:N, a list, random:P or ends; several are rows of Table 6")
-      ->capture_default_str();
-  inbetween
-      ->add_option("--joints", o->joints,
-                   "Joints that the keys between the ends constrain, such as pelvis,left_wrist; MPJE Key is over these "
-                   "(default: whole poses)")
-      ->check(not_empty);
-  inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
-      ->check(CLI::Range(0.0, 90.0));
-  inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
-      ->check(whole_over_zero)
-      ->capture_default_str();
-  inbetween->add_option("--steps", o->options.steps, "Evaluations of the denoiser (default: the model's own)")
-      ->check(CLI::Range(1, 1000));
-  add_sampler(*inbetween, o->options.sampler);
-  add_settings(*inbetween, o->settings);
-  inbetween->add_option("--t-star", o->t_star, "T* of noise-aware models, a row each (default: the one of training)")
-      ->check(CLI::Range(1, 1000));
-  inbetween->add_flag_callback(
-      "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the networks move them");
-  inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  inbetween->add_option("--seed", o->evaluation.seed, "First seed")->check(whole_number)->capture_default_str();
-  inbetween
-      ->add_option("--layout", o->layout,
-                   "Columns: methods (Tables 1, 3), close (2), keys (6), settings (8), seeds (9)")
-      ->transform(one_of<inhabit::inbetween::Layout>({{"methods", inhabit::inbetween::Layout::methods},
-                                                      {"close", inhabit::inbetween::Layout::close},
-                                                      {"keys", inhabit::inbetween::Layout::keys},
-                                                      {"settings", inhabit::inbetween::Layout::settings},
-                                                      {"seeds", inhabit::inbetween::Layout::seeds}}))
-      ->option_text("NAME");
-  inbetween->add_option("--json", o->json, "Also write the table as JSON");
-  inbetween->callback([o] { eval_inbetween(*o); });
-}
-
-void add_eval_detour(CLI::App& verb) {
-  struct Options {
-    std::string model;
-    int64_t runs = 10;
-    std::vector<std::string> settings;
-    inhabit::inbetween::Options request;
-  };
-  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight path: who goes around");
-  auto o = std::make_shared<Options>();
-  detour->add_option("--model", o->model, "Model file (default: the one that ships)");
-  detour->add_option("--seeds", o->runs, "Runs with different seeds")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  detour->add_option("--seed", o->request.seed, "First seed")->check(whole_number)->capture_default_str();
-  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser (default: the model's own)")
-      ->check(CLI::Range(1, 1000));
-  add_settings(*detour, o->settings);
-  detour->callback([o] {
-    inhabit::inbetween::Networks networks =
-        inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
-    set_used(networks.config, o->settings, kInbetweenUse);
-    const inhabit::inbetween::SceneInbetweener model(networks);
-    const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
-    std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
-                static_cast<long long>(scores.around), static_cast<long long>(scores.runs),
-                static_cast<long long>(scores.around_unseen));
   });
 }
 

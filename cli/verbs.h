@@ -66,6 +66,8 @@ void add_contacts(CLI::App& app);
 void add_refine(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);
+void add_eval_inbetween(CLI::App& verb);  ///< of add_eval
+void add_eval_detour(CLI::App& verb);     ///< of add_eval
 void add_convert(CLI::App& app);
 void add_intentions(CLI::App& app);
 void add_info(CLI::App& app);

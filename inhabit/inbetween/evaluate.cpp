@@ -1,24 +1,24 @@
 #include "inhabit/inbetween/evaluate.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <set>
+#include <mutex>
+#include <numeric>
+#include <optional>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/fit.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/features.h"
-#include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/window_scores.h"
 #include "inhabit/math/random.h"
-#include "inhabit/metrics/collision.h"
-#include "inhabit/metrics/dynamics.h"
-#include "inhabit/metrics/foot_skating.h"
+#include "inhabit/metrics/bootstrap.h"
 #include "inhabit/metrics/frechet.h"
+#include "inhabit/nn/one_blas_thread.h"
+#include "inhabit/nn/parallel_chunks.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -26,70 +26,29 @@ namespace {
 using torch::Tensor;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kCloseProximity = 0.08;  // metres (4.1)
+constexpr int64_t kResamples = 1000, kFidResamples = 200, kHalves = 20;
+constexpr int64_t kWindowsPerDimension = 10;  // of the features that a covariance is estimated of
 
-/// Sums over windows of one run of a row.
-struct Run {
-  int64_t windows = 0, close_frames = 0, close_windows = 0;
-  double skating = 0, jerk = 0, key_error = 0, error = 0, frames = 0, vertices = 0, penetration = 0;
-  double close_colliding = 0, close_vertices = 0, close_penetration = 0;  // the first two over close frames
-  std::vector<Tensor> features;                                           // (64) each
+/// What the measures are called in a row; in the order of Measure.
+constexpr std::array<Score Scores::*, kMeasures> kScores = {&Scores::skating,           &Scores::jerk,
+                                                            &Scores::jerk_ratio,        &Scores::acceleration,
+                                                            &Scores::key_error,         &Scores::error,
+                                                            &Scores::frame_ratio,       &Scores::vertex_ratio,
+                                                            &Scores::penetration,       &Scores::exact_frames,
+                                                            &Scores::exact_vertices,    &Scores::exact_depth,
+                                                            &Scores::close_frame_ratio, &Scores::close_vertex_ratio,
+                                                            &Scores::close_penetration, &Scores::upright_frames,
+                                                            &Scores::upright_vertices,  &Scores::upright_depth};
 
-  /// @param given joints that the keys between the ends give; empty: all of every key
-  void add(const Clip& clip, const Clip& truth, const std::vector<int64_t>& keys, const std::vector<int64_t>& given,
-           const CollisionMeter& meter, const Tensor& close) {
-    ++windows;
-    skating += foot_skating(clip).fraction();
-    jerk += dynamics(clip).jerk;
-    const Tensor distance = (clip.joints - truth.joints).to(torch::kDouble).norm(2, {2}) * 1000;  // (T, J)
-    Tensor at_keys = distance.index_select(0, torch::tensor(keys));
-    if (!given.empty()) at_keys = at_keys.slice(0, 1, -1).index_select(1, torch::tensor(given));
-    if (at_keys.numel() > 0) key_error += at_keys.mean().item<double>();
-    error += distance.mean().item<double>();
-    const Collision collision = meter.measure(clip);
-    frames += collision.frame_ratio();
-    vertices += collision.vertex_ratio();
-    penetration += collision.penetration() * 1000;
-    const auto count = close.sum().item<int64_t>();
-    if (count == 0) return;
-    ++close_windows;
-    close_frames += count;
-    close_colliding += collision.frame_ratio(close) * static_cast<double>(count);
-    close_vertices += collision.vertex_ratio(close) * static_cast<double>(count);
-    close_penetration += collision.penetration(close) * 1000;
-  }
+/// A row while it is measured: of each run and window.
+struct Row {
+  const Method* method;  // none: the real motion
+  std::string name, keyframes;
+  std::vector<std::vector<WindowScores>> runs;
+  std::vector<std::vector<Tensor>> features;             // (64) each
+  std::array<std::vector<double>, kMeasures> resampled;  // statistics of resamples of windows
+  std::vector<double> resampled_fid;
 };
-
-double ratio(double sum, int64_t count) { return count > 0 ? sum / static_cast<double>(count) : kNone; }
-
-Scores scores_of(const std::string& method, const std::string& keyframes, const std::vector<Run>& runs,
-                 const FeatureGaussian* real, double real_jerk) {
-  Scores out;
-  out.method = method;
-  out.keyframes = keyframes;
-  out.runs = static_cast<int64_t>(runs.size());
-  const auto over = [&](const auto& value) {
-    std::vector<double> values(runs.size());
-    std::transform(runs.begin(), runs.end(), values.begin(), value);
-    return estimate(values);
-  };
-  const auto mean = [&](double Run::*sum) { return over([&](const Run& r) { return ratio(r.*sum, r.windows); }); };
-  out.fid = over([&](const Run& r) {
-    return real != nullptr ? frechet_distance(*real, feature_gaussian(torch::stack(r.features))) : kNone;
-  });
-  out.skating = mean(&Run::skating);
-  out.jerk = mean(&Run::jerk);
-  out.jerk_ratio = over([&](const Run& r) { return real_jerk > 0 ? ratio(r.jerk, r.windows) / real_jerk : kNone; });
-  out.key_error = mean(&Run::key_error);
-  out.error = mean(&Run::error);
-  out.frame_ratio = mean(&Run::frames);
-  out.vertex_ratio = mean(&Run::vertices);
-  out.penetration = mean(&Run::penetration);
-  out.close_frame_ratio = over([&](const Run& r) { return ratio(r.close_colliding, r.close_frames); });
-  out.close_vertex_ratio = over([&](const Run& r) { return ratio(r.close_vertices, r.close_frames); });
-  out.close_penetration = over([&](const Run& r) { return ratio(r.close_penetration, r.close_windows); });
-  return out;
-}
 
 /// The window's motion with joints where its poses put them, and a shape for its skin.
 Clip posed_truth(const Window& window) {
@@ -104,92 +63,211 @@ Clip posed_truth(const Window& window) {
 }
 
 /// What a method made of a window, checked; with the truth's shape, so that every method moves the same body.
-Clip filled(const Method& method, const Window& window, const std::vector<int64_t>& keys, uint64_t seed) {
-  Clip out = method.run({window, keys}, seed);
-  const std::string subject = method.name + " on " + window.name;
+Clip filled(const Method& method, const FillTask& task, uint64_t seed) {
+  Clip out = method.run(task, seed);
+  const std::string subject = method.name + " on " + task.window.name;
   validate(out, subject);
-  if (out.frames() != window.truth.frames() || out.skeleton.size() != kStandardJoints || !out.rotations.defined())
+  if (out.frames() != task.window.truth.frames() || out.skeleton.size() != kStandardJoints || !out.rotations.defined())
     throw Error(subject, "gives another number of frames or joints, or no rotations");
-  out.betas = window.truth.betas;
+  out.betas = task.window.truth.betas;
   return out;
 }
 
-/// What a model lacks, as rows of the paper's tables are called.
-std::string row_name(const Config& c) {
-  std::string without;
-  if (!c.global_scene && !c.local_scene) {
-    without = "scene";
-  } else if (!c.global_scene) {
-    without = "global feature";
-  } else if (!c.local_scene) {
-    without = "local feature";
+/// Measures windows: rows are filled by all threads at once, each window by one.
+class Measuring {
+ public:
+  Measuring(const std::vector<Window>& windows, MotionAutoencoder features, const Evaluation& options,
+            std::vector<Row>& rows)
+      : windows_(windows), features_(std::move(features)), options_(options), rows_(rows) {
+    for (Row& row : rows_) {
+      for (auto& run : row.runs) run.resize(windows.size());
+      for (auto& run : row.features) run.resize(windows.size());
+      if (row.method != nullptr) fills_ += static_cast<int64_t>(row.runs.size() * windows.size());
+    }
+    close_.resize(windows.size());
+    upright_.resize(windows.size());
   }
-  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
-  std::string name = without.empty() ? "ours" : "w/o " + without;
-  if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
-  return name;
-}
 
-struct Column {
-  const char* title;
-  const char* key;
-  Estimate Scores::*value;
-  int decimals;
+  void run() {
+    // Windows of one scene after the other share its distance field.
+    std::vector<size_t> first = {0};
+    for (size_t w = 1; w < windows_.size(); ++w)
+      if (windows_[w].scene != windows_[w - 1].scene) first.push_back(w);
+    first.push_back(windows_.size());
+    const auto together = [&](int64_t g) {
+      const torch::NoGradGuard no_gradients;
+      const auto at = static_cast<size_t>(g);
+      const CollisionMeter meter(builtin_body(), windows_[first[at]].scene ? *windows_[first[at]].scene : Scene{});
+      for (size_t w = first[at]; w < first[at + 1]; ++w) measure_window(w, meter);
+    };
+    const auto groups = static_cast<int64_t>(first.size()) - 1;
+    if (options_.parallel) return nn::parallel_chunks(groups, together);
+    for (int64_t g = 0; g < groups; ++g) together(g);
+  }
+
+  int64_t close_frames() const { return std::accumulate(close_.begin(), close_.end(), int64_t{0}); }
+  int64_t upright_frames() const { return std::accumulate(upright_.begin(), upright_.end(), int64_t{0}); }
+
+ private:
+  void measure_window(size_t w, const CollisionMeter& meter) {
+    Window window = windows_[w];
+    window.truth = posed_truth(windows_[w]);
+    Compared with{window.truth, options_.truth, {0}, options_.key_joints, {}, {}};
+    if (options_.truth) {
+      with.close = meter.near_frames(window.truth, kCloseProximity);
+      with.upright = with.close & ~sitting_frames(window.truth);
+      close_[w] = with.close.sum().item<int64_t>();
+      upright_[w] = with.upright.sum().item<int64_t>();
+    }
+    for (Row& row : rows_)
+      for (size_t r = 0; r < row.runs.size(); ++r) {
+        if (row.method == nullptr) {
+          with.keys = {0};
+          score(row, r, w, window.truth, with, meter);
+          continue;
+        }
+        // Streams of their own for noise, key frames and the method.
+        const uint64_t seed = item_seed(item_seed(options_.seed, r), w);
+        window.given = noisy_keys(window.truth, options_.noise, item_seed(seed, 0));
+        const std::string& chosen = row.keyframes.empty() ? options_.keyframes.front() : row.keyframes;
+        with.keys = key_frames(chosen, window.truth.frames(), item_seed(seed, 1));
+        const FillTask task{window, with.keys, options_.key_joints, options_.noise};
+        score(row, r, w, filled(*row.method, task, item_seed(seed, 2)), with, meter);
+        const std::lock_guard<std::mutex> lock(mutex_);
+        ++done_;
+        if (options_.progress) options_.progress(done_, fills_);
+      }
+  }
+
+  void score(Row& row, size_t r, size_t w, const Clip& clip, const Compared& with, const CollisionMeter& meter) {
+    row.runs[r][w] = window_scores(clip, with, meter);
+    if (row.features.empty()) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    row.features[r][w] = motion_features(features_, clip.joints.unsqueeze(0))[0];
+  }
+
+  const std::vector<Window>& windows_;
+  MotionAutoencoder features_;
+  const Evaluation& options_;
+  std::vector<Row>& rows_;
+  std::vector<int64_t> close_, upright_;
+  std::mutex mutex_;
+  int64_t done_ = 0, fills_ = 0;
 };
 
-constexpr std::array<Column, 12> kColumns = {
-    {{"FID", "fid", &Scores::fid, 3},
-     {"Foot Skating", "foot_skating", &Scores::skating, 3},
-     {"Jerk (m/s3)", "jerk", &Scores::jerk, 1},
-     {"Jerk / real", "jerk_ratio", &Scores::jerk_ratio, 2},
-     {"MPJE Key (mm)", "mpje_key_mm", &Scores::key_error, 1},
-     {"MPJE All (mm)", "mpje_all_mm", &Scores::error, 1},
-     {"Coll. Frames", "collision_frame_ratio", &Scores::frame_ratio, 4},
-     {"Coll. Vertices", "collision_vertex_ratio", &Scores::vertex_ratio, 5},
-     {"Pene. Max (mm)", "penetration_max_mm", &Scores::penetration, 1},
-     {"Coll. Frames", "close_collision_frame_ratio", &Scores::close_frame_ratio, 4},
-     {"Coll. Vertices", "close_collision_vertex_ratio", &Scores::close_vertex_ratio, 5},
-     {"Pene. Max (mm)", "close_penetration_max_mm", &Scores::close_penetration, 1}}};
-
-/// Indices of kColumns.
-std::vector<size_t> columns_of(Layout layout) {
-  switch (layout) {
-    case Layout::methods:
-      return {0, 1, 2, 3, 4, 5, 6, 8};
-    case Layout::close:
-      return {9, 10, 11};
-    case Layout::keys:
-      return {0, 2, 5};
-    case Layout::settings:
-      return {0, 2, 5, 6, 8};
-    case Layout::seeds:
-      return {0, 2, 5, 6};
+/// Means of a row and their intervals; keeps what the resamples give.
+void estimate_measures(Row& row, const Tensor& counts, Scores& out) {
+  const size_t windows = row.runs.front().size();
+  for (size_t m = 0; m < kMeasures; ++m) {
+    Tensor sums = torch::zeros({static_cast<int64_t>(windows)}, torch::kDouble), weights = torch::zeros_like(sums);
+    std::vector<double> of_runs;
+    for (const auto& run : row.runs) {
+      double sum = 0, weight = 0;
+      for (size_t w = 0; w < windows; ++w) {
+        sums.data_ptr<double>()[w] += run[w].sum[m];
+        weights.data_ptr<double>()[w] += run[w].weight[m];
+        sum += run[w].sum[m];
+        weight += run[w].weight[m];
+      }
+      of_runs.push_back(weight > 0 ? sum / weight : kNone);
+    }
+    const Estimate over_runs = estimate(of_runs);
+    row.resampled[m] = resampled_ratios(sums, weights, counts);
+    out.*kScores[m] = {over_runs.mean, half_interval(row.resampled[m]), over_runs.interval, kNone, 0};
   }
-  return {};
+}
+
+/// Frechet distances of all rows from the first, the real motion.
+class Distances {
+ public:
+  Distances(const std::vector<Row>& rows, int64_t windows, uint64_t seed) : windows_(windows), seed_(seed) {
+    const Tensor real = torch::stack(rows.front().features.front()).to(torch::kDouble);
+    dimensions_ = std::clamp<int64_t>(windows / kWindowsPerDimension, 1, real.size(1));
+    directions_ = principal_directions(real, dimensions_);
+    real_ = real.matmul(directions_);
+    gaussian_ = feature_gaussian(real_);
+    counts_ = bootstrap_counts(windows, kFidResamples, item_seed(seed, 1));
+    resampled_.resize(kFidResamples);
+    for (int64_t r = 0; r < kFidResamples; ++r)
+      resampled_[static_cast<size_t>(r)] = feature_gaussian(real_, counts_[r]);
+  }
+  int64_t dimensions() const { return dimensions_; }
+
+  /// Random halves of the real motion against each other.
+  Score of_halves() const {
+    if (windows_ < 4) return {};
+    std::vector<double> distances;
+    std::mt19937_64 random(item_seed(seed_, 2));
+    std::vector<int64_t> order(static_cast<size_t>(windows_));
+    std::iota(order.begin(), order.end(), 0);
+    for (int64_t split = 0; split < kHalves; ++split) {
+      for (size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+      const Tensor at = torch::tensor(order);
+      const auto half = [&](int64_t from, int64_t to) {
+        return feature_gaussian(real_.index_select(0, at.slice(0, from, to)));
+      };
+      distances.push_back(frechet_distance(half(0, windows_ / 2), half(windows_ / 2, windows_)));
+    }
+    return {estimate(distances).mean, half_interval(distances), 0, kNone, 0};
+  }
+
+  /// Of a row: the mean over runs; its resamples pool the runs.
+  Score of(Row& row) const {
+    std::vector<Tensor> runs;
+    std::vector<double> of_runs;
+    for (const auto& run : row.features) {
+      runs.push_back(torch::stack(run).to(torch::kDouble).matmul(directions_));
+      of_runs.push_back(frechet_distance(gaussian_, feature_gaussian(runs.back())));
+    }
+    const Tensor all = torch::cat(runs);
+    row.resampled_fid.resize(kFidResamples);
+    nn::parallel_chunks(kFidResamples, [&](int64_t r) {
+      const Tensor counts = counts_[r].repeat({static_cast<int64_t>(runs.size())});
+      row.resampled_fid[static_cast<size_t>(r)] =
+          frechet_distance(resampled_[static_cast<size_t>(r)], feature_gaussian(all, counts));
+    });
+    const Estimate over_runs = estimate(of_runs);
+    return {over_runs.mean, half_interval(row.resampled_fid), over_runs.interval, kNone, 0};
+  }
+
+ private:
+  int64_t windows_, dimensions_ = 0;
+  uint64_t seed_;
+  Tensor directions_, real_, counts_;
+  FeatureGaussian gaussian_;
+  std::vector<FeatureGaussian> resampled_;
+};
+
+void set_difference(Score& score, const Score& from, const std::vector<double>& own,
+                    const std::vector<double>& others) {
+  score.difference = score.mean - from.mean;
+  std::vector<double> differences(std::min(own.size(), others.size()));
+  for (size_t i = 0; i < differences.size(); ++i) differences[i] = own[i] - others[i];
+  score.difference_interval = half_interval(differences);
+}
+
+/// Differences of every row from the one called `against` with the same keys, or the first one called so.
+void set_differences(const std::vector<Row>& rows, const std::string& against, std::vector<Scores>& scores) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    size_t found = rows.size();
+    for (size_t k = 0; k < rows.size(); ++k)
+      if (rows[k].name == against && (found == rows.size() || rows[k].keyframes == rows[i].keyframes)) found = k;
+    if (found == rows.size()) throw Error("against '" + against + "'", "is the name of no row");
+    for (size_t m = 0; m < kMeasures; ++m)
+      set_difference(scores[i].*kScores[m], scores[found].*kScores[m], rows[i].resampled[m], rows[found].resampled[m]);
+    // The distance from the real motion to itself is 0 in every resample; its row says what halves have.
+    if (found != 0 && i != 0)
+      set_difference(scores[i].fid, scores[found].fid, rows[i].resampled_fid, rows[found].resampled_fid);
+  }
+}
+
+void check(const std::vector<Window>& windows, const Evaluation& options) {
+  if (windows.empty()) throw Error("evaluation", "has no window");
+  if (options.keyframes.empty()) throw Error("evaluation", "has no choice of key frames");
+  if (options.seeds < 1) throw Error("seeds", "must be at least 1");
 }
 
 }  // namespace
-
-Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const Options& options) {
-  return {row_name(model->config()),
-          [model, options](const FillTask& task, uint64_t seed) {
-            const Window& w = task.window;
-            Options own = options;
-            own.keys = task.keys;
-            own.seed = seed;
-            own.standard = true;
-            return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
-          },
-          /*random=*/true};
-}
-
-std::vector<Method> interpolation_methods() {
-  const auto method = [](const char* name, Clip (*interpolate)(const Clip&, const std::vector<int64_t>&)) {
-    return Method{name,
-                  [interpolate](const FillTask& task, uint64_t) { return interpolate(task.window.given, task.keys); }};
-  };
-  return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline)};
-}
 
 Clip noisy_keys(const Clip& clip, double level, uint64_t seed) {
   if (!(level >= 0 && level <= 90)) throw Error("noise level", "is not from 0 to 90 degrees and centimetres");
@@ -201,121 +279,57 @@ Clip noisy_keys(const Clip& clip, double level, uint64_t seed) {
 Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& methods, MotionAutoencoder features,
                const Evaluation& options) {
   const torch::NoGradGuard no_gradients;
-  if (windows.empty()) throw Error("evaluation", "has no window");
-  if (options.keyframes.empty()) throw Error("evaluation", "has no choice of key frames");
-  if (options.seeds < 1) throw Error("seeds", "must be at least 1");
+  const nn::OneBlasThread one_blas_thread;
+  check(windows, options);
   const bool comparable =
-      !features.is_empty() && windows.size() > 1 &&
+      options.truth && !features.is_empty() && windows.size() > 1 &&
       std::all_of(windows.begin(), windows.end(), [](const auto& w) { return w.truth.frames() == kFeatureFrames; });
 
-  struct Row {
-    const Method* method;
-    std::string keyframes;
-    std::vector<Run> runs;
-  };
-  std::vector<Row> rows;
-  int64_t fills = 0;
   const Method input = {"noisy input", [](const FillTask& task, uint64_t) { return task.window.given; }};
-  if (options.noise > 0) {
-    rows.push_back({&input, "", std::vector<Run>(static_cast<size_t>(options.seeds))});
-    fills += options.seeds * static_cast<int64_t>(windows.size());
-  }
+  std::vector<Row> rows;
+  const auto add = [&](const Method* method, const std::string& name, const std::string& keyframes, int64_t runs) {
+    const auto count = static_cast<size_t>(runs);
+    rows.push_back({method,
+                    name,
+                    keyframes,
+                    std::vector<std::vector<WindowScores>>(count),
+                    std::vector<std::vector<Tensor>>(comparable ? count : 0),
+                    {},
+                    {}});
+  };
+  add(nullptr, options.truth ? "real motion" : "recording", "", 1);
+  if (options.noise > 0) add(&input, input.name, "", options.seeds);
   for (const std::string& keyframes : options.keyframes)
     for (const Method& method : methods) {
       const bool varies = method.random || options.noise > 0 || keyframes.rfind("random:", 0) == 0;
-      rows.push_back({&method, keyframes, std::vector<Run>(static_cast<size_t>(varies ? options.seeds : 1))});
-      fills += static_cast<int64_t>(rows.back().runs.size() * windows.size());
+      add(&method, method.name, keyframes, varies ? options.seeds : 1);
     }
 
-  Run real;
-  const Scene nothing;
-  const Scene* met = nullptr;
-  std::optional<CollisionMeter> meter;
-  const auto measure = [&](Run& run, const Clip& clip, const Window& window, const std::vector<int64_t>& keys,
-                           const Tensor& close) {
-    run.add(clip, window.truth, keys, options.key_joints, *meter, close);
-    if (comparable) run.features.push_back(motion_features(features, clip.joints.unsqueeze(0))[0]);
-  };
-  int64_t done = 0;
-  for (size_t w = 0; w < windows.size(); ++w) {
-    Window window = windows[w];
-    window.truth = posed_truth(windows[w]);
-    const Scene* scene = window.scene ? window.scene.get() : &nothing;
-    if (!meter || scene != met) meter.emplace(builtin_body(), *(met = scene));
-    const Tensor close = meter->near_frames(window.truth, kCloseProximity);
-    measure(real, window.truth, window, {0}, close);
-    for (Row& row : rows)
-      for (size_t r = 0; r < row.runs.size(); ++r) {
-        // Streams of their own for noise, key frames and the method.
-        const uint64_t seed = item_seed(item_seed(options.seed, r), w);
-        window.given = noisy_keys(window.truth, options.noise, item_seed(seed, 0));
-        const std::string& chosen = row.keyframes.empty() ? options.keyframes.front() : row.keyframes;
-        const std::vector<int64_t> keys = key_frames(chosen, window.truth.frames(), item_seed(seed, 1));
-        measure(row.runs[r], filled(*row.method, window, keys, item_seed(seed, 2)), window, keys, close);
-        if (options.progress) options.progress(++done, fills);
-      }
-  }
-
+  Measuring measuring(windows, features, options, rows);
+  measuring.run();
   Table table;
   table.windows = static_cast<int64_t>(windows.size());
-  table.close_frames = real.close_frames;
+  table.close_frames = measuring.close_frames();
+  table.upright_frames = measuring.upright_frames();
   table.noise = options.noise;
-  FeatureGaussian gaussian;
-  if (comparable) gaussian = feature_gaussian(torch::stack(real.features));
-  const FeatureGaussian* known = comparable ? &gaussian : nullptr;
-  const double jerk = ratio(real.jerk, real.windows);
-  table.rows.push_back(scores_of("real motion", "", {real}, known, jerk));
-  for (const Row& row : rows) table.rows.push_back(scores_of(row.method->name, row.keyframes, row.runs, known, jerk));
+  table.truth = options.truth;
+  std::optional<Distances> distances;
+  if (comparable) distances.emplace(rows, table.windows, options.seed);
+  if (distances) table.dimensions = distances->dimensions();
+  const Tensor counts = bootstrap_counts(table.windows, kResamples, item_seed(options.seed, 0));
+  for (Row& row : rows) {
+    Scores scores;
+    scores.method = row.name;
+    scores.keyframes = row.keyframes;
+    scores.runs = static_cast<int64_t>(row.runs.size());
+    estimate_measures(row, counts, scores);
+    if (distances) scores.fid = row.method == nullptr ? distances->of_halves() : distances->of(row);
+    table.rows.push_back(scores);
+  }
+  table.against =
+      options.against.empty() ? methods.empty() ? rows.front().name : methods.front().name : options.against;
+  set_differences(rows, table.against, table.rows);
   return table;
-}
-
-ScoreTable score_table(const Table& table, Layout layout) {
-  std::set<std::string> choices, methods;
-  for (const Scores& row : table.rows) {
-    if (row.keyframes.empty()) continue;
-    choices.insert(row.keyframes);
-    methods.insert(row.method);
-  }
-  const bool one_choice = choices.size() <= 1, one_method = methods.size() <= 1, by_keys = layout == Layout::keys;
-  const auto label = [&](const Scores& row) {
-    if (row.keyframes.empty()) return row.method;
-    if (by_keys && one_method) return row.keyframes;
-    return one_choice && !by_keys ? row.method : row.method + ", " + row.keyframes;
-  };
-  ScoreTable out;
-  out.labels = {by_keys && one_method ? "key frames" : "method"};
-  const std::vector<size_t> columns = columns_of(layout);
-  for (const size_t c : columns) out.columns.push_back({"", kColumns[c].title, kColumns[c].key, kColumns[c].decimals});
-  int64_t runs = 1;
-  for (const Scores& row : table.rows) {
-    out.rows.push_back({{label(row)}, {}});
-    for (const size_t c : columns) out.rows.back().cells.push_back(row.*kColumns[c].value);
-    runs = std::max(runs, row.runs);
-  }
-  std::string note = fmt::format("{} windows", table.windows);
-  if (layout == Layout::close)
-    note += fmt::format(", {} frames closer to the scene than {:.0f} cm", table.close_frames, kCloseProximity * 100);
-  if (table.noise > 0) note += fmt::format(", key frames with noise of level {:g}", table.noise);
-  out.notes = {note + fmt::format(", {} seed{}", runs, runs == 1 ? "" : "s")};
-  return out;
-}
-
-std::string table_text(const Table& table, Layout layout) {
-  return text_of(score_table(table, layout), layout == Layout::seeds);
-}
-
-nlohmann::ordered_json table_json(const Table& table) {
-  ScoreTable all;
-  all.labels = {"method", "keyframes", "runs"};
-  for (const Column& column : kColumns) all.columns.push_back({"", column.title, column.key, column.decimals});
-  for (const Scores& row : table.rows) {
-    all.rows.push_back({{row.method, row.keyframes, std::to_string(row.runs)}, {}});
-    for (const Column& column : kColumns) all.rows.back().cells.push_back(row.*column.value);
-  }
-  return {{"windows", table.windows},
-          {"close_frames", table.close_frames},
-          {"noise", table.noise},
-          {"rows", rows_json(all, /*intervals=*/true)}};
 }
 
 }  // namespace inhabit::inbetween

@@ -1,57 +1,48 @@
 #pragma once
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "inhabit/inbetween/methods.h"
 #include "inhabit/inbetween/motion_autoencoder.h"
-#include "inhabit/inbetween/sample.h"
-#include "inhabit/inbetween/scene_inbetweener.h"
-#include "inhabit/metrics/method.h"
 #include "inhabit/metrics/score_table.h"
-#include "inhabit/motion/clip.h"
-#include "inhabit/scene/scene.h"
 
 namespace inhabit::inbetween {
 
-/// A window and the frames of window.given that a method may look at, beside the scene.
-struct FillTask {
-  const Window& window;
-  const std::vector<int64_t>& keys;
+/// One number of a row.
+struct Score {
+  double mean = std::numeric_limits<double>::quiet_NaN();  ///< over windows and runs; NaN: cannot be measured
+  double interval = 0;    ///< half of its 95 % interval by bootstrap over windows (metrics/bootstrap.h)
+  double seeds = 0;       ///< half of the 95 % interval over runs with different seeds, by Student's t
+  double difference = 0;  ///< from the row that Evaluation::against names, and half of its interval, by the same
+  double difference_interval = 0;  ///< resamples of windows in both rows
 };
-/// A row of the tables: fills in a window.
-using Method = inhabit::Method<FillTask, Clip>;
 
-/// A model as a row: "ours", or what its configuration lacks ("w/o global feature"), with its T* where it is
-/// noise-aware.
-/// @param options what each window is filled with; keys and seed are the evaluation's.
-Method model_method(const std::shared_ptr<const SceneInbetweener>& model, const Options& options);
-
-/// "linear + slerp" and "cubic spline".
-std::vector<Method> interpolation_methods();
-
-/// What one method scores over all windows, each number a mean over them.
+/// What one method scores over all windows.
 struct Scores {
   std::string method;
   std::string keyframes;  ///< as key_frames takes it; empty for the real motion and the noisy input
   int64_t runs = 1;       ///< seeds
-  Estimate fid;           ///< Frechet distance of motion features; NaN without an autoencoder or for other lengths
-  Estimate skating;       ///< fraction of frames with a skating foot
-  Estimate jerk;          ///< of the joints, m/s^3
-  Estimate jerk_ratio;    ///< over that of the real motion
-  Estimate key_error;     ///< mm, mean distance of joints from the true ones at key frames
-  Estimate error;         ///< mm, in all frames
-  Estimate frame_ratio, vertex_ratio;  ///< of collisions (metrics/collision.h)
-  Estimate penetration;                ///< mm, deepest of each window
-  /// The same in close-proximity frames (Table 2), those of the true motion less than 8 cm from the scene.
-  Estimate close_frame_ratio, close_vertex_ratio, close_penetration;
+  /// Frechet distance of motion features from those of the real motion; NaN without an autoencoder or for other
+  /// lengths. Of the real motion: between halves of its windows, the mean over random halves.
+  Score fid;
+  Score skating, jerk, jerk_ratio, acceleration;                   ///< window_scores.h, which has units too
+  Score key_error, error;                                          ///< mm
+  Score frame_ratio, vertex_ratio, penetration;                    ///< of collisions
+  Score exact_frames, exact_vertices, exact_depth;                 ///< of collisions without tolerance
+  Score close_frame_ratio, close_vertex_ratio, close_penetration;  ///< in close frames (Table 2)
+  Score upright_frames, upright_vertices, upright_depth;           ///< in close frames in which nobody sits
 };
 
 struct Table {
-  int64_t windows = 0, close_frames = 0;
+  int64_t windows = 0, close_frames = 0, upright_frames = 0;
+  int64_t dimensions = 0;  ///< of the features that fid is taken over
   double noise = 0;
+  bool truth = true;         ///< the recordings are the truth
+  std::string against;       ///< the row that differences are from
   std::vector<Scores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
                              ///< frames as they are; then each choice of keys with each method
 };
@@ -62,7 +53,11 @@ struct Evaluation {
   uint64_t seed = 1;
   double noise = 0;                 ///< level of noise on the key frames, see noisy_keys
   std::vector<int64_t> key_joints;  ///< joints that keys between the ends constrain, for MPJE Key; empty: whole poses
-  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window
+  bool truth = true;     ///< false: the recordings are noisy themselves; nothing is measured that needs a truth, and
+                         ///< MPJE Key is the distance from the recording's poses (Table 4)
+  std::string against;   ///< row that differences are taken from; empty: the first method's
+  bool parallel = true;  ///< methods are called on all of LibTorch's threads
+  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window, once at a time
 };
 
 /// The clip with noise of `level` on its poses: `level` degrees on every component of the joints' rotations and `level`
@@ -72,23 +67,27 @@ Clip noisy_keys(const Clip& clip, double level, uint64_t seed);
 /// Fills in every window by every method and measures what comes out. Joints are those of the true poses on the
 /// recording's bones: a recording's own joints that its skeleton only comes near to would be an error of every method.
 /// The body that collides has the window's betas, or those that fit its joints. Noise, random key frames and what
-/// methods draw follow from (seed, run, window) alone, so that methods see the same key frames.
+/// methods draw follow from (seed, run, window) alone, so that methods see the same key frames. The Frechet distance is
+/// taken over as many principal components of the real motion's features as there are tens of windows, at most all.
 /// @param features may be empty. Throws Error naming method and window where what comes out has another length or is
-/// not finite.
+/// not finite, and where no row is called `against`.
 Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& methods, MotionAutoencoder features,
                const Evaluation& options);
 
 /// Columns of the paper's tables.
 enum class Layout {
-  methods,   ///< Tables 1 and 3
-  close,     ///< Table 2
-  keys,      ///< Table 6
-  settings,  ///< Table 8
-  seeds      ///< Table 9, with intervals
+  methods,     ///< Tables 1 and 3
+  close,       ///< Table 2, and without those who sit
+  recordings,  ///< Table 4: what needs no truth
+  keys,        ///< Table 6
+  settings,    ///< Table 8
+  seeds,       ///< Table 9, with intervals over seeds
+  collisions   ///< with and without tolerance
 };
 
-ScoreTable score_table(const Table& table, Layout layout = Layout::methods);
-std::string table_text(const Table& table, Layout layout = Layout::methods);
+/// @param differences the rows' differences from the one that the table is against
+ScoreTable score_table(const Table& table, Layout layout = Layout::methods, bool differences = false);
+std::string table_text(const Table& table, Layout layout = Layout::methods, bool differences = false);
 nlohmann::ordered_json table_json(const Table& table);
 
 }  // namespace inhabit::inbetween

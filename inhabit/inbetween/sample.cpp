@@ -65,10 +65,12 @@ struct Data::Impl {
   WindowSet windows;
   mutable RecentCache<std::shared_ptr<const Recording>> recordings{kClipsKept,
                                                                    [this](const std::string& k) { return record(k); }};
+  mutable RecentCache<std::shared_ptr<const Scene>> scenes{
+      kScenesKept, [this](const std::string& k) { return std::make_shared<Scene>(windows.load_scene(k)); }};
   mutable RecentCache<Room> rooms{kScenesKept, [this](const std::string& k) { return read_room(k); }};
 
   Room read_room(const std::string& key) const {
-    auto scene = std::make_shared<Scene>(windows.load_scene(key));
+    auto scene = scenes.get(key);
     return {scene, std::make_shared<SceneQuery>(*scene)};
   }
   std::shared_ptr<const Recording> record(const std::string& key) const {
@@ -129,11 +131,13 @@ Tensor Data::features(int64_t index) const {
 
 Window Data::window(int64_t index) const {
   const WindowSet& windows = impl_->windows;
-  const auto recording = impl_->recordings.get(windows.clip_key(index));
+  const std::string key = windows.clip_key(index);
+  const Clip clip = windows.load_clip(key);
+  if (!clip.rotations.defined()) throw Error(windows.file(key), "has no rotations");
   return {windows.entry(index).file + " " + std::to_string(windows.place(index).start),
-          impl_->window(recording->clip, index),
+          impl_->window(clip, index),
           {},
-          impl_->rooms.get(windows.scene_key(index)).scene};
+          impl_->scenes.get(windows.scene_key(index))};
 }
 
 }  // namespace inhabit::inbetween

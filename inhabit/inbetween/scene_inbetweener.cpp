@@ -196,17 +196,20 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
     return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
   };
   const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(f.options.seed, w));
-  const Tensor sampled = sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, [&](int64_t done) {
+  const auto progress = [&](int64_t done) {
     if (f.options.progress)
       f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
-  });
+  };
+  const Tensor sampled = f.options.stage == Stage::baseline
+                             ? in.baseline
+                             : sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, progress);
   const Tensor features = f.networks.scale.from_network(sampled[0].t());
   const Clip predicted = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
   refine::GeneratedOptions refining;
   // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
   refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);
-  const Clip refined =
-      refine::refine_generated(slice(predicted, 0, window.last + 1 - window.first), key_poses(f, window), refining);
+  Clip refined = slice(predicted, 0, window.last + 1 - window.first);
+  if (f.options.stage == Stage::finished) refined = refine::refine_generated(refined, key_poses(f, window), refining);
   const int64_t from = w == 0 ? 0 : window.known + 1;
   for (auto [to, source] : {std::pair(f.motion.joints, refined.joints),
                             std::pair(f.motion.rotations, refined.rotations), std::pair(f.motion.trans, refined.trans)})
@@ -251,6 +254,8 @@ const Config& SceneInbetweener::config() const { return impl_->networks.config; 
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
+  if (options.stage == Stage::baseline && !c.from_interpolation)
+    throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
@@ -270,7 +275,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
   f.floor = floor_under(out.key_poses, query);
   for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
-  if (options.clean_feet)
+  if (options.clean_feet && options.stage == Stage::finished)
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);

@@ -12,6 +12,13 @@
 
 namespace inhabit::inbetween {
 
+/// What of a model's work is wanted; less than all of it is for measuring what each part does.
+enum class Stage {
+  finished,  ///< brought to the keys, feet cleaned
+  network,   ///< as the network says it, not imposed at the keys either
+  baseline   ///< what the network starts from and adds to: the keys' interpolation, around obstacles where it does so
+};
+
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
@@ -19,6 +26,7 @@ struct Options {
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
   bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
+  Stage stage = Stage::finished;                            ///< how far the model's work is done
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
   bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone

@@ -2,6 +2,7 @@
 
 #include <ATen/Parallel.h>
 
+#include <limits>
 #include <set>
 
 #include "inhabit/body/kinematics.h"
@@ -47,9 +48,7 @@ double Collision::penetration(const Tensor& mask) const {
 }
 
 CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body_(&body) {
-  const Tensor supporting = supporting_skin(body);
-  allowed_ =
-      torch::full({supporting.size(0)}, kCollisionDepth, torch::kFloat32).masked_fill(supporting, kSupportedDepth);
+  supporting_ = supporting_skin(body);
   Scene counts;
   counts.name = scene.name;
   counts.points = scene.points;
@@ -121,30 +120,46 @@ CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float ma
   return out;
 }
 
-Collision CollisionMeter::measure(const Clip& clip) const {
-  Collision out;
-  out.depth = torch::zeros({clip.frames()});
-  out.vertices = torch::zeros({clip.frames()});
+Collision CollisionMeter::measure(const Clip& clip) const { return measure(clip, {CollisionTolerance{}}).front(); }
+
+std::vector<Collision> CollisionMeter::measure(const Clip& clip,
+                                               const std::vector<CollisionTolerance>& tolerances) const {
   if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
+  std::vector<Collision> out(tolerances.size());
+  for (Collision& collision : out) {
+    collision.depth = torch::zeros({clip.frames()});
+    collision.vertices = torch::zeros({clip.frames()});
+  }
   if (!query_) return out;
-  float* deepest = out.depth.data_ptr<float>();
-  float* share = out.vertices.data_ptr<float>();
-  const float one = 1.F / static_cast<float>(allowed_.size(0));
+  const bool* supporting = supporting_.data_ptr<bool>();
+  const float one = 1.F / static_cast<float>(supporting_.size(0));
+  const auto allowed = [&](const CollisionTolerance& t, int64_t vertex) {
+    return static_cast<float>(supporting[vertex] ? t.supported : t.other);
+  };
+  const auto least = [&](int64_t vertex) {
+    float depth = std::numeric_limits<float>::max();
+    for (const CollisionTolerance& t : tolerances) depth = std::min(depth, allowed(t, vertex));
+    return depth;
+  };
   for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
     const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
     if (found.frames.numel() == 0) continue;
     const Tensor depths = query_->closest(found.points).distances;
-    const float *depth = depths.data_ptr<float>(), *may = allowed_.data_ptr<float>();
-    const float* points = found.points.data_ptr<float>();
+    const float *depth = depths.data_ptr<float>(), *points = found.points.data_ptr<float>();
     const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
     const bool* known = found.inside.data_ptr<bool>();
     std::vector<int64_t> unsure;
     const auto count_in = [&](int64_t i) {
-      deepest[first + frame[i]] = std::max(deepest[first + frame[i]], depth[i]);
-      share[first + frame[i]] += one;
+      const int64_t t = first + frame[i];
+      for (size_t k = 0; k < tolerances.size(); ++k) {
+        if (depth[i] <= allowed(tolerances[k], vertex[i])) continue;
+        float& deepest = out[k].depth.data_ptr<float>()[t];
+        deepest = std::max(deepest, depth[i]);
+        out[k].vertices.data_ptr<float>()[t] += one;
+      }
     };
     for (int64_t i = 0; i < found.frames.numel(); ++i) {
-      if (depth[i] <= may[vertex[i]]) continue;
+      if (depth[i] <= least(vertex[i])) continue;
       const auto inside = known[i] ? true : field_->inside(Eigen::Map<const Eigen::Vector3f>(points + 3 * i), depth[i]);
       if (inside == true) count_in(i);
       if (!inside) unsure.push_back(i);

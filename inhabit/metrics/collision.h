@@ -20,6 +20,13 @@ namespace inhabit {
 /// none of recordings in rooms fitted around them.
 inline constexpr double kSupportedDepth = 0.04, kCollisionDepth = 0.01;
 
+/// How deep the skin may be inside the scene before it collides, metres.
+struct CollisionTolerance {
+  double supported = kSupportedDepth;  ///< supporting_skin
+  double other = kCollisionDepth;      ///< all other skin
+};
+inline constexpr CollisionTolerance kNoTolerance = {0, 0};
+
 /// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.
 torch::Tensor supporting_skin(const BodyModel& body);
 
@@ -46,6 +53,8 @@ class CollisionMeter {
   /// Needs clip.rotations on the body's joints. The body has the clip's betas and stands with its root joint at the
   /// clip's.
   Collision measure(const Clip& clip) const;
+  /// The same by several tolerances, one after the other; little dearer than by one.
+  std::vector<Collision> measure(const Clip& clip, const std::vector<CollisionTolerance>& tolerances) const;
 
   /// (T) bool: the frames in which the skin is inside the scene or nearer to it than `distance` metres.
   torch::Tensor near_frames(const Clip& clip, double distance) const;
@@ -59,7 +68,7 @@ class CollisionMeter {
   Candidates candidates(const Clip& clip, float margin) const;
 
   const BodyModel* body_;
-  torch::Tensor allowed_;                   ///< (V) metres, how deep a vertex may be
+  torch::Tensor supporting_;                ///< (V) bool, of supporting_skin
   std::unique_ptr<SceneQuery> query_;       ///< none where nothing counts
   std::optional<DistanceField> field_;      ///< where the boxes are
   std::vector<Eigen::AlignedBox3f> boxes_;  ///< around each body of the scene, then the cloud

@@ -14,6 +14,14 @@ struct FeatureGaussian {
 /// Of features (N, D), N > 1, all finite; the covariance is the unbiased one.
 FeatureGaussian feature_gaussian(const torch::Tensor& features);
 
+/// The same of a resample in which row i counts counts[i] times (bootstrap.h).
+FeatureGaussian feature_gaussian(const torch::Tensor& features, const torch::Tensor& counts);
+
+/// The directions in which features (N, D) vary most: (D, d) orthonormal columns, double, eigenvectors of the
+/// covariance with the largest eigenvalues, in their order. A covariance of D (D + 1) / 2 numbers needs more samples
+/// than D; features.matmul(directions) needs fewer.
+torch::Tensor principal_directions(const torch::Tensor& features, int64_t d);
+
 /// Squared Frechet distance between two Gaussians (the "FID" of feature vectors of a network, Heusel et al. 2017):
 /// |m1 - m2|^2 + tr(C1 + C2 - 2 (C1^1/2 C2 C1^1/2)^1/2), roots by symmetric eigendecomposition.
 double frechet_distance(const FeatureGaussian& first, const FeatureGaussian& second);

@@ -1,0 +1,261 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <sstream>
+
+#include "inhabit/error.h"
+#include "inhabit/inbetween/detour.h"
+#include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/motion/canonical.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/scene/floor.h"
+#include "inputs.h"
+#include "models.h"
+#include "outputs.h"
+#include "progress.h"
+#include "sampler_option.h"
+#include "settings.h"
+#include "verbs.h"
+
+namespace {
+
+using namespace inhabit;
+using inbetween::Layout;
+using inbetween::Method;
+
+const std::vector<std::string> kUse = {"inference.", "around_obstacles=", "t_star="};
+
+/// The models that are measured, and what is done with them.
+struct ModelRows {
+  std::vector<std::string> models, settings, rows;
+  std::vector<int> t_star;
+  inbetween::Options options;
+  bool refine = true;
+};
+
+void add_model_rows(CLI::App& verb, ModelRows& o) {
+  verb.add_option("--model", o.models, "Model files, rows each (default: the one that ships)");
+  verb.add_option("--steps", o.options.steps, "Evaluations of the denoiser (default: the model's own)")
+      ->check(CLI::Range(1, 1000));
+  add_sampler(verb, o.options.sampler);
+  add_settings(verb, o.settings);
+  verb.add_option("--row", o.rows,
+                  "More rows of the same models with other settings, 'NAME: KEY=VALUE ...', such as "
+                  "'guidance 0: inference.guidance=0'; may be repeated")
+      ->check(not_empty);
+  verb.add_flag_callback(
+      "--no-refine", [&o] { o.refine = false; }, "Leave away the rows after the post-processing common to all methods");
+}
+
+/// A method, and the same after the post-processing that is common to all.
+void add_rows(std::vector<Method>& methods, const Method& method, bool refine) {
+  methods.push_back(method);
+  if (refine) methods.push_back(with_refine(method));
+}
+
+/// Rows of a model: what it starts from, what its network says, and the motion that it gives in the end.
+void add_rows(std::vector<Method>& methods, const std::string& name, const inbetween::Networks& networks,
+              const ModelRows& o, bool with_input) {
+  const auto model = std::make_shared<inbetween::SceneInbetweener>(networks);
+  inbetween::Options options = o.options;
+  if (with_input && networks.config.from_interpolation) {
+    options.stage = inbetween::Stage::baseline;
+    methods.push_back(model_method(name + ", input", model, options));
+  }
+  options.stage = inbetween::Stage::network;
+  add_rows(methods, model_method(name + ", raw", model, options), o.refine);
+  options.stage = inbetween::Stage::finished;
+  methods.push_back(model_method(name, model, options));
+}
+
+/// "NAME: KEY=VALUE ...".
+std::pair<std::string, std::vector<std::string>> named_settings(const std::string& row) {
+  const size_t colon = row.find(": ");
+  if (colon == std::string::npos || colon == 0) throw Error("--row " + row, "is not 'NAME: KEY=VALUE ...'");
+  std::istringstream rest(row.substr(colon + 2));
+  std::vector<std::string> settings;
+  for (std::string setting; rest >> setting;) settings.push_back(setting);
+  return {row.substr(0, colon), settings};
+}
+
+/// The interpolations, then the models as they are and with each row's settings. @param config becomes the last
+/// model's.
+std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config) {
+  if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
+  std::vector<Method> methods;
+  if (!o.options.key_groups.defined())  // they know whole poses only
+    for (const Method& method : inbetween::interpolation_methods()) add_rows(methods, method, o.refine);
+  for (const std::string& file : o.models) {
+    inbetween::Networks networks = inbetween::load_networks(file);
+    set_used(networks.config, o.settings, kUse);
+    config = networks.config;
+    if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+    for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
+      networks.config.t_star = t_star;
+      add_rows(methods, row_name(networks.config), networks, o, true);
+      for (const std::string& row : o.rows) {
+        const auto [name, settings] = named_settings(row);
+        inbetween::Networks changed = networks;
+        set_used(changed.config, settings, kUse);
+        add_rows(methods, row_name(networks.config) + ", " + name, changed, o, false);
+      }
+    }
+  }
+  return methods;
+}
+
+struct InbetweenOptions {
+  std::vector<std::string> data, motions;
+  SceneInput scene;
+  ClipReadOptions reading;
+  std::string split = "test", json, joints;
+  int64_t windows = 100;
+  ModelRows rows;
+  Layout layout = Layout::methods;
+  inbetween::Evaluation evaluation;
+};
+
+/// Windows of motion files in one scene, at most `count`, on the standard skeleton with the floor at y = 0.
+std::vector<inbetween::Window> windows_of_files(const InbetweenOptions& o, const inbetween::Config& config,
+                                                Notes& notes) {
+  const Scene given = read_scene(o.scene, notes);
+  std::vector<inbetween::Window> out;
+  for (const std::string& file : o.motions) {
+    Clip clip = resample(retarget(read_motion(file, o.reading, notes), file), config.rate, file);
+    Scene scene = given.empty() ? assumed_floor(clip) : given;
+    const double floor = floor_under(clip, SceneQuery(scene));
+    clip = transformed(clip, {0, {0, -floor, 0}});
+    const auto there = std::make_shared<const Scene>(raised(scene, -floor));
+    for (int64_t t = 0; t + config.frames <= clip.frames(); t += config.frames)
+      out.push_back({file + " " + std::to_string(t), slice(clip, t, t + config.frames), {}, there});
+  }
+  if (out.empty()) throw Error(o.motions.front(), "has no window of " + std::to_string(config.frames) + " frames");
+  const auto count = static_cast<size_t>(o.windows);
+  if (out.size() <= count) return out;
+  std::vector<inbetween::Window> spread;
+  for (size_t i = 0; i < count; ++i) spread.push_back(out[i * out.size() / count]);
+  return spread;
+}
+
+std::vector<inbetween::Window> windows_of_data(const InbetweenOptions& o, const inbetween::Config& config) {
+  const inbetween::Data data(o.data, o.split, config, config.frames);
+  if (data.size() == 0)
+    throw Error(o.data.front(), "has no window of " + std::to_string(config.frames) + " frames in split " + o.split);
+  std::vector<inbetween::Window> out;
+  for (const int64_t i : data.windows().spread(o.windows)) out.push_back(data.window(i));
+  return out;
+}
+
+void eval_inbetween(InbetweenOptions& o) {
+  if (o.data.empty() == o.motions.empty()) throw Error("eval inbetween", "needs either --data or --motion");
+  if (!o.json.empty()) require_writable(o.json);
+  if (!o.motions.empty()) o.evaluation.truth = false;
+  if (!o.joints.empty()) o.rows.options.key_groups = inbetween::key_groups(o.joints);
+  o.evaluation.key_joints = inbetween::key_joints_of(o.rows.options.key_groups);
+  inbetween::Config config;
+  const std::vector<Method> methods = methods_of(o.rows, config);
+  Notes notes;
+  const auto windows = o.motions.empty() ? windows_of_data(o, config) : windows_of_files(o, config, notes);
+  const inbetween::MotionAutoencoder features =
+      inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+  o.evaluation.progress = progress_lines("windows filled");
+  const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
+  if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
+  say(notes);
+  const Layout layout = o.evaluation.truth || o.layout == Layout::collisions ? o.layout : Layout::recordings;
+  std::printf("%s", table_text(table, layout).c_str());
+  if (!o.evaluation.against.empty()) std::printf("\n%s", table_text(table, layout, /*differences=*/true).c_str());
+}
+
+}  // namespace
+
+void add_eval_inbetween(CLI::App& verb) {
+  CLI::App* inbetween = verb.add_subcommand(
+      "inbetween", "Frechet distance, foot skating, jerk, joint error and collisions of scene-aware in-betweening");
+  auto o = std::make_shared<InbetweenOptions>();
+  CLI::Option* data = inbetween->add_option("--data", o->data, "Native data set folders");
+  inbetween->add_option("--motion", o->motions, "Instead: motion files, such as noisy recordings; implies --no-truth")
+      ->excludes(data);
+  add_scene(*inbetween, o->scene, "with --motion; default: a flat floor");
+  add_reading(*inbetween, o->reading, "--motion");
+  inbetween->add_option("--split", o->split, "train, val, test or all")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  add_model_rows(*inbetween, o->rows);
+  inbetween
+      ->add_option("--keyframes", o->evaluation.keyframes,
+                   "every:N, a list, random:P or ends; several are rows of Table 6")
+      ->capture_default_str();
+  inbetween
+      ->add_option("--joints", o->joints,
+                   "Joints that the keys between the ends constrain, such as pelvis,left_wrist; MPJE Key is over these "
+                   "(default: whole poses)")
+      ->check(not_empty);
+  inbetween->add_option("--noise", o->evaluation.noise, "Level of noise on the key frames: so many degrees and cm")
+      ->check(CLI::Range(0.0, 90.0));
+  inbetween->add_flag_callback(
+      "--no-truth", [o] { o->evaluation.truth = false; },
+      "The recordings are noisy themselves: only what needs no truth is measured (Table 4)");
+  inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
+      ->check(whole_over_zero)
+      ->capture_default_str();
+  inbetween
+      ->add_option("--t-star", o->rows.t_star, "T* of noise-aware models, rows each (default: the one of training)")
+      ->check(CLI::Range(1, 1000));
+  inbetween->add_flag_callback(
+      "--loose-feet", [o] { o->rows.options.clean_feet = false; }, "Leave feet as the networks move them");
+  inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  inbetween->add_option("--seed", o->evaluation.seed, "First seed")->check(whole_number)->capture_default_str();
+  inbetween
+      ->add_option("--against", o->evaluation.against,
+                   "Row that differences are taken from, window by window: a second table")
+      ->check(not_empty);
+  inbetween
+      ->add_option("--layout", o->layout,
+                   "Columns: methods (Tables 1, 3), close (2), recordings (4), keys (6), settings (8), seeds (9), "
+                   "collisions (with and without tolerance)")
+      ->transform(one_of<Layout>({{"methods", Layout::methods},
+                                  {"close", Layout::close},
+                                  {"recordings", Layout::recordings},
+                                  {"keys", Layout::keys},
+                                  {"settings", Layout::settings},
+                                  {"seeds", Layout::seeds},
+                                  {"collisions", Layout::collisions}}))
+      ->option_text("NAME");
+  inbetween->add_option("--json", o->json, "Also write the table as JSON");
+  inbetween->callback([o] { eval_inbetween(*o); });
+}
+
+void add_eval_detour(CLI::App& verb) {
+  struct Options {
+    std::string model;
+    int64_t runs = 10;
+    std::vector<std::string> settings;
+    inhabit::inbetween::Options request;
+  };
+  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight path: who goes around");
+  auto o = std::make_shared<Options>();
+  detour->add_option("--model", o->model, "Model file (default: the one that ships)");
+  detour->add_option("--seeds", o->runs, "Runs with different seeds")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  detour->add_option("--seed", o->request.seed, "First seed")->check(whole_number)->capture_default_str();
+  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser (default: the model's own)")
+      ->check(CLI::Range(1, 1000));
+  add_settings(*detour, o->settings);
+  detour->callback([o] {
+    inhabit::inbetween::Networks networks =
+        inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
+    set_used(networks.config, o->settings, kUse);
+    const inhabit::inbetween::SceneInbetweener model(networks);
+    const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
+    std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
+                static_cast<long long>(scores.around), static_cast<long long>(scores.runs),
+                static_cast<long long>(scores.around_unseen));
+  });
+}

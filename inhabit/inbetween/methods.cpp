@@ -1,0 +1,84 @@
+#include "inhabit/inbetween/methods.h"
+
+#include <utility>
+
+#include "inhabit/inbetween/interpolate.h"
+#include "inhabit/inbetween/interpolate_around.h"
+#include "inhabit/refine/refine_clip.h"
+#include "inhabit/refine/refine_generated.h"
+
+namespace inhabit::inbetween {
+
+std::string row_name(const Config& c) {
+  std::string without;
+  if (!c.global_scene && !c.local_scene) {
+    without = "scene";
+  } else if (!c.global_scene) {
+    without = "global feature";
+  } else if (!c.local_scene) {
+    without = "local feature";
+  }
+  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
+  std::string name = without.empty() ? "ours" : "w/o " + without;
+  if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
+  return name;
+}
+
+Method model_method(const std::string& name, const std::shared_ptr<const SceneInbetweener>& model,
+                    const Options& options) {
+  return {name,
+          [model, options](const FillTask& task, uint64_t seed) {
+            const Window& w = task.window;
+            Options own = options;
+            own.keys = task.keys;
+            own.seed = seed;
+            own.standard = true;
+            return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
+          },
+          /*random=*/options.stage != Stage::baseline};
+}
+
+std::vector<Method> interpolation_methods() {
+  using Interpolate = Clip (*)(const Clip&, const std::vector<int64_t>&);
+  const auto method = [](const std::string& name, Interpolate interpolate) {
+    return Method{name,
+                  [interpolate](const FillTask& task, uint64_t) { return interpolate(task.window.given, task.keys); }};
+  };
+  const auto around = [](const std::string& name, Interpolate interpolate) {
+    return Method{name, [interpolate](const FillTask& task, uint64_t) {
+                    const Clip filled = interpolate(task.window.given, task.keys);
+                    if (!task.window.scene || task.window.scene->empty()) return filled;
+                    return along_way_around(filled, task.window.given, task.keys, SceneQuery(*task.window.scene));
+                  }};
+  };
+  return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline),
+          around("slerp + way around", &interpolate_linear), around("spline + way around", &interpolate_spline)};
+}
+
+Clip post_processed(const Clip& motion, const FillTask& task) {
+  const bool whole = task.noise == 0 && task.key_joints.empty();
+  refine::KeyPoses keys;
+  keys.frames = task.keys;
+  keys.poses = frames_at(task.window.given, task.keys);
+  refine::Options options;
+  options.name = task.window.name;
+  options.standard = true;
+  for (const int64_t key : task.keys) {
+    keys.exact.push_back(whole || key == 0 || key + 1 == motion.frames() ? 1 : 0);
+    if (keys.exact.back() != 0) options.keep_frames.push_back(key);
+  }
+  for (const int64_t joint : task.key_joints) keys.joints.push_back(static_cast<int>(joint));
+  refine::GeneratedOptions leading;
+  if (task.noise > 0) leading.noise = task.noise;
+  Clip met = refine::refine_generated(motion, keys, leading);
+  met.betas = task.window.given.betas;
+  return refine::refine(met, task.window.scene ? *task.window.scene : Scene{}, options).clip;
+}
+
+Method with_refine(const Method& method) {
+  return {method.name + " + refine",
+          [run = method.run](const FillTask& task, uint64_t seed) { return post_processed(run(task, seed), task); },
+          method.random};
+}
+
+}  // namespace inhabit::inbetween

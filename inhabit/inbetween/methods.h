@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "inhabit/inbetween/sample.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/metrics/method.h"
+#include "inhabit/motion/clip.h"
+
+namespace inhabit::inbetween {
+
+/// A window and the frames of window.given that a method may look at, beside the scene.
+struct FillTask {
+  const Window& window;
+  const std::vector<int64_t>& keys;
+  std::vector<int64_t> key_joints = {};  ///< that keys between the ends constrain; empty: whole poses
+  double noise = 0;                      ///< level of noise on the keys between the ends
+};
+/// A row of the tables: fills in a window. Called from several threads at once.
+using Method = inhabit::Method<FillTask, Clip>;
+
+/// What a model's row is called where the user says nothing else: "ours", or what its configuration lacks ("w/o global
+/// feature"), with its T* where it is noise-aware.
+std::string row_name(const Config& config);
+
+/// A model as a row `name`.
+/// @param options what each window is filled with; keys and seed are the evaluation's.
+Method model_method(const std::string& name, const std::shared_ptr<const SceneInbetweener>& model,
+                    const Options& options);
+
+/// "linear + slerp", "cubic spline", and both moved onto the way around obstacles (interpolate_around.h).
+std::vector<Method> interpolation_methods();
+
+/// The post-processing that is the same for every method: first the keys are met and what is between changes smoothly
+/// along (refine_generated), then contacts, scene and joint limits with the keys held (refine_clip). Keys with noise
+/// and partial ones count by their noise and joints, but for the ends.
+/// @param motion on the standard skeleton with rotations
+Clip post_processed(const Clip& motion, const FillTask& task);
+
+/// The method "NAME + refine": `method`, then post_processed.
+Method with_refine(const Method& method);
+
+}  // namespace inhabit::inbetween
