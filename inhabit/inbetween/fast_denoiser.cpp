@@ -199,6 +199,7 @@ struct FastDenoiser::Impl {
     out = layer_of(unet->out_conv);
     film_weight = torch::cat(weights);
     film_bias = torch::cat(biases);
+    features = unet->out_conv->weight.size(0);
   }
 
   const Rows& run(Block& block, const Rows& x, const Tensor& film) {
@@ -271,7 +272,7 @@ struct FastDenoiser::Impl {
     multiply(out, end, 0, 1, padded, 1, 0, scratch, y);
     return torch::from_blob(y, {batch, padded, out.w.stride()}, torch::kFloat32)
         .slice(1, 0, frames)
-        .slice(2, 0, kFeatureCount)
+        .slice(2, 0, features)
         .transpose(1, 2)
         .contiguous();
   }
@@ -297,7 +298,7 @@ struct FastDenoiser::Impl {
   Rows start, end;
   std::vector<Rows> twice;
   Scratch scratch;
-  int64_t last_frames = 0;
+  int64_t features = 0, last_frames = 0;
 };
 
 FastDenoiser::FastDenoiser(const Denoiser& network) : impl_(std::make_unique<Impl>(network)) {}
@@ -319,6 +320,14 @@ Tensor FastDenoiser::guided(const Tensor& x, const Tensor& mask, const Tensor& l
   const Tensor step = impl_->network->embed_steps(torch::full({1}, t, torch::kInt64));
   const std::vector<Tensor> both = impl_->forward(input, torch::cat({scene + shape, shape}) + step).chunk(2);
   return both[1] + guidance * (both[0] - both[1]);
+}
+
+Tensor FastDenoiser::residual(const Tensor& input, int64_t t, const Tensor& embedding) {
+  const torch::NoGradGuard no_gradients;
+  const torch::nn::Conv1d& stem = impl_->network->stem;
+  const Tensor mixed = torch::nn::functional::linear(input.transpose(1, 2), stem->weight.squeeze(2), stem->bias);
+  const Tensor step = impl_->network->embed_steps(torch::full({1}, t, torch::kInt64));
+  return impl_->forward(mixed.contiguous(), step + embedding);
 }
 
 }  // namespace inhabit::inbetween

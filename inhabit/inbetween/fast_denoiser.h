@@ -27,6 +27,10 @@ class FastDenoiser {
   torch::Tensor guided(const torch::Tensor& x, const torch::Tensor& mask, const torch::Tensor& local, int64_t t,
                        const torch::Tensor& scene, const torch::Tensor& shape, double guidance);
 
+  /// As DenoiserImpl::residual() at one step. @param input (B, kResidualChannels, T). @param embedding (B, width) of
+  /// embed_shape()
+  torch::Tensor residual(const torch::Tensor& input, int64_t t, const torch::Tensor& embedding);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

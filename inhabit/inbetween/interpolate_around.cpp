@@ -58,7 +58,7 @@ Clip along_way_around(const Clip& interpolated, const Clip& clip, const std::vec
       track.trans[static_cast<size_t>(t)].x() = here.x();
       track.trans[static_cast<size_t>(t)].z() = here.y();
       const double near = static_cast<double>(std::min(t - from, to - t)) / (kTurning * clip.rate);
-      const double turn = smooth_step(near) * wrapped(heading_of(along) - heading_of(end - begin));
+      const double turn = smooth_step(near) * wrapped(inhabit::heading_of(along) - inhabit::heading_of(end - begin));
       track.at(t, 0) = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()) * track.at(t, 0);
     }
   }

@@ -1,5 +1,6 @@
 #include "inhabit/inbetween/poses.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -39,6 +40,28 @@ Poses poses_of(const Clip& clip, double floor) {
       out.rotations[Poses::at(t, 0) + j] = pose.rotations[j].cast<float>();
     }
   }
+  return out;
+}
+
+Clip clip_of(const Poses& poses, const Clip& like, double floor) {
+  const int64_t frames = poses.frames();
+  Clip out = person_of(like);
+  out.joints = torch::empty({frames, kStandardJoints, 3});
+  out.rotations = torch::empty({frames, kStandardJoints, 3});
+  auto joints = out.joints.accessor<float, 3>(), rotations = out.rotations.accessor<float, 3>();
+  for (int64_t t = 0; t < frames; ++t)
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      const Vector3f& at = poses.joints[Poses::at(t, j)];
+      const Quaternionf& world = poses.rotations[Poses::at(t, j)];
+      const int64_t parent = std::max(0, standard_parents()[static_cast<size_t>(j)]);
+      const Eigen::AngleAxisf local(j == 0 ? world : poses.rotations[Poses::at(t, parent)].conjugate() * world);
+      const Vector3f turn = local.angle() * local.axis();
+      for (int axis = 0; axis < 3; ++axis) {
+        joints[t][j][axis] = at[axis] + (axis == 1 ? static_cast<float>(floor) : 0);
+        rotations[t][j][axis] = turn[axis];
+      }
+    }
+  out.trans = (out.joints.select(1, 0) - out.skeleton.offsets[0]).contiguous();
   return out;
 }
 

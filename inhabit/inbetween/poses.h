@@ -22,6 +22,10 @@ struct Poses {
 /// height 0.
 Poses poses_of(const Clip& clip, double floor = 0);
 
+/// The clip of these poses, of the person of `like`, whose skeleton has these offsets. @param floor metres, which
+/// height 0 becomes
+Clip clip_of(const Poses& poses, const Clip& like, double floor = 0);
+
 /// Frames [first, first + frames), mirrored left to right (x becomes -x, joints change sides) where `mirrored` is set.
 Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored = false);
 

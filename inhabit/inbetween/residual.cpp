@@ -19,11 +19,11 @@ constexpr int64_t kSmoothedOver = 5;                         // rows of a table
 Quaternionf heading_rotation(float heading) { return Quaternionf(Eigen::AngleAxisf(heading, Vector3f::UnitY())); }
 
 /// Which rows of a table lie around a distance, and how far it is between them.
-struct Row {
+struct TableRow {
   int64_t low;
   float share;
 };
-Row row_of(float bridge) {
+TableRow row_of(float bridge) {
   const float at = std::clamp(bridge, 0.0F, static_cast<float>(kScaleRows - 1));
   const auto low = std::min<int64_t>(static_cast<int64_t>(at), kScaleRows - 2);
   return {low, at - static_cast<float>(low)};
@@ -74,10 +74,10 @@ Tensor residual_scale(const Baseline& baseline, const Tensor& table) {
   const auto rows = plain.accessor<float, 2>();
   auto to = out.accessor<float, 2>();
   for (int64_t t = 0; t < frames; ++t) {
-    const Row root = row_of(baseline.root_distance[static_cast<size_t>(t)].bridge()),
-              pose = row_of(baseline.pose_distance[static_cast<size_t>(t)].bridge());
+    const TableRow root = row_of(baseline.root_distance[static_cast<size_t>(t)].bridge()),
+                   pose = row_of(baseline.pose_distance[static_cast<size_t>(t)].bridge());
     for (int64_t f = 0; f < kResidualFeatures; ++f) {
-      const Row& row = f < 3 ? root : pose;
+      const TableRow& row = f < 3 ? root : pose;
       const std::vector<KeyDistance>& keys = f < 3 ? baseline.root_distance : baseline.pose_distance;
       to[t][f] = keys[static_cast<size_t>(t)].after < 0
                      ? 0

@@ -8,23 +8,16 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
-#include "inhabit/inbetween/conditioning.h"
-#include "inhabit/inbetween/fast_denoiser.h"
 #include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/fill_window.h"
 #include "inhabit/inbetween/keyframes.h"
-#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/sample.h"
-#include "inhabit/inbetween/windows.h"
-#include "inhabit/math/random.h"
-#include "inhabit/math/rotation.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/feet.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
-#include "inhabit/refine/refine_generated.h"
-#include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/floor.h"
 
 namespace inhabit::inbetween {
@@ -35,7 +28,6 @@ namespace {
 
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr int64_t kDenseKeys = 6;     // frames from one key to the next, in the mean
 constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
@@ -96,126 +88,6 @@ KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, doub
   return out;
 }
 
-/// A clip that is being filled, window by window.
-struct Filling {
-  const Networks& networks;
-  const DiffusionSchedule& schedule;
-  FastDenoiser& denoiser;
-  const SceneQuery& query;
-  const Options& options;
-  const std::vector<int64_t>& keys;
-  int64_t steps;
-  Tensor body_shape;  // (1, 7)
-  double floor;
-  Clip motion;  // key poses, and what is filled so far
-
-  const Config& config() const { return networks.config; }
-  int64_t last_frame() const { return motion.frames() - 1; }
-};
-
-/// The conditioning of a window: frames that are known already, then key frames.
-struct WindowConditioning {
-  Conditioning conditioning;
-  GroundTransform to_canonical;
-};
-
-WindowConditioning condition(const Filling& f, const FillWindow& window) {
-  const Config& c = f.config();
-  std::vector<int64_t> at;
-  Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
-  for (int64_t frame = window.first; frame <= window.known; ++frame) {
-    at.push_back(frame);
-    groups[frame - window.first].fill_(1);
-    always[frame - window.first].fill_(1);
-  }
-  for (const int64_t key : f.keys) {
-    if (key <= window.known || key > window.last) continue;
-    at.push_back(key);
-    if (f.options.key_groups.defined() && key != f.last_frame())
-      groups[key - window.first].copy_(f.options.key_groups);
-    else
-      groups[key - window.first].fill_(1);
-    if (key == window.last) always[key - window.first].fill_(1);
-  }
-  const Tensor places = torch::tensor(at) - window.first;
-  const Clip poses = frames_at(f.motion, at);
-  WindowConditioning out;
-  out.to_canonical = canonical_transform(poses);
-  out.to_canonical.shift.y() -= f.floor;
-  const double yaw = out.to_canonical.yaw;
-  const Tensor metres = clip_features(transformed(poses, out.to_canonical)), root = poses.joints[0][0];
-  Conditioning& on = out.conditioning;
-  on.groups = groups.unsqueeze(0);
-  on.given.values = torch::zeros({1, kFeatureCount, c.frames})
-                        .index_copy_(2, places, f.networks.scale.to_network(metres).t().unsqueeze(0));
-  on.given.mask = feature_mask(groups).t().unsqueeze(0);
-  on.given.always = on.given.mask * always;
-  on.given.t_star = c.t_star;
-  on.given.imposed = false;
-  on.shape = f.body_shape;
-  if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
-  Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
-  if (c.local_scene)
-    offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
-  on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
-  on.detours = torch::zeros({1, c.frames, 2});
-  if (c.from_interpolation && c.around_obstacles && c.global_scene) {
-    const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
-    on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
-  }
-  return out;
-}
-
-/// What refinement brings a window to: known frames and clean whole keys exactly.
-refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
-  refine::KeyPoses out;
-  std::vector<int64_t> at;
-  const bool clean = f.config().t_star == 0 && !f.options.key_groups.defined();
-  const auto add = [&](int64_t frame, bool exact) {
-    at.push_back(frame);
-    out.frames.push_back(frame - window.first);
-    out.exact.push_back(exact ? 1 : 0);
-  };
-  for (int64_t frame = window.first; frame <= window.known; ++frame) add(frame, true);
-  for (const int64_t key : f.keys)
-    if (key > window.known && key <= window.last) add(key, clean || key == 0 || key == f.last_frame());
-  out.poses = frames_at(f.motion, at);
-  for (const int64_t joint : key_joints_of(f.options.key_groups)) out.joints.push_back(static_cast<int>(joint));
-  return out;
-}
-
-/// Samples window number `w` and puts it into the clip.
-void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows) {
-  const Config& c = f.config();
-  const WindowConditioning on = condition(f, window);
-  const KeyConstraints& given = on.conditioning.given;
-  const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
-  const auto denoise = [&](const Tensor& x, int64_t t) {
-    if (c.global_scene)
-      return in.baseline + f.denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
-    return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
-  };
-  const auto noise = seeded_noise(1, kFeatureCount, c.frames, item_seed(f.options.seed, w));
-  const auto progress = [&](int64_t done) {
-    if (f.options.progress)
-      f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
-  };
-  const Tensor sampled = f.options.stage == Stage::baseline
-                             ? in.baseline
-                             : sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, progress);
-  const Tensor features = f.networks.scale.from_network(sampled[0].t());
-  const Clip predicted = transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
-  refine::GeneratedOptions refining;
-  // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
-  refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);
-  Clip refined = slice(predicted, 0, window.last + 1 - window.first);
-  if (f.options.stage == Stage::finished) refined = refine::refine_generated(refined, key_poses(f, window), refining);
-  const int64_t from = w == 0 ? 0 : window.known + 1;
-  for (auto [to, source] : {std::pair(f.motion.joints, refined.joints),
-                            std::pair(f.motion.rotations, refined.rotations), std::pair(f.motion.trans, refined.trans)})
-    to.slice(0, from, window.last + 1).copy_(source.slice(0, from - window.first, window.last + 1 - window.first));
-}
-
 /// Footskate cleanup of a filled clip; the feet of clean keys stay.
 Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vector<int64_t>& keys, const Tensor& given,
                      bool noisy, double floor) {
@@ -254,7 +126,7 @@ const Config& SceneInbetweener::config() const { return impl_->networks.config; 
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  if (options.stage == Stage::baseline && !c.from_interpolation)
+  if (options.stage == Stage::baseline && !c.from_interpolation && !c.residual)
     throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
@@ -269,11 +141,13 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   out.scene = out.floor_assumed ? assumed_floor(out.key_poses) : scene;
   const SceneQuery query(out.scene);
   auto denoiser = impl_->denoisers.take();
-  Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {}, 0, keyed.clip};
+  const double floor = floor_under(out.key_poses, query);
+  const SceneDistances distances = c.residual ? SceneDistances(out.scene, floor) : SceneDistances();
+  Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {},
+            floor,           distances,       keyed.clip};
   for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();
   f.motion.betas = body_betas(out.key_poses);
   f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
-  f.floor = floor_under(out.key_poses, query);
   for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
   if (options.clean_feet && options.stage == Stage::finished)
     f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);

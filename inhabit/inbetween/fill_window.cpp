@@ -1,0 +1,182 @@
+#include "inhabit/inbetween/fill_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "inhabit/inbetween/conditioning.h"
+#include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/obstacle_detours.h"
+#include "inhabit/inbetween/residual.h"
+#include "inhabit/inbetween/residual_sample.h"
+#include "inhabit/inbetween/sample.h"
+#include "inhabit/math/random.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/canonical.h"
+#include "inhabit/refine/refine_generated.h"
+#include "inhabit/scene/basis_points.h"
+
+namespace inhabit::inbetween {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr int64_t kDenseKeys = 6;  // frames from one key to the next, in the mean
+
+/// The conditioning of a window: frames that are known already, then key frames.
+struct WindowConditioning {
+  Conditioning conditioning;
+  GroundTransform to_canonical;
+};
+
+WindowConditioning condition(const Filling& f, const FillWindow& window) {
+  const Config& c = f.config();
+  std::vector<int64_t> at;
+  Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
+  for (int64_t frame = window.first; frame <= window.known; ++frame) {
+    at.push_back(frame);
+    groups[frame - window.first].fill_(1);
+    always[frame - window.first].fill_(1);
+  }
+  for (const int64_t key : f.keys) {
+    if (key <= window.known || key > window.last) continue;
+    at.push_back(key);
+    if (f.options.key_groups.defined() && key != f.last_frame())
+      groups[key - window.first].copy_(f.options.key_groups);
+    else
+      groups[key - window.first].fill_(1);
+    if (key == window.last) always[key - window.first].fill_(1);
+  }
+  const Tensor places = torch::tensor(at) - window.first;
+  const Clip poses = frames_at(f.motion, at);
+  WindowConditioning out;
+  out.to_canonical = canonical_transform(poses);
+  out.to_canonical.shift.y() -= f.floor;
+  const double yaw = out.to_canonical.yaw;
+  const Tensor metres = clip_features(transformed(poses, out.to_canonical)), root = poses.joints[0][0];
+  Conditioning& on = out.conditioning;
+  on.groups = groups.unsqueeze(0);
+  on.given.values = torch::zeros({1, kFeatureCount, c.frames})
+                        .index_copy_(2, places, f.networks.scale.to_network(metres).t().unsqueeze(0));
+  on.given.mask = feature_mask(groups).t().unsqueeze(0);
+  on.given.always = on.given.mask * always;
+  on.given.t_star = c.t_star;
+  on.given.imposed = false;
+  on.shape = f.body_shape;
+  if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
+  Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
+  if (c.local_scene)
+    offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
+  on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
+  on.detours = torch::zeros({1, c.frames, 2});
+  if (c.from_interpolation && c.around_obstacles && c.global_scene) {
+    const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
+    on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
+  }
+  return out;
+}
+
+/// A key frame that comes out as it went in.
+bool exact_key(const Filling& f, int64_t frame) {
+  const bool clean = f.config().t_star == 0 && !f.options.key_groups.defined();
+  return (clean || frame == 0 || frame == f.last_frame()) && std::binary_search(f.keys.begin(), f.keys.end(), frame);
+}
+
+/// What refinement brings a window to: known frames and clean whole keys exactly.
+refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
+  refine::KeyPoses out;
+  std::vector<int64_t> at;
+  const auto add = [&](int64_t frame, bool exact) {
+    at.push_back(frame);
+    out.frames.push_back(frame - window.first);
+    out.exact.push_back(exact ? 1 : 0);
+  };
+  for (int64_t frame = window.first; frame <= window.known; ++frame) add(frame, true);
+  for (const int64_t key : f.keys)
+    if (key > window.known && key <= window.last) add(key, exact_key(f, key));
+  out.poses = frames_at(f.motion, at);
+  for (const int64_t joint : key_joints_of(f.options.key_groups)) out.joints.push_back(static_cast<int>(joint));
+  return out;
+}
+
+/// What a network of features says of a window.
+Clip predict_features(const Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
+                      uint64_t seed) {
+  const Config& c = f.config();
+  const WindowConditioning on = condition(f, window);
+  const KeyConstraints& given = on.conditioning.given;
+  const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
+  const auto denoise = [&](const Tensor& x, int64_t t) {
+    if (c.global_scene)
+      return in.baseline + f.denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
+    return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
+  };
+  const auto noise = seeded_noise(1, kFeatureCount, c.frames, seed);
+  const Tensor sampled = f.options.stage == Stage::baseline
+                             ? in.baseline
+                             : sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, progress);
+  const Tensor features = f.networks.scale.from_network(sampled[0].t());
+  return transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
+}
+
+/// What each frame of a window constrains (c.frames, 25).
+Tensor groups_of(const Filling& f, const FillWindow& window) {
+  Tensor groups = torch::zeros({f.config().frames, kKeyGroups});
+  groups.slice(0, 0, window.known + 1 - window.first).fill_(1);
+  for (const int64_t key : f.keys) {
+    if (key <= window.known || key > window.last) continue;
+    if (f.options.key_groups.defined() && key != f.last_frame())
+      groups[key - window.first].copy_(f.options.key_groups);
+    else
+      groups[key - window.first].fill_(1);
+  }
+  return groups;
+}
+
+/// What a network of residual motion says of a window.
+Clip predict_residual(const Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
+                      uint64_t seed) {
+  const Config& c = f.config();
+  std::vector<int64_t> frames(static_cast<size_t>(c.frames));
+  for (size_t i = 0; i < frames.size(); ++i)
+    frames[i] = std::min(window.first + static_cast<int64_t>(i), f.last_frame());
+  const Clip keys = frames_at(f.motion, frames);
+  const Baseline baseline = baseline_of(poses_of(keys, f.floor), groups_of(f, window));
+  if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
+  ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
+  how.noise = seeded_noise(1, kResidualFeatures, c.frames, seed);
+  how.progress = progress;
+  return clip_of(sample_residual(f.networks, f.denoiser, baseline, f.distances, how), keys, f.floor);
+}
+
+}  // namespace
+
+void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows) {
+  const Config& c = f.config();
+  const auto progress = [&](int64_t done) {
+    if (f.options.progress)
+      f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
+  };
+  const uint64_t seed = item_seed(f.options.seed, w);
+  const Clip predicted =
+      c.residual ? predict_residual(f, window, progress, seed) : predict_features(f, window, progress, seed);
+  Clip refined = slice(predicted, 0, window.last + 1 - window.first);
+  // Residual motion meets whole keys by itself.
+  if (f.options.stage == Stage::finished && !(c.residual && !f.options.key_groups.defined())) {
+    refine::GeneratedOptions refining;
+    // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
+    refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);
+    refined = refine::refine_generated(refined, key_poses(f, window), refining);
+  }
+  const int64_t from = w == 0 ? 0 : window.known + 1;
+  const std::pair<Tensor&, Tensor&> parts[] = {
+      {f.motion.joints, refined.joints}, {f.motion.rotations, refined.rotations}, {f.motion.trans, refined.trans}};
+  for (int64_t frame = from; frame <= window.last; ++frame) {
+    if (c.residual && exact_key(f, frame)) continue;  // bit by bit
+    for (const auto& [to, source] : parts) to[frame].copy_(source[frame - window.first]);
+  }
+}
+
+}  // namespace inhabit::inbetween

@@ -1,0 +1,37 @@
+#pragma once
+#include <torch/types.h>
+
+#include <vector>
+
+#include "inhabit/inbetween/fast_denoiser.h"
+#include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/inbetween/scene_probe.h"
+#include "inhabit/inbetween/schedule.h"
+#include "inhabit/inbetween/windows.h"
+#include "inhabit/scene/query.h"
+
+namespace inhabit::inbetween {
+
+/// A clip on the standard skeleton that is being filled, window by window.
+struct Filling {
+  const Networks& networks;
+  const DiffusionSchedule& schedule;
+  FastDenoiser& denoiser;
+  const SceneQuery& query;
+  const Options& options;
+  const std::vector<int64_t>& keys;
+  int64_t steps = 1;
+  torch::Tensor body_shape;         ///< (1, 7)
+  double floor = 0;                 ///< metres, height
+  const SceneDistances& distances;  ///< of a model of residual motion: the floor at height 0
+  Clip motion;                      ///< key poses, and what is filled so far
+
+  const Config& config() const { return networks.config; }
+  int64_t last_frame() const { return motion.frames() - 1; }
+};
+
+/// Samples window number `w` of `windows` and puts it into the clip.
+void fill_window(Filling& filling, const FillWindow& window, size_t w, size_t windows);
+
+}  // namespace inhabit::inbetween
