@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/interact/reseat_set.h"
+#include "inhabit/synth/activity.h"
 #include "inhabit/synth/blocked.h"
 #include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
@@ -225,6 +226,28 @@ void add_blocked(CLI::App& synth) {
   });
 }
 
+void add_activity(CLI::App& synth) {
+  struct Given {
+    std::string folder, split = "all";
+    double cutoff = 6;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("activity", "Measure how people move, by what they do");
+  verb->add_option("folder", given->folder, "Folder of the data set")->required();
+  verb->add_option("--split", given->split, "train, val, test or all")->capture_default_str();
+  verb->add_option("--low-pass", given->cutoff, "Hz at which the low-pass of the last two columns halves the power")
+      ->capture_default_str();
+  verb->callback([given] {
+    const auto found = inhabit::dynamics_by_activity(inhabit::open_dataset(given->folder), given->split, given->cutoff);
+    std::printf("%-20s %9s %8s %8s %8s %10s %10s\n", "", "frames", "m/s", "m/s^2", "m/s^3", "low m/s^2", "low m/s^3");
+    for (size_t a = 0; a < found.size(); ++a)
+      if (found[a].raw.frames > 0)
+        std::printf("%-20s %9lld %8.2f %8.2f %8.1f %10.2f %10.1f\n", inhabit::kActivityNames.at(a),
+                    static_cast<long long>(found[a].raw.frames), found[a].raw.speed, found[a].raw.acceleration,
+                    found[a].raw.jerk, found[a].smooth.acceleration, found[a].smooth.jerk);
+  });
+}
+
 }  // namespace
 
 void add_synth(CLI::App& app) {
@@ -236,4 +259,5 @@ void add_synth(CLI::App& app) {
   add_fit(*verb);
   add_check(*verb);
   add_blocked(*verb);
+  add_activity(*verb);
 }

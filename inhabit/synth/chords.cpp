@@ -14,12 +14,13 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kClear = 0.025;       // metres that a piece stays away from the body's true way
-constexpr double kMeets = 0.05;        // metres that the body on the chord is in it
-constexpr double kLeastDetour = 0.08;  // metres between joints on the chord and the true ones: less leaves no room
-constexpr double kHighest = 1.9;       // metres: what is higher passes above furniture
-constexpr int kBalls = 200;            // of a chord that are looked at
-constexpr int kAttempts = 40;          // for each chord
+constexpr double kClear = 0.045;         // metres that a piece stays away from the body's true way
+constexpr double kApartFromSkin = 0.04;  // of the body's capsules, whose skin is up to 3 cm further out
+constexpr double kMeets = 0.05;          // metres that the body on the chord is in it
+constexpr double kLeastDetour = 0.08;    // metres between joints on the chord and the true ones: less leaves no room
+constexpr double kHighest = 1.9;         // metres: what is higher passes above furniture
+constexpr int kBalls = 200;              // of a chord that are looked at
+constexpr int kAttempts = 40;            // for each chord
 
 /// A piece that can stand in somebody's way at the height of `ball`; larger ones first.
 Furniture obstacle(const BodySweep::Ball& ball, int attempt, std::mt19937_64& random) {
@@ -114,8 +115,9 @@ bool block_chord(Layout& layout, const Clip& true_way, const BodyModel& body, co
   set_pose(straight, track);
   if ((straight.joints - true_way.joints).norm(2, 2).max().item<double>() < kLeastDetour) return false;
   const BodySweep chord(straight, body);
-  BodySweep::Gaps meets;
+  BodySweep::Gaps meets, apart;
   meets.fill(-kMeets);
+  apart.fill(kApartFromSkin);
   const std::vector<Place> places = places_on(chord, sweep, random);
   if (places.empty()) return false;
   double all = 0;
@@ -126,7 +128,8 @@ bool block_chord(Layout& layout, const Clip& true_way, const BodyModel& body, co
     auto place = places.begin();
     while (place + 1 != places.end() && draw > place->free) draw -= (place++)->free;
     Furniture piece = obstacle(*place->ball, attempt, random);
-    if (put_before(piece, sweep, *place->ball, random) && chord.touches(piece, meets) && layout.add({piece}, {}))
+    if (put_before(piece, sweep, *place->ball, random) && chord.touches(piece, meets) && !sweep.touches(piece, apart) &&
+        layout.add({piece}, {}))
       return true;
   }
   return false;

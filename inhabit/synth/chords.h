@@ -19,8 +19,8 @@ struct ChordOptions {
 void check_chords(const ChordOptions& options);
 
 /// Adds pieces that the body meets on chords of `clip` (at least 5 cm deep, by its capsules), in as many places along
-/// the clip as there is room. What else a piece must pass, such as staying clear of the body's true way, is the
-/// layout's to know. @param sweep of the clip. Returns the number of pieces.
+/// the clip as there is room, and 4 cm or more away from it on its true way. @param sweep of the clip. Returns the
+/// number of pieces.
 int add_on_chords(Layout& layout, const Clip& clip, const BodyModel& body, const BodySweep& sweep,
                   const ChordOptions& options, std::mt19937_64& random);
 

@@ -17,7 +17,8 @@ namespace inhabit {
 /// A recording made ready: retargeted to the standard joints, resampled to 30 frames a second, moved up or down so that
 /// the floor its feet stand on is y = 0, and cut into pieces of at most `seconds` that stay within `extent` metres.
 /// Stretches in which a flat floor cannot be what the person is on are cut out: both balls of the feet higher than 12
-/// cm for longer than a jump takes (0.7 s), or the body below the floor. Pieces under two seconds are dropped. Throws
+/// cm for longer than a jump takes (0.7 s), or the body below the floor; and so are frames in which a joint accelerates
+/// by more than 350 m/s^2, as where a file begins with a rest pose. Pieces under two seconds are dropped. Throws
 /// Error(subject, ...) for skeletons that cannot be retargeted.
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent = 9);
 

@@ -22,6 +22,7 @@ constexpr double kHighBall =
     0.12;  // metres: a foot that high stands on something else than the floor, or is in the air
 constexpr double kLongestJump = 0.7;  // seconds
 constexpr double kBelowFloor = -0.06;
+constexpr double kHardestMove = 350;  // m/s^2 of a joint: kicks, throws and landings of recordings stay under 270
 
 struct Recording {
   std::string file, split;
@@ -45,6 +46,17 @@ torch::Tensor on_floor(const Clip& clip) {
     first = t + 1;
   }
   return out & ~low;
+}
+
+/// (T) bool: frames in which a joint leaps as no body does: a file's rest pose before its motion, limbs that changed
+/// places, a frame that is missing.
+torch::Tensor broken(const Clip& clip) {
+  torch::Tensor out = torch::zeros({clip.frames()}, torch::kBool);
+  if (clip.frames() < 3) return out;
+  const double squared = clip.rate * clip.rate;
+  const torch::Tensor hard = torch::diff(clip.joints, 2, 0).norm(2, 2).amax(1) * squared > kHardestMove;
+  for (int64_t k = 0; k < 3; ++k) out.slice(0, k, clip.frames() - 2 + k).logical_or_(hard);
+  return out;
 }
 
 std::vector<Recording> split_recordings(const FittingOptions& options) {
@@ -145,9 +157,9 @@ std::vector<Clip> prepare_recording(const Clip& source, const std::string& subje
     }
     out.push_back(slice(clip, first, last));
   };
-  const torch::Tensor stands = on_floor(clip);
+  const torch::Tensor good = on_floor(clip) & ~broken(clip);
   for (int64_t t = 0, first = 0; t <= clip.frames(); ++t) {
-    if (t < clip.frames() && stands[t].item<bool>()) continue;
+    if (t < clip.frames() && good[t].item<bool>()) continue;
     if (t > first) cut(first, t);
     first = t + 1;
   }
