@@ -1,9 +1,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/reseat_set.h"
+#include "inhabit/synth/activity.h"
+#include "inhabit/synth/blocked.h"
 #include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
@@ -37,6 +40,11 @@ void add_rooms(CLI::App& synth) {
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   verb->add_option("--seconds", given->options.seconds, "Length of each clip")->capture_default_str();
   verb->add_option("--clips-per-room", given->options.clips_per_room, "Clips in each room")->capture_default_str();
+  verb->add_option(
+          "--on-chord", given->options.chords.share,
+          "Furniture on straight lines between poses that the person does not take: share of them tried, 0 to 1; "
+          "such clips have a room of their own")
+      ->capture_default_str();
   verb->callback([given] {
     given->options.progress = progress_lines("clips");
     print_summary(inhabit::generate_rooms(given->out, given->options));
@@ -101,18 +109,36 @@ void add_fit(CLI::App& synth) {
   struct Given {
     std::string out;
     std::vector<std::string> mocap;
+    std::pair<int, int> chord_frames;
     inhabit::FittingOptions options;
   };
   auto given = std::make_shared<Given>();
+  given->chord_frames = {given->options.chords.shortest, given->options.chords.longest};
   CLI::App* verb = synth.add_subcommand("fit", "Furnish rooms around recorded motion");
   verb->add_option("--mocap", given->mocap,
                    "Recordings (.npz, .bvh, .amc, .txt); those in a folder called test are kept for testing")
       ->required();
+  verb->add_option("--val", given->options.val, "Recordings kept for validation; else every tenth of the others");
   verb->add_option("--test", given->options.test, "Recordings kept for testing");
   add_reading(*verb, given->options.reading, "the recordings");
   verb->add_option("--out", given->out, "Folder of the data set")->required();
   verb->add_option("--rooms-per-clip", given->options.rooms_per_clip, "Rooms around each piece")->capture_default_str();
   verb->add_option("--seconds", given->options.seconds, "Longest piece of a recording")->capture_default_str();
+  verb->add_flag("--mirrored,!--not-mirrored", given->options.mirrored,
+                 "Every second room of training around the mirror image of the motion (the default)");
+  verb->add_option("--stretches", given->options.stretches,
+                   "Share of the rooms of training that are around stretches of 4.1 to 5.5 s, where more can stand in "
+                   "the way")
+      ->capture_default_str();
+  verb->add_flag("--only-on-chord", given->options.only_on_chords,
+                 "Leave out rooms of training in which nothing stands on a straight line");
+  verb->add_option(
+          "--on-chord", given->options.chords.share,
+          "Furniture on straight lines between poses that the person did not take: share of them tried, 0 to 1")
+      ->capture_default_str();
+  verb->add_option("--chord-frames", given->chord_frames, "Fewest and most frames between such poses")
+      ->expected(2)
+      ->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   verb->callback([given] {
     for (const std::string& file : given->mocap) {
@@ -120,8 +146,13 @@ void add_fit(CLI::App& synth) {
       for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
       (test ? given->options.test : given->options.train).push_back(file);
     }
+    std::tie(given->options.chords.shortest, given->options.chords.longest) = given->chord_frames;
     given->options.progress = progress_lines("recording");
-    print_summary(inhabit::fit_recordings(given->out, given->options));
+    const Dataset made = inhabit::fit_recordings(given->out, given->options);
+    print_summary(made);
+    std::printf("%.1f minutes were recorded, %.1f of them have rooms\n",
+                made.provenance.at("recorded_minutes").get<double>(),
+                made.provenance.at("furnished_minutes").get<double>());
   });
 }
 
@@ -169,6 +200,54 @@ void add_check(CLI::App& synth) {
   });
 }
 
+void add_blocked(CLI::App& synth) {
+  struct Given {
+    std::string folder, split = "train";
+    inhabit::BlockedOptions options;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand(
+      "blocked", "Count windows in which the straight way between keys collides and the motion does not");
+  verb->add_option("folder", given->folder, "Folder of the data set")->required();
+  verb->add_option("--split", given->split, "train, val, test or all")->capture_default_str();
+  verb->add_option("--frames", given->options.frames, "Frames of a window")->capture_default_str();
+  verb->add_option("--every", given->options.every, "Frames between keys")->capture_default_str();
+  verb->add_option("--stride", given->options.stride, "Frames between the starts of windows")->capture_default_str();
+  verb->add_option("--clips", given->options.clips, "At most so many clips, evenly spread; 0: all")
+      ->capture_default_str();
+  verb->callback([given] {
+    const auto found = inhabit::blocked_windows(inhabit::open_dataset(given->folder), given->split, given->options);
+    if (found.windows == 0) throw inhabit::Error(given->folder, "has no window of that length in a scene");
+    const auto share = [&](int64_t n) { return 100 * static_cast<double>(n) / static_cast<double>(found.windows); };
+    std::printf("%s: %lld windows of %lld clips; blocked %.1f %%, colliding themselves %.1f %%\n",
+                given->folder.c_str(), static_cast<long long>(found.windows), static_cast<long long>(found.clips),
+                share(found.blocked), share(found.colliding));
+    std::printf("frames that collide: straight %.4f, real %.4f\n", found.straight, found.real);
+  });
+}
+
+void add_activity(CLI::App& synth) {
+  struct Given {
+    std::string folder, split = "all";
+    double cutoff = 6;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* verb = synth.add_subcommand("activity", "Measure how people move, by what they do");
+  verb->add_option("folder", given->folder, "Folder of the data set")->required();
+  verb->add_option("--split", given->split, "train, val, test or all")->capture_default_str();
+  verb->add_option("--low-pass", given->cutoff, "Hz at which the low-pass of the last two columns halves the power")
+      ->capture_default_str();
+  verb->callback([given] {
+    const auto found = inhabit::dynamics_by_activity(inhabit::open_dataset(given->folder), given->split, given->cutoff);
+    std::printf("%-20s %9s %8s %8s %8s %10s %10s\n", "", "frames", "m/s", "m/s^2", "m/s^3", "low m/s^2", "low m/s^3");
+    for (size_t a = 0; a < found.size(); ++a)
+      if (found[a].raw.frames > 0)
+        std::printf("%-20s %9lld %8.2f %8.2f %8.1f %10.2f %10.1f\n", inhabit::kActivityNames.at(a),
+                    static_cast<long long>(found[a].raw.frames), found[a].raw.speed, found[a].raw.acceleration,
+                    found[a].raw.jerk, found[a].smooth.acceleration, found[a].smooth.jerk);
+  });
+}
+
 }  // namespace
 
 void add_synth(CLI::App& app) {
@@ -179,4 +258,6 @@ void add_synth(CLI::App& app) {
   add_reseat(*verb);
   add_fit(*verb);
   add_check(*verb);
+  add_blocked(*verb);
+  add_activity(*verb);
 }

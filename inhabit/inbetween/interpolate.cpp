@@ -50,15 +50,7 @@ Eigen::MatrixXd natural_curvature(const std::vector<int64_t>& times, const Eigen
 Clip interpolate_linear(const Clip& clip, const std::vector<int64_t>& keys) {
   require_keys(clip, keys);
   PoseTrack track = pose_track(clip);
-  for (size_t k = 0; k + 1 < keys.size(); ++k) {
-    const int64_t from = keys[k], to = keys[k + 1];
-    for (int64_t t = from + 1; t < to; ++t) {
-      const double u = static_cast<double>(t - from) / static_cast<double>(to - from);
-      const auto at = static_cast<size_t>(t), a = static_cast<size_t>(from), b = static_cast<size_t>(to);
-      track.trans[at] = (1 - u) * track.trans[a] + u * track.trans[b];
-      for (int j = 0; j < track.joints; ++j) track.at(t, j) = track.at(from, j).slerp(u, track.at(to, j));
-    }
-  }
+  for (size_t k = 0; k + 1 < keys.size(); ++k) interpolate_between(track, keys[k], keys[k + 1]);
   return moved(clip, track);
 }
 

@@ -13,33 +13,6 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// Index of the joint on the other side, of every joint of the standard skeleton.
-torch::Tensor other_sides() {
-  std::vector<int64_t> out;
-  const std::vector<std::string>& names = standard_joint_names();
-  for (const std::string& name : names) {
-    std::string other = name;
-    if (name.rfind("left_", 0) == 0) other = "right_" + name.substr(5);
-    if (name.rfind("right_", 0) == 0) other = "left_" + name.substr(6);
-    out.push_back(std::find(names.begin(), names.end(), other) - names.begin());
-  }
-  return torch::tensor(out);
-}
-
-/// Points (..., 3), or what else has its first number change sign.
-torch::Tensor mirrored_points(const torch::Tensor& points) {
-  torch::Tensor out = points.clone();
-  out.select(-1, 0).neg_();
-  return out;
-}
-
-/// Axis-angle (..., 3) of the mirrored rotation.
-torch::Tensor mirrored_turns(const torch::Tensor& turns) {
-  torch::Tensor out = turns.clone();
-  out.slice(-1, 1, 3).neg_();
-  return out;
-}
-
 Sample sample_of(const Labels& labels, int64_t t, const Vector2f& position, double heading) {
   Sample s;
   s.root = {position, ahead_of(heading).cast<float>()};
@@ -115,24 +88,8 @@ State state_at(const Recording& recording, int64_t frame) {
   return out;
 }
 
-Clip mirrored(const Clip& clip) {
-  static const torch::Tensor other = other_sides();
-  static const torch::Tensor hands = torch::tensor({int64_t{1}, int64_t{0}});
-  Clip out = clip;
-  out.skeleton.offsets = mirrored_points(clip.skeleton.offsets.index_select(0, other));
-  out.joints = mirrored_points(clip.joints.index_select(1, other));
-  if (clip.rotations.defined()) out.rotations = mirrored_turns(clip.rotations.index_select(1, other));
-  if (clip.trans.defined()) out.trans = mirrored_points(clip.trans);
-  if (clip.translations.defined()) out.translations = mirrored_points(clip.translations.index_select(1, other));
-  if (clip.contact.defined()) out.contact = clip.contact.index_select(1, other);
-  if (clip.hand_targets.defined()) out.hand_targets = mirrored_points(clip.hand_targets.index_select(1, hands));
-  if (clip.object_pose.defined())
-    out.object_pose =
-        torch::cat({mirrored_points(clip.object_pose.slice(2, 0, 3)), mirrored_turns(clip.object_pose.slice(2, 3))}, 2);
-  return out;
-}
-
 Scene mirrored(const Scene& scene) {
+  const auto mirrored_points = [](const torch::Tensor& points) { return points * torch::tensor({-1.F, 1.F, 1.F}); };
   Scene out = scene;
   for (Mesh& mesh : out.meshes) {
     mesh.vertices = mirrored_points(mesh.vertices);

@@ -36,8 +36,7 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
 /// The state at a frame. Before its start and after its end the recording stands still.
 State state_at(const Recording& recording, int64_t frame);
 
-/// The image of a clip of the standard skeleton in the plane x = 0: left and right change places.
-Clip mirrored(const Clip& clip);
+/// The image of a scene in the plane x = 0, as mirrored() of motion/mirror.h gives that of a clip.
 Scene mirrored(const Scene& scene);
 
 }  // namespace inhabit::interact

@@ -9,6 +9,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/motion/mirror.h"
 
 namespace inhabit::interact {
 namespace {

@@ -58,6 +58,15 @@ void set_pose(Clip& clip, const PoseTrack& track) {
   }
 }
 
+void interpolate_between(PoseTrack& track, int64_t from, int64_t to) {
+  const auto a = static_cast<size_t>(from), b = static_cast<size_t>(to);
+  for (int64_t t = from + 1; t < to; ++t) {
+    const double u = static_cast<double>(t - from) / static_cast<double>(to - from);
+    track.trans[static_cast<size_t>(t)] = (1 - u) * track.trans[a] + u * track.trans[b];
+    for (int j = 0; j < track.joints; ++j) track.at(t, j) = track.at(from, j).slerp(u, track.at(to, j));
+  }
+}
+
 std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const std::vector<int>& parents) {
   std::vector<Eigen::Quaterniond> global(track.local.size());
   for (int64_t t = 0; t < track.frames(); ++t)

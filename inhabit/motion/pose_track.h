@@ -26,6 +26,10 @@ PoseTrack pose_track(const Clip& clip);
 /// Sets rotations, trans, translations and, by forward kinematics on clip.skeleton, joints.
 void set_pose(Clip& clip, const PoseTrack& track);
 
+/// Replaces the frames between `from` and `to` by what lies between those two: the root linearly, rotations by slerp
+/// over the shorter arc.
+void interpolate_between(PoseTrack& track, int64_t from, int64_t to);
+
 /// Global rotations (joint frame to world) of every frame, laid out as PoseTrack::local.
 std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const std::vector<int>& parents);
 

@@ -2,17 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 
-#include "inhabit/error.h"
-#include "inhabit/io/files.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/canonical.h"
-#include "inhabit/motion/floor.h"
-#include "inhabit/motion/resample.h"
-#include "inhabit/motion/retarget.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/synth/body_sweep.h"
 #include "inhabit/synth/layout.h"
@@ -26,7 +20,6 @@ using Eigen::Vector3d;
 
 constexpr double kApart = 0.02;   // metres between the body and what it does not use
 constexpr double kSink = -0.018;  // how far flesh may sink into what is sat on or touched
-const std::vector<std::string> kActions = {"stand", "walk", "run", "sit"};
 
 // (T, J) m/s.
 torch::Tensor joint_speeds(const Clip& clip) {
@@ -294,7 +287,7 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
   // Speeds over half a second, so that a step is no stop.
   const torch::Tensor ground = clip.joints.select(1, 0).index_select(1, torch::tensor({0, 2}));
   const int64_t half = std::min<int64_t>(8, (T - 1) / 2);
-  clip.action_names = kActions;
+  clip.action_names = fitted_actions();
   clip.action = torch::zeros({T}, torch::kInt64);
   const torch::Tensor seated = clip.contact.slice(1, 0, 3).gt(0.5).any(1);
   for (int64_t t = 0; t < T; ++t) {
@@ -316,34 +309,13 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
 
 }  // namespace
 
-std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
-  Clip clip = retarget(source, subject);
-  if (std::abs(clip.rate - kSynthRate) > 1e-6) clip = resample(clip, kSynthRate);
-  if (clip.frames() < 2) throw Error(subject, "is one pose, no motion");
-  clip = transformed(clip, {0, {0, -floor_under(clip), 0}});
-  std::vector<Clip> out;
-  const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kSynthRate)),
-                least = std::llround(2 * kSynthRate);
-  // Even pieces, and shorter ones where the person goes far.
-  std::function<void(int64_t, int64_t)> cut = [&](int64_t first, int64_t last) {
-    const torch::Tensor path = clip.joints.slice(0, first, last).select(1, 0);
-    const double far =
-        std::get<0>((std::get<0>(path.max(0)) - std::get<0>(path.min(0))).index_select(0, torch::tensor({0, 2})).max(0))
-            .item<double>();
-    if (last - first < least) return;
-    if (last - first > longest || far > extent) {
-      const int64_t parts = last - first > longest ? (last - first + longest - 1) / longest : 2;
-      for (int64_t i = 0; i < parts; ++i)
-        cut(first + (last - first) * i / parts, first + (last - first) * (i + 1) / parts);
-      return;
-    }
-    out.push_back(slice(clip, first, last));
-  };
-  cut(0, clip.frames());
-  return out;
+const std::vector<std::string>& fitted_actions() {
+  static const std::vector<std::string> names = {"stand", "walk", "run", "sit"};
+  return names;
 }
 
-std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random) {
+std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
+                                   const ChordOptions& chords) {
   FittedRoom out;
   // Walls along the motion's long side, turned a little, any side first.
   double best = 1e9, yaw = 0;
@@ -384,80 +356,10 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   for (const HandRest& rest : find_hand_rests(motion, sweep))
     if (chance(random, 0.8) && add_support(layout, sweep, rest, random, gaps)) ++out.supports;
   gaps = gaps_with(0, {});
+  out.on_chords = add_on_chords(layout, out.clip, body, sweep, chords, random);
   add_near_path(layout, motion, random);
   furnish(layout, random);
   annotate(out.clip, out.room, body);
-  return out;
-}
-
-Dataset fit_recordings(const std::string& folder, const FittingOptions& options) {
-  if (options.train.empty() && options.test.empty()) throw Error("no recordings to fit rooms around");
-  if (options.rooms_per_clip < 1) throw Error("the number of rooms per clip must be at least 1");
-  if (!(options.seconds >= 2 && options.seconds <= 600)) throw Error("the length of a piece must be 2 to 600 seconds");
-  struct Recording {
-    std::string file, split;
-  };
-  std::vector<Recording> recordings;
-  const size_t n = options.train.size();
-  const size_t held_out = options.test.empty() && n >= 3 ? std::max<size_t>(1, n / 10) : 0;
-  for (size_t i = 0; i < n; ++i)
-    recordings.push_back({options.train[i], i >= n - held_out ? "test" : i % 10 == 9 ? "val" : "train"});
-  for (const std::string& file : options.test) {
-    if (std::find(options.train.begin(), options.train.end(), file) != options.train.end())
-      throw Error(file, "is given both for training and for testing");
-    recordings.push_back({file, "test"});
-  }
-  for (const Recording& r : recordings)
-    if (!std::filesystem::exists(r.file)) throw Error(r.file, "there is no such file");
-  Dataset out = create_dataset(folder, kActions);
-  std::vector<std::vector<DatasetClip>> made(recordings.size());
-  const BodyModel& body = builtin_body();
-  std::exception_ptr failed;
-  int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < recordings.size(); ++i) {
-    try {
-      const std::string name = std::filesystem::path(recordings[i].file).filename().string();
-      const std::vector<Clip> pieces =
-          prepare_recording(read_clip(recordings[i].file, options.reading), recordings[i].file, options.seconds);
-      std::mt19937_64 random(item_seed(options.seed, i));
-      for (size_t p = 0; p < pieces.size(); ++p)
-        for (int r = 0; r < options.rooms_per_clip; ++r) {
-          const std::optional<FittedRoom> fitted = fit_room(pieces[p], body, random);
-          if (!fitted) continue;
-          const std::string id = std::to_string(i) + "_" + std::to_string(p) + "_" + std::to_string(r);
-          DatasetClip entry{"clips/" + id + ".npz", "scenes/" + id + ".glb", recordings[i].split, 0, name};
-          write_scene(out, entry.scene, fitted->room.scene());
-          write_clip(out, entry, fitted->clip);
-          made[i].push_back(std::move(entry));
-        }
-    } catch (...) {
-#pragma omp critical(inhabit_fit)
-      failed = std::current_exception();
-    }
-#pragma omp critical(inhabit_fit)
-    if (options.progress) options.progress(++done, static_cast<int64_t>(recordings.size()));
-  }
-  for (const std::vector<DatasetClip>& clips : made) out.clips.insert(out.clips.end(), clips.begin(), clips.end());
-  if (failed || out.clips.empty()) {  // nothing half-written
-    for (const DatasetClip& clip : out.clips)
-      for (const std::string& file : {clip.file, clip.scene})
-        std::filesystem::remove(std::filesystem::path(folder) / file);
-    for (const char* sub : {"/clips", "/scenes", ""}) {
-      std::error_code kept;  // where there was something before
-      std::filesystem::remove(folder + sub, kept);
-    }
-    if (failed) std::rethrow_exception(failed);
-    throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
-  }
-  nlohmann::json sources = nlohmann::json::array();
-  for (const Recording& r : recordings) sources.push_back(std::filesystem::path(r.file).filename().string());
-  out.provenance = {{"command", "inhabit synth fit"},
-                    {"seed", options.seed},
-                    {"rooms_per_clip", options.rooms_per_clip},
-                    {"seconds", options.seconds},
-                    {"recordings", sources}};
-  write_index(out);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "inhabit/data/native.h"
 #include "inhabit/io/read_options.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/synth/chords.h"
 #include "inhabit/synth/generate.h"
 #include "inhabit/synth/room.h"
 
@@ -15,35 +16,48 @@ namespace inhabit {
 
 /// A recording made ready: retargeted to the standard joints, resampled to 30 frames a second, moved up or down so that
 /// the floor its feet stand on is y = 0, and cut into pieces of at most `seconds` that stay within `extent` metres.
-/// Pieces under two seconds are dropped. Throws Error(subject, ...) for skeletons that cannot be retargeted.
+/// Stretches in which a flat floor cannot be what the person is on are cut out: both balls of the feet higher than 12
+/// cm for longer than a jump takes (0.7 s), or the body below the floor; and so are frames in which a joint accelerates
+/// by more than 350 m/s^2, as where a file begins with a rest pose. Pieces under two seconds are dropped. Throws
+/// Error(subject, ...) for skeletons that cannot be retargeted.
 std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent = 9);
 
 /// A room around a motion, and the motion in it.
 struct FittedRoom {
   Room room;
-  Clip clip;         ///< rotated and moved into the room, with action, contact, hand_targets and object poses
-  int seats = 0;     ///< put under the pelvis
-  int supports = 0;  ///< put under hands
+  Clip clip;          ///< rotated and moved into the room, with action, contact, hand_targets and object poses
+  int seats = 0;      ///< put under the pelvis
+  int supports = 0;   ///< put under hands
+  int on_chords = 0;  ///< put where the straight way between poses passes (chords.h)
 };
+
+/// What actions of fitted clips are called.
+const std::vector<std::string>& fitted_actions();
 
 /// A furnished room that a prepared motion could have been recorded in: a seat of the right height under a pelvis that
 /// rests low, tables and shelves under resting hands, walls around, and other furniture near the path that no part of
-/// the body touches in any frame. Another draw from `random` gives another room. Nothing where the person sits but no
-/// seat fits under them.
-std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random);
+/// the body touches in any frame, some of it on chords of the motion. Another draw from `random` gives another room.
+/// Nothing where the person sits but no seat fits under them.
+std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
+                                   const ChordOptions& chords = {});
 
 struct FittingOptions {
-  std::vector<std::string> train, test;  ///< recordings, any format inhabit reads
+  std::vector<std::string> train, val, test;  ///< recordings, any format inhabit reads
   uint64_t seed = 1;
   int rooms_per_clip = 3;
-  double seconds = 12;      ///< longest piece of a recording
-  ClipReadOptions reading;  ///< of every recording
-  Progress progress;        ///< counts recordings
+  double seconds = 12;     ///< longest piece of a recording
+  bool mirrored = true;    ///< every second room of a piece for training is around its mirror image
+  double stretches = 0.5;  ///< share of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
+  ChordOptions chords;
+  bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
+  ClipReadOptions reading;      ///< of every recording
+  Progress progress;            ///< counts recordings
 };
 
-/// A native data set of fitted rooms. All pieces of one recording are in one split: `test` in test (where there are
-/// none, the last tenth of three or more others), every tenth of the others in val, the rest in train. Throws Error
-/// where nothing could be made of any recording.
+/// A native data set of fitted rooms. All pieces of one recording are in one split, and so is all of one person where
+/// `train`, `val` and `test` are given by person. Where there is no `test`, the last tenth of three or more others is
+/// taken for it; where there is no `val`, every tenth of the others. Provenance says how many minutes were recorded,
+/// and how many of them have a room at least. Throws Error where nothing could be made of any recording.
 Dataset fit_recordings(const std::string& folder, const FittingOptions& options);
 
 }  // namespace inhabit

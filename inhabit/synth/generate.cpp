@@ -5,11 +5,13 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/synth/layout.h"
 #include "inhabit/synth/life_plan.h"
 #include "inhabit/synth/person.h"
 #include "inhabit/synth/room.h"
 
 namespace inhabit {
+
 std::string numbered(const std::string& prefix, int64_t number, const std::string& extension) {
   const std::string digits = std::to_string(number);
   return prefix + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + extension;
@@ -21,16 +23,32 @@ std::string split_of_room(int64_t index, int64_t rooms) {
   return last == 0 ? "test" : last == 1 ? "val" : "train";
 }
 
+namespace {
+
+constexpr uint64_t kChordStream = 0x63686f7264;  // of seeds, so that lives are the same without chords
+
+/// The room with pieces on chords of a life in it; as many as `room` has where none fits.
+Room with_pieces_on_chords(const Room& room, const Clip& life, const ChordOptions& chords, uint64_t seed) {
+  Room out = room;
+  const BodySweep sweep(life, builtin_body());
+  Layout layout(out, {});
+  layout.require([](const Furniture&) { return true; });  // nobody needs to reach seats any more
+  std::mt19937_64 random(seed);
+  add_on_chords(layout, life, builtin_body(), sweep, chords, random);
+  return out;
+}
+
+}  // namespace
+
 Dataset generate_rooms(const std::string& folder, const GenerateOptions& options) {
   if (options.clips < 1) throw Error("the number of clips must be at least 1");
   if (options.clips_per_room < 1) throw Error("the number of clips per room must be at least 1");
   if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
+  check_chords(options.chords);
   Dataset out = create_dataset(folder, action_names());
-  out.provenance = {{"command", "inhabit synth rooms"},
-                    {"seed", options.seed},
-                    {"seconds", options.seconds},
-                    {"clips_per_room", options.clips_per_room},
-                    {"licence", "generated; free of any rights"}};
+  out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
+                    {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
+                    {"on_chord", options.chords.share}, {"licence", "generated; free of any rights"}};
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   out.clips.resize(static_cast<size_t>(options.clips));
   const BodyModel& body = builtin_body();
@@ -48,9 +66,16 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
       entry.scene = numbered("scenes/room_", number, ".glb");
       entry.split = split_of_room(number, rooms);
       if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
-      LifeOptions life;
-      life.seconds = options.seconds;
-      write_clip(out, entry, live(room, body, random, life));
+      const Clip life = live(room, body, random, {options.seconds});
+      if (options.chords.share > 0) {
+        const Room own = with_pieces_on_chords(room, life, options.chords,
+                                               item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
+        if (own.furniture.size() > room.furniture.size()) {
+          entry.scene = numbered("scenes/own_", i, ".glb");
+          write_scene(out, entry.scene, own.scene());
+        }
+      }
+      write_clip(out, entry, life);
     } catch (...) {
 #pragma omp critical(inhabit_generate)
       failed = std::current_exception();

@@ -34,6 +34,21 @@ SeatShare share_of(const SeatStay& stay, double t) {
   return s;
 }
 
+/// The quick part of how people stand and sit: tremor of a millimetre or so, that jerk shows and no eye.
+struct Quick {
+  explicit Quick(std::mt19937_64& random)
+      : root{{Wander(random, kSlowest, kFastest), Wander(random, kSlowest, kFastest),
+              Wander(random, kSlowest, kFastest)}},
+        trunk{{Wander(random, kSlowest, kFastest), Wander(random, kSlowest, kFastest),
+               Wander(random, kSlowest, kFastest)}},
+        gaze{{Wander(random, kSlowest, kFastest), Wander(random, kSlowest, kFastest)}},
+        arm{{Wander(random, kSlowest, kFastest), Wander(random, kSlowest, kFastest)}},
+        elbow{{Wander(random, kSlowest, kFastest), Wander(random, kSlowest, kFastest)}} {}
+  static constexpr double kSlowest = 1.5, kFastest = 5;  // Hz
+  std::array<Wander, 3> root, trunk;
+  std::array<Wander, 2> gaze, arm, elbow;
+};
+
 /// Small motions that are never still.
 struct Liveliness {
   explicit Liveliness(std::mt19937_64& random)
@@ -46,10 +61,12 @@ struct Liveliness {
         sway_z(random, 0.15, 0.7),
         arm{{Wander(random, 0.1, 0.5), Wander(random, 0.1, 0.5)}},
         elbow{{Wander(random, 0.1, 0.5), Wander(random, 0.1, 0.5)}},
-        breath_phase(6.28 * static_cast<double>(random() >> 11) * 0x1.0p-53) {}
+        breath_phase(6.28 * static_cast<double>(random() >> 11) * 0x1.0p-53),
+        quick(random) {}
   Wander tilt, lean, twist, gaze_yaw, gaze_pitch, sway_x, sway_z;
   std::array<Wander, 2> arm, elbow;
   double breath_phase;
+  Quick quick;
 };
 
 /// A plan with all that is known of it before the frames are posed one by one. Frames count from the plan's start.
@@ -127,12 +144,16 @@ class Performer {
     c.root.z() -= 0.005 * jolt * std::cos(steps_.yaw[i]);
     c.root.x() += 0.004 * still * live_.sway_x.at(t);
     c.root.z() += 0.005 * still * live_.sway_z.at(t);
+    for (int k = 0; k < 3; ++k) c.root[k] += (k == 1 ? 0.0006 : 0.0013) * still * live_.quick.root[k].at(t);
     c.yaw = yaw_[i];
     c.list = list_[i];
     c.tilt = 0.01 + 0.03 * speed + 0.010 * jolt;
     c.bend = manner_.upright + 0.015 * speed + 0.012 * manner_.sway * live_.tilt.at(t) + 0.006 * breath + 0.008 * jolt;
     c.lean = -0.7 * c.list + 0.012 * manner_.sway * live_.lean.at(t);
     c.twist = 0.24 * swing_[i] + 0.015 * manner_.sway * live_.twist.at(t);
+    c.bend += 0.003 * manner_.sway * live_.quick.trunk[0].at(t);
+    c.lean += 0.003 * manner_.sway * live_.quick.trunk[1].at(t);
+    c.twist += 0.0045 * manner_.sway * live_.quick.trunk[2].at(t);
     return c;
   }
 
@@ -177,6 +198,8 @@ class Performer {
     c.gaze_yaw = heading + std::clamp(1.1 * (steps_.yaw[soon] - heading), -0.9, 0.9) + 0.05 * live_.gaze_yaw.at(t);
     c.gaze_pitch =
         0.06 + 0.05 * steps_.stepping[i] + 0.45 * trunk_lean + 0.035 * live_.gaze_pitch.at(t) + 0.01 * steps_.jolt[i];
+    c.gaze_yaw += 0.005 * live_.quick.gaze[0].at(t);
+    c.gaze_pitch += 0.004 * live_.quick.gaze[1].at(t);
     const Vector3d eyes = c.root + Vector3d(0, 0.62, 0);
     for (const Look& look : plan_.looks) {
       const double w = look.when.at(t);
@@ -196,12 +219,14 @@ class Performer {
     const double flexion = manner_.arm_swing * ahead;
     a.flexion =
         flexion + 0.02 + 0.5 * c.bend + 0.02 * manner_.sway * live_.arm[side].at(t) - 0.06 * moving + 0.13 * jolt;
+    a.flexion += 0.005 * manner_.sway * live_.quick.arm[side].at(t);
     // Hanging arms stay upright when the trunk leans.
     a.flexion += 0.75 * std::max(0.0, trunk_lean - 0.1);
     a.abduction = manner_.arms_out + 0.02 * live_.elbow[side].at(t) + 0.1 * seated;
     a.twist = 0.25;
     a.elbow = manner_.elbow + 0.55 * std::max(-0.25, flexion) + 0.12 * moving +
-              0.03 * manner_.sway * live_.elbow[side].at(t) + 0.5 * seated - 0.16 * jolt;
+              0.03 * manner_.sway * live_.elbow[side].at(t) + 0.5 * seated - 0.16 * jolt +
+              0.006 * manner_.sway * live_.quick.elbow[side].at(t);
     size_t slot = 0;
     for (const HandTrip& trip : plan_.hands) {
       if (trip.side != side || slot == a.pull.size()) continue;

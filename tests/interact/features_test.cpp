@@ -7,6 +7,7 @@
 #include "inhabit/interact/recording.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/mirror.h"
 #include "interact/sitter.h"
 
 namespace inhabit::interact {

@@ -6,11 +6,13 @@
 #include <map>
 #include <set>
 
+#include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/floor.h"
+#include "inhabit/synth/blocked.h"
 #include "inhabit/synth/person.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -39,7 +41,7 @@ TEST(FitRecordings, TheFloorIsFoundUnderTheFeet) {
 
 TEST(FitRoom, PutsRoomsAroundMotionWithoutTouchingIt) {
   int rooms = 0, seats = 0;
-  for (uint64_t seed = 1; seed <= 6; ++seed)
+  for (uint64_t seed = 1; seed <= 12; ++seed)
     for (const Clip& piece : prepare_recording(recording(seed, 0.4), "life", 8)) {
       std::mt19937_64 random(seed);
       const auto fitted = fit_room(piece, builtin_body(), random);
@@ -96,6 +98,76 @@ TEST(PrepareRecording, CutsEvenPiecesAndDropsShortOnes) {
   EXPECT_EQ(frames, life.frames());
   EXPECT_TRUE(prepare_recording(slice(life, 0, 40), "life", 5).empty());
   EXPECT_THROW(prepare_recording(slice(life, 0, 1), "life", 5), Error) << "one pose";
+}
+
+TEST(PrepareRecording, CutsOutWhatAFlatFloorDoesNotExplain) {
+  const Clip life = slice(recording(5, 0.2), 0, 360);
+  // Raised by `height` from frame `first` to `last`, over two frames on the way up and down.
+  const auto raised = [&](int64_t first, int64_t last, double height) {
+    torch::Tensor up = torch::zeros({life.frames()});
+    up.slice(0, first, last).fill_(height);
+    for (const int64_t t : {first - 1, last}) up[t] = 0.56 * height;
+    for (const int64_t t : {first - 2, last + 1}) up[t] = 0.12 * height;
+    Clip out = life;
+    out.joints = life.joints.clone();
+    out.trans = life.trans.clone();
+    out.joints.select(2, 1).add_(up.unsqueeze(1));
+    out.trans.select(1, 1).add_(up);
+    return out;
+  };
+  const auto frames = [](const Clip& clip) {
+    int64_t out = 0;
+    for (const Clip& piece : prepare_recording(clip, "life", 12)) out += piece.frames();
+    return out;
+  };
+  EXPECT_EQ(frames(raised(150, 165, 0.5)), frames(life)) << "half a second in the air is a jump";
+  EXPECT_EQ(frames(raised(150, 210, 0.5)), frames(life) - 62);
+}
+
+TEST(PrepareRecording, CutsOutFramesInWhichALimbLeaps) {
+  const Clip life = slice(recording(5, 0.2), 0, 360);
+  Clip leaps = life;
+  leaps.rotations = life.rotations.clone();
+  leaps.rotations[200][1][0] -= 1.2;  // the left hip, for one frame
+  leaps.joints = joint_positions(leaps.skeleton, leaps.rotations, leaps.trans);
+  const std::vector<Clip> whole = prepare_recording(life, "life", 12), cut = prepare_recording(leaps, "life", 12);
+  ASSERT_EQ(whole.size(), 1U);
+  ASSERT_EQ(cut.size(), 2U) << "before and after";
+  EXPECT_EQ(cut[0].frames(), 198);
+  EXPECT_EQ(cut[1].frames(), 360 - 203);
+  EXPECT_TRUE(torch::allclose(cut[1].joints, whole[0].joints.slice(0, 203), 1e-3, 1e-3));
+}
+
+TEST(FitRecordings, SplitsByThePeopleOfItsFiles) {
+  const TempFolder folder;
+  std::vector<std::string> files;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    files.push_back(folder / ("person_" + std::to_string(seed) + ".npz"));
+    write_clip(files.back(), recording(seed, 0));
+  }
+  FittingOptions options;
+  options.train = {files[0], files[3], files[4]};
+  options.val = {files[1]};
+  options.test = {files[2]};
+  options.rooms_per_clip = 4;
+  options.stretches = 1;
+  options.only_on_chords = true;
+  const Dataset d = fit_recordings(folder / "d", options);
+  for (const DatasetClip& entry : d.clips) {
+    const bool val = entry.source == "person_2.npz", test = entry.source == "person_3.npz";
+    EXPECT_EQ(entry.split, val ? "val" : test ? "test" : "train") << entry.source;
+    if (entry.split == "train") {
+      EXPECT_GE(entry.frames, 123);
+      EXPECT_LE(entry.frames, 165);
+    }
+  }
+  for (const char* split : {"train", "val", "test"}) EXPECT_FALSE(d.split(split).empty()) << split;
+  EXPECT_NEAR(d.provenance.at("recorded_minutes").get<double>(), 80.0 / 60, 0.05);
+  const BlockedWindows with = blocked_windows(d, "train");
+  EXPECT_GT(with.blocked, 0);
+  EXPECT_EQ(with.colliding, 0);
+  options.val.push_back(files[0]);
+  EXPECT_THROW(fit_recordings(folder / "e", options), Error) << "one file in two splits";
 }
 
 TEST(FitRecordings, CmuBvhAmcAndAmassBecomeSceneData) {

@@ -1,0 +1,212 @@
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+
+#include "inhabit/error.h"
+#include "inhabit/io/files.h"
+#include "inhabit/math/random.h"
+#include "inhabit/motion/canonical.h"
+#include "inhabit/motion/floor.h"
+#include "inhabit/motion/mirror.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+#include "inhabit/synth/fit.h"
+#include "inhabit/synth/person.h"
+
+namespace inhabit {
+
+namespace {
+
+constexpr double kHighBall =
+    0.12;  // metres: a foot that high stands on something else than the floor, or is in the air
+constexpr double kLongestJump = 0.7;  // seconds
+constexpr double kBelowFloor = -0.06;
+constexpr double kHardestMove = 350;  // m/s^2 of a joint: kicks, throws and landings of recordings stay under 270
+
+struct Recording {
+  std::string file, split;
+};
+
+/// What became of a recording.
+struct Furnished {
+  std::vector<DatasetClip> clips;
+  double seconds = 0, kept = 0;  // of the recording, and of its pieces that have a room at least
+};
+
+/// (T) bool: frames that a flat floor at y = 0 explains.
+torch::Tensor on_floor(const Clip& clip) {
+  const torch::Tensor high = clip.joints.select(2, 1).slice(1, 10, 12).amin(1) > kHighBall;
+  const torch::Tensor low = clip.joints.select(2, 1).amin(1) < kBelowFloor;
+  torch::Tensor out = torch::ones({clip.frames()}, torch::kBool);
+  const auto jump = static_cast<int64_t>(kLongestJump * clip.rate);
+  for (int64_t t = 0, first = 0; t <= clip.frames(); ++t) {
+    if (t < clip.frames() && high[t].item<bool>()) continue;
+    if (t - first > jump) out.slice(0, first, t).fill_(false);
+    first = t + 1;
+  }
+  return out & ~low;
+}
+
+/// (T) bool: frames in which a joint leaps as no body does: a file's rest pose before its motion, limbs that changed
+/// places, a frame that is missing.
+torch::Tensor broken(const Clip& clip) {
+  torch::Tensor out = torch::zeros({clip.frames()}, torch::kBool);
+  if (clip.frames() < 3) return out;
+  const double squared = clip.rate * clip.rate;
+  const torch::Tensor hard = torch::diff(clip.joints, 2, 0).norm(2, 2).amax(1) * squared > kHardestMove;
+  for (int64_t k = 0; k < 3; ++k) out.slice(0, k, clip.frames() - 2 + k).logical_or_(hard);
+  return out;
+}
+
+std::vector<Recording> split_recordings(const FittingOptions& options) {
+  const size_t n = options.train.size();
+  const size_t held_out = options.test.empty() && n >= 3 ? std::max<size_t>(1, n / 10) : 0;
+  std::vector<Recording> out;
+  for (size_t i = 0; i < n; ++i) {
+    const bool val = options.val.empty() && i % 10 == 9;
+    out.push_back({options.train[i], i >= n - held_out ? "test" : val ? "val" : "train"});
+  }
+  for (const auto& [files, split] : {std::pair(&options.val, "val"), std::pair(&options.test, "test")})
+    for (const std::string& file : *files) {
+      if (std::any_of(out.begin(), out.end(), [&](const Recording& r) { return r.file == file; }))
+        throw Error(file, "is given twice: for training, validation and testing there are files of their own");
+      out.push_back({file, split});
+    }
+  for (const Recording& r : out)
+    if (!std::filesystem::exists(r.file)) throw Error(r.file, "there is no such file");
+  return out;
+}
+
+/// Stretches of 123 to 165 frames that follow one another from a random start. In so short a time less of the floor is
+/// walked on, so that more can stand where a straight way would pass.
+std::vector<Clip> stretches_of(const Clip& piece, std::mt19937_64& random) {
+  constexpr int kShortest = 123, kLongest = 165;
+  std::vector<Clip> out;
+  const auto frames = static_cast<int>(piece.frames());
+  for (int first = uniform_int(random, 0, std::clamp(frames - kShortest, 0, kShortest)); first + kShortest <= frames;) {
+    const int last = std::min(frames, first + uniform_int(random, kShortest, kLongest));
+    out.push_back(slice(piece, first, last));
+    first = last;
+  }
+  return out;
+}
+
+void furnish_recording(const Dataset& out, const Recording& recording, size_t number, const FittingOptions& options,
+                       Furnished& made) {
+  const std::string name = std::filesystem::path(recording.file).filename().string();
+  const bool train = recording.split == "train";
+  const Clip source = read_clip(recording.file, options.reading);
+  made.seconds = source.seconds();
+  std::mt19937_64 random(item_seed(options.seed, number));
+  const auto furnish = [&](const Clip& motion, const std::string& id) {
+    const std::optional<FittedRoom> fitted = fit_room(motion, builtin_body(), random, options.chords);
+    if (!fitted || (train && options.only_on_chords && fitted->on_chords == 0)) return false;
+    DatasetClip& entry =
+        made.clips.emplace_back(DatasetClip{"clips/" + id + ".npz", "scenes/" + id + ".glb", recording.split, 0, name});
+    write_scene(out, entry.scene, fitted->room.scene());
+    write_clip(out, entry, fitted->clip);
+    return true;
+  };
+  const std::vector<Clip> pieces = prepare_recording(source, recording.file, options.seconds);
+  for (size_t p = 0; p < pieces.size(); ++p) {
+    bool any = false;
+    for (int r = 0; r < options.rooms_per_clip; ++r) {
+      const std::string id = std::to_string(number) + "_" + std::to_string(p) + "_" + std::to_string(r);
+      const Clip motion = train && options.mirrored && r % 2 == 1 ? mirrored(pieces[p]) : pieces[p];
+      std::vector<Clip> parts;
+      if (train && chance(random, options.stretches)) parts = stretches_of(motion, random);
+      if (parts.empty()) any |= furnish(motion, id);
+      for (size_t k = 0; k < parts.size(); ++k) any |= furnish(parts[k], id + "_" + std::to_string(k));
+    }
+    if (any) made.kept += pieces[p].seconds();
+  }
+}
+
+/// Removes what was written of a data set that will not be.
+void remove_clips(const Dataset& dataset) {
+  const std::filesystem::path folder = dataset.folder;
+  std::error_code kept;  // where there was something before
+  for (const DatasetClip& clip : dataset.clips)
+    for (const std::string& file : {clip.file, clip.scene}) std::filesystem::remove(folder / file, kept);
+  for (const char* sub : {"clips", "scenes", ""}) std::filesystem::remove(folder / sub, kept);
+}
+
+}  // namespace
+
+std::vector<Clip> prepare_recording(const Clip& source, const std::string& subject, double seconds, double extent) {
+  Clip clip = retarget(source, subject);
+  if (std::abs(clip.rate - kSynthRate) > 1e-6) clip = resample(clip, kSynthRate);
+  if (clip.frames() < 2) throw Error(subject, "is one pose, no motion");
+  clip = transformed(clip, {0, {0, -floor_under(clip), 0}});
+  std::vector<Clip> out;
+  const int64_t longest = std::max<int64_t>(2, std::llround(seconds * kSynthRate)),
+                least = std::llround(2 * kSynthRate);
+  // Even pieces, and shorter ones where the person goes far.
+  std::function<void(int64_t, int64_t)> cut = [&](int64_t first, int64_t last) {
+    const torch::Tensor path = clip.joints.slice(0, first, last).select(1, 0);
+    const double far =
+        std::get<0>((std::get<0>(path.max(0)) - std::get<0>(path.min(0))).index_select(0, torch::tensor({0, 2})).max(0))
+            .item<double>();
+    if (last - first < least) return;
+    if (last - first > longest || far > extent) {
+      const int64_t parts = last - first > longest ? (last - first + longest - 1) / longest : 2;
+      for (int64_t i = 0; i < parts; ++i)
+        cut(first + (last - first) * i / parts, first + (last - first) * (i + 1) / parts);
+      return;
+    }
+    out.push_back(slice(clip, first, last));
+  };
+  const torch::Tensor good = on_floor(clip) & ~broken(clip);
+  for (int64_t t = 0, first = 0; t <= clip.frames(); ++t) {
+    if (t < clip.frames() && good[t].item<bool>()) continue;
+    if (t > first) cut(first, t);
+    first = t + 1;
+  }
+  return out;
+}
+
+Dataset fit_recordings(const std::string& folder, const FittingOptions& options) {
+  if (options.train.empty() && options.val.empty() && options.test.empty())
+    throw Error("no recordings to fit rooms around");
+  if (options.rooms_per_clip < 1) throw Error("the number of rooms per clip must be at least 1");
+  if (!(options.seconds >= 2 && options.seconds <= 600)) throw Error("the length of a piece must be 2 to 600 seconds");
+  if (!(options.stretches >= 0 && options.stretches <= 1)) throw Error("the share of stretches", "is not from 0 to 1");
+  check_chords(options.chords);
+  const std::vector<Recording> recordings = split_recordings(options);
+  Dataset out = create_dataset(folder, fitted_actions());
+  std::vector<Furnished> made(recordings.size());
+  std::exception_ptr failed;
+  int64_t done = 0;
+#pragma omp parallel for schedule(dynamic)
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    try {
+      furnish_recording(out, recordings[i], i, options, made[i]);
+    } catch (...) {
+#pragma omp critical(inhabit_fit)
+      failed = std::current_exception();
+    }
+#pragma omp critical(inhabit_fit)
+    if (options.progress) options.progress(++done, static_cast<int64_t>(recordings.size()));
+  }
+  double seconds = 0, kept = 0;
+  nlohmann::json sources = nlohmann::json::array();
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    out.clips.insert(out.clips.end(), made[i].clips.begin(), made[i].clips.end());
+    sources.push_back(std::filesystem::path(recordings[i].file).filename().string());
+    seconds += made[i].seconds, kept += made[i].kept;
+  }
+  if (failed || out.clips.empty()) {  // nothing half-written
+    remove_clips(out);
+    if (failed) std::rethrow_exception(failed);
+    throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
+  }
+  out.provenance = {
+      {"command", "inhabit synth fit"},   {"seed", options.seed},           {"rooms_per_clip", options.rooms_per_clip},
+      {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.share},
+      {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
+  write_index(out);
+  return out;
+}
+
+}  // namespace inhabit
