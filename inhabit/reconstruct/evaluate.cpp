@@ -82,7 +82,8 @@ Errors errors_of(const Rendered& rendered, const Result& result) {
         std::abs(result.depth.scale.scale * raw + result.depth.scale.offset - z) / static_cast<double>(path.size(0));
   }
   out.root_before = mean_apart(result.before.root_path(), path);
-  out.root_keys = mean_apart(result.keys_moved.root_path(), path);
+  const Tensor keys = torch::tensor(result.moved_keys);
+  out.root_keys = mean_apart(result.keys_moved.root_path().index_select(0, keys), path.index_select(0, keys));
   out.root_after = mean_apart(result.motion.root_path(), path);
   out.joints_before = mean_apart(result.before.joints, rendered.truth.joints);
   out.joints_after = mean_apart(result.motion.joints, rendered.truth.joints);

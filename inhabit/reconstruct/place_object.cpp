@@ -21,6 +21,7 @@ constexpr double kPointCell = 0.02;  // metres
 constexpr size_t kFewestPoints = 50, kMostPoints = 1500, kCoarsePoints = 250;
 constexpr int64_t kMostSurface = 800, kCoarseSurface = 250;
 constexpr int kTurns = 24, kCoarseRounds = 12, kFineRounds = 40;
+constexpr double kStands = 0.3;         // metres above the floor: an object may begin there and still stand on it
 constexpr size_t kBest = 5;             // starts that go on
 constexpr double kObjectLoss = 0.02;    // metres, scale of Huber's loss at the end
 constexpr double kHidden = 0.05;        // metres, and part of the distance: something is before the surface
@@ -59,12 +60,14 @@ struct Fit {
 
 class ObjectSearch {
  public:
-  ObjectSearch(const std::vector<Mesh>& meshes, const ObjectViews& seen, const Camera& camera)
-      : seen_(seen), camera_(camera), query_(scene_of(meshes)) {
+  ObjectSearch(const std::vector<Mesh>& meshes, const ObjectViews& seen, const Camera& camera, double floor)
+      : seen_(seen), camera_(camera), floor_(floor), query_(scene_of(meshes)) {
     std::mt19937_64 random(1);
     const std::vector<Vector3d> surface = rows_as_vectors(sample_points(scene_of(meshes), kMostSurface, random));
     low_ = high_ = surface.front();
     for (const Vector3d& p : surface) low_ = low_.cwiseMin(p), high_ = high_.cwiseMax(p);
+    for (const Mesh& mesh : meshes)
+      if (mesh.vertices.size(0) > 0) low_.y() = std::min(low_.y(), mesh.vertices.select(1, 1).min().item<double>());
     surface_ = surface;
   }
 
@@ -99,7 +102,7 @@ class ObjectSearch {
   }
 
  private:
-  /// Turns all around, each at the scale that the seen height tells and at the one that the seen width tells.
+  /// Turns all around, each at the scales that the seen width, the seen height and the seen top above the floor tell.
   std::vector<Placement> starts(const std::vector<Vector3d>& all) const {
     Vector3d middle = Vector3d::Zero();
     std::vector<double> heights, across;
@@ -109,16 +112,26 @@ class ObjectSearch {
       across.push_back(std::hypot(p.x() - middle.x(), p.z() - middle.z()));
     }
     const Vector3d size = high_ - low_, own_middle = 0.5 * (low_ + high_);
-    const double seen_height = quantile(heights, 0.98) - quantile(heights, 0.02);
-    std::vector<double> scales = {std::max(quantile(across, 0.95), 0.02) / (0.5 * std::hypot(size.x(), size.z()))};
-    if (size.y() > 0.05 * size.norm()) scales.push_back(std::max(seen_height, 0.02) / size.y());
+    const double top = quantile(heights, 0.98), bottom = quantile(heights, 0.02);
+    const auto largest = [](double metres) { return std::max(metres, 0.02); };
+    struct First {
+      double scale;
+      bool on_floor;
+    };
+    std::vector<First> firsts = {
+        {largest(quantile(across, 0.95)) / (0.5 * std::hypot(size.x(), size.z())), bottom - floor_ < kStands}};
+    if (size.y() > 0.05 * size.norm()) {
+      firsts.push_back({largest(top - bottom) / size.y(), false});
+      if (top > floor_) firsts.push_back({largest(top - floor_) / size.y(), true});
+    }
     std::vector<Placement> out;
-    for (const double scale : scales)
+    for (const First& first : firsts)
       for (int i = 0; i < kTurns; ++i) {
         Placement p;
-        p.scale = scale;
+        p.scale = first.scale;
         p.yaw = 2 * M_PI * i / kTurns;
         p.shift = middle - p.place(own_middle);
+        if (first.on_floor) p.shift.y() = floor_ - p.scale * low_.y();
         out.push_back(p);
       }
     return out;
@@ -168,6 +181,9 @@ class ObjectSearch {
       fit.cost += each * (r <= loss ? 0.5 * r * r : loss * (r - 0.5 * loss));
       return away > cut ? 0 : each * (away <= loss ? 1 : loss / away);
     };
+    const Vector3d foot(p.shift.x(), p.scale * low_.y() + p.shift.y(), p.shift.z());
+    const double above = foot.y() - floor_, standing = weigh(std::abs(above), 1);
+    if (standing > 0) add(Vector3d::UnitY(), above, standing, foot);
     add_points(p, fit, weigh, add);
     add_surface(p, surface, weigh, add);
     return fit;
@@ -253,6 +269,7 @@ class ObjectSearch {
 
   const ObjectViews& seen_;
   const Camera& camera_;
+  double floor_;
   SceneQuery query_;
   std::vector<Vector3d> surface_, points_;
   Vector3d low_, high_;
@@ -266,7 +283,7 @@ Vector3d Placement::place(const Vector3d& own) const {
 }
 
 PlacedObject place_object(const std::string& name, const std::vector<Mesh>& meshes, const ObjectViews& seen,
-                          const Camera& camera) {
+                          const Camera& camera, double floor) {
   PointGrid grid(kPointCell);
   for (size_t v = 0; v < seen.views.size(); ++v)
     grid.add(*seen.views[v], eroded(seen.masks[v], 1).logical_and(dilated(seen.views[v]->person, 2).logical_not()),
@@ -277,7 +294,7 @@ PlacedObject place_object(const std::string& name, const std::vector<Mesh>& mesh
   int64_t faces = 0;
   for (const Mesh& mesh : meshes) faces += mesh.faces.size(0);
   if (faces == 0) throw Error(name, "has no faces");
-  ObjectSearch search(meshes, seen, camera);
+  ObjectSearch search(meshes, seen, camera, floor);
   if (!(search.size() > 0)) throw Error(name, "has no size");
   PlacedObject out;
   out.name = name;

@@ -66,6 +66,7 @@ class Reconstruction {
     const KeyRoots roots =
         optimise_key_roots(body_, standard_.betas, standard_.rate, keys_, clouds_, out.scene, options_.roots);
     out.contacts = roots.contacts;
+    out.moved_keys = keys_;
     for (const Vector3d& m : roots.moved) out.moved += m.norm() / static_cast<double>(roots.moved.size());
     out.keys_moved = with_roots_moved(standard_, keys_, roots.moved);
     fill(inbetweener, with_roots_moved(source_, keys_, roots.moved), out);
@@ -176,7 +177,7 @@ class Reconstruction {
         seen.views.push_back(&view);
         seen.masks.push_back(object.masks.read(static_cast<size_t>(object.masks.index_of(view.frame))));
       }
-      out.objects.push_back(place_object(object.name, object.meshes, seen, inputs_.camera));
+      out.objects.push_back(place_object(object.name, object.meshes, seen, inputs_.camera, out.floor));
       out.scene.meshes.insert(out.scene.meshes.end(), out.objects.back().meshes.begin(),
                               out.objects.back().meshes.end());
     }

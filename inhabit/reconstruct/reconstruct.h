@@ -47,10 +47,11 @@ struct Options {
 };
 
 struct Result {
-  Clip before;      ///< the estimate on the standard skeleton, in the world that results are in, +Y up
-  Clip keys_moved;  ///< the same with its root as key frames were moved, linear in between
-  Clip motion;      ///< the result on the standard skeleton, 30 frames a second
-  Clip on_source;   ///< the same on the motion's own skeleton at its rate; empty where Options::standard is set
+  Clip before;                      ///< the estimate on the standard skeleton, in the world that results are in, +Y up
+  std::vector<int64_t> moved_keys;  ///< frames of `before` whose roots were optimised
+  Clip keys_moved;                  ///< the same with its root as key frames were moved, linear in between
+  Clip motion;                      ///< the result on the standard skeleton, 30 frames a second
+  Clip on_source;  ///< the same on the motion's own skeleton at its rate; empty where Options::standard is set
   std::vector<int64_t> keys;  ///< frames of `motion` that it was made between
   Clip key_poses;             ///< the poses asked for there
   Scene scene;                ///< floor and objects as meshes, everything else that was seen as points

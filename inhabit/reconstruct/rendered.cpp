@@ -16,6 +16,7 @@
 #include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/point_rows.h"
+#include "inhabit/scene/sampling.h"
 
 namespace inhabit::reconstruct {
 namespace {
@@ -136,6 +137,28 @@ Eigen::Isometry3d camera_pose(const Room& room, const SceneQuery& query, const T
   return best;
 }
 
+/// How much of what an object alone would show the camera is seen of it in the room.
+double seen_part(const Scene& room, const SceneQuery& query, const std::string& name, const Camera& camera) {
+  Scene alone;
+  for (const Mesh& mesh : room.meshes)
+    if (object_of_mesh(mesh.name) == name) alone.meshes.push_back(mesh);
+  std::mt19937_64 random(1);
+  const Tensor points = sample_points(alone, 1000, random),
+               from = point_rows({camera.to_world[0].translation()}).expand_as(points), rays = points - from;
+  const Tensor away = rays.norm(2, {1}) - 0.02;
+  const Tensor shown = SceneQuery(alone).cast(from, rays).distances.gt(away),
+               seen = query.cast(from, rays).distances.gt(away);
+  const Eigen::Isometry3d to_camera = camera.to_world[0].inverse();
+  const auto p = points.accessor<float, 2>();
+  double all = 0, own = 0;
+  for (int64_t i = 0; i < points.size(0); ++i) {
+    if (!shown[i].item<bool>()) continue;
+    all += 1;
+    if (seen[i].item<bool>() && project(camera, to_camera, {p[i][0], p[i][1], p[i][2]}).inside()) own += 1;
+  }
+  return all > 0 ? own / all : 0;
+}
+
 /// The estimate that a network would have made.
 Clip estimated(const Clip& truth, const Camera& camera, const KnownErrors& errors, std::mt19937_64& random) {
   Clip out = person_of(truth);
@@ -232,7 +255,9 @@ Rendered render_life(const Room& room, const Clip& life, const RenderOptions& op
   out.inputs.masks = {"mask", frames, false, [film](size_t t) { return film->frame(t).person; }};
   for (size_t i = 0; i < room.furniture.size(); ++i) {
     const std::string name = room.object_name(i);
-    if (film->object_mask(name, 0).sum().item<int64_t>() < options.fewest_pixels) continue;
+    if (film->object_mask(name, 0).sum().item<int64_t>() < options.fewest_pixels ||
+        seen_part(out.room, query, name, camera) < options.least_seen)
+      continue;
     add_object(room.furniture[i], name, random, out);
     out.inputs.objects.back().masks = {name, frames, false,
                                        [film, name](size_t t) { return film->object_mask(name, t); }};

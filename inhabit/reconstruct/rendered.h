@@ -21,9 +21,12 @@ struct KnownErrors {
 };
 
 struct RenderOptions {
-  int64_t width = 192, height = 144;  ///< pixels
+  int64_t width = 320, height = 240;  ///< pixels
   double field = 75;                  ///< degrees from left to right
-  int64_t fewest_pixels = 150;        ///< of an object that counts as seen, in the first frame
+  /// An object is one of the inputs where so many pixels are its own in the first frame, and so much of the side that
+  /// it turns to the camera is seen: the rest is outside the image or behind something.
+  int64_t fewest_pixels = 400;
+  double least_seen = 0.6;
   KnownErrors errors;
 };
 
