@@ -117,6 +117,9 @@ void add_reconstruct(CLI::App& app) {
                    "frame's spread of depths")
       ->check(positive_number)
       ->capture_default_str();
+  verb->add_flag_callback(
+      "--body-scale", [o] { o->options.floor_scale = false; },
+      "Tell the depth's scale by the body alone, as the paper does, not by the floor under it too");
   verb->add_option("--key-step", o->options.key_step, "Frames (30 a second) between key frames that are optimised")
       ->check(CLI::Range(1, 30))
       ->capture_default_str();
@@ -164,6 +167,9 @@ void add_eval_reconstruct(CLI::App& eval) {
   verb->add_option("--warp", e.render.errors.warp, "Smooth error of depth, part of it")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  verb->add_flag_callback(
+      "--body-scale", [o] { o->evaluation.options.floor_scale = false; },
+      "The depth's scale by the body alone, as the paper does");
   verb->add_flag("--no-objects", o->no_objects, "Only the body: no object meshes");
   verb->add_option("--model", o->model, "Noise-aware model of in-betweening (default: the one that ships)");
   verb->add_option("--keep", e.keep,

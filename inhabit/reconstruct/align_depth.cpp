@@ -14,7 +14,12 @@ using Eigen::Vector3d;
 
 constexpr double kDepthLoss = 0.05;  // metres, scale of Huber's loss
 constexpr int kLineRounds = 30, kChamferRounds = 40;
-constexpr size_t kFewest = 30;  // pairs of a vertex and its pixel
+constexpr double kFloorBand = 0.06;                     // part of the depth within which a pixel may be the floor
+constexpr double kFloorPart = 0.1, kFloorDepths = 0.5;  // part of the pixels; metres
+constexpr double kWidest = 0.8;                         // logarithm of how far the first scale may be off
+constexpr int kFloorTries = 160;
+constexpr double kFloorWeight = 1;  // beside 1 for either side of the Chamfer distance
+constexpr size_t kFewest = 30;      // pairs of a vertex and its pixel
 
 double median_of(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -64,9 +69,63 @@ DepthScale first_line(const std::vector<SeenBody>& frames, const std::string& su
     out = line.solved();
     for (size_t i = 0; i < pairs.size(); ++i) away[i] = std::abs(out.scale * pairs[i][0] + out.offset - pairs[i][1]);
   }
+  // A body that hardly moves tells where it is and little of the scale: relief then decides.
   if (!(out.scale > 0) || !std::isfinite(out.scale) || !std::isfinite(out.offset))
     throw Error(subject, "the maps' numbers do not grow as the body is farther away: depth is wanted, not disparity");
   return out;
+}
+
+/// How far, as a part of its depth, a pixel's depth is from the floor's.
+double off_floor(const std::array<double, 2>& pixel, const DepthScale& at) {
+  return std::abs(at.scale * pixel[0] + at.offset - pixel[1]) / pixel[1];
+}
+
+/// The scale, with the body where a line has it, that puts most of the pixels on the floor; the line itself where few
+/// are. @param part of the pixels that are on the floor, 0 where they are too few
+DepthScale with_floor(const std::vector<SeenBody>& frames, const DepthScale& line, double& part) {
+  std::vector<double> raws;
+  size_t all = 0;
+  for (const SeenBody& frame : frames) {
+    for (const double raw : frame.raw)
+      if (std::isfinite(raw)) raws.push_back(raw);
+    all += frame.floor.size();
+  }
+  const double raw = median_of(raws), depth = line.scale * raw + line.offset;
+  DepthScale best = line;
+  double most = 0;
+  part = 0;
+  for (int i = -kFloorTries; i <= kFloorTries; ++i) {
+    const double scale = line.scale * std::exp(kWidest * i / kFloorTries);
+    const DepthScale at{scale, depth - scale * raw};
+    double on = 0, near = HUGE_VAL, far = 0;
+    for (const SeenBody& frame : frames)
+      for (const auto& pixel : frame.floor) {
+        const double off = off_floor(pixel, at) / kFloorBand;
+        if (off >= 1) continue;
+        on += (1 - off * off) * (1 - off * off);
+        near = std::min(near, pixel[1]);
+        far = std::max(far, pixel[1]);
+      }
+    if (on <= most || far - near < kFloorDepths) continue;
+    most = on;
+    best = at;
+  }
+  if (most < kFloorPart * static_cast<double>(all)) return line;
+  part = most / static_cast<double>(all);
+  return best;
+}
+
+/// The floor's part of the equations: Tukey's loss, so that what stands on it does not count.
+void add_floor(const SeenBody& frame, const DepthScale& at, Line& line) {
+  double on = 0;
+  for (const auto& pixel : frame.floor) on += off_floor(pixel, at) < kFloorBand ? 1 : 0;
+  for (const auto& pixel : frame.floor) {
+    const double off = off_floor(pixel, at) / kFloorBand;
+    if (off >= 1) continue;
+    // Errors of depth grow with it.
+    const double weight = (1 - off * off) * (1 - off * off) / std::max(1.0, pixel[1] * pixel[1]);
+    line.add(pixel[0], pixel[1], kFloorWeight * weight / on);
+  }
 }
 
 Vector3d point_of(const DepthSample& sample, const DepthScale& scale) {
@@ -105,7 +164,7 @@ void add_chamfer(const SeenBody& frame, const CloudQuery& vertices, const DepthS
 
 DepthAlignment align_depth(const std::vector<SeenBody>& frames, const std::string& subject) {
   DepthAlignment out;
-  out.scale = first_line(frames, subject);
+  out.scale = with_floor(frames, first_line(frames, subject), out.floor);
   std::vector<const SeenBody*> used;
   std::vector<CloudQuery> vertices;
   std::vector<double> depths;
@@ -123,6 +182,8 @@ DepthAlignment align_depth(const std::vector<SeenBody>& frames, const std::strin
     Line line;
     std::vector<double> distances;
     for (size_t f = 0; f < used.size(); ++f) add_chamfer(*used[f], vertices[f], out.scale, &line, distances);
+    if (out.floor > 0)
+      for (const SeenBody* frame : used) add_floor(*frame, out.scale, line);
     out.after = median_of(distances);
     if (round == 0) out.before = out.after;
     const DepthScale next = line.solved();

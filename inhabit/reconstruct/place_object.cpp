@@ -81,6 +81,9 @@ class ObjectSearch {
 
   Placement search(const std::vector<Vector3d>& all, Fit& best_fit) {
     std::vector<std::pair<double, Placement>> found;
+    Vector3d low = all.front(), high = low;
+    for (const Vector3d& p : all) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    cut_ = std::max(0.1, 0.25 * (high - low).norm());  // by what is seen: a tiny object must not be a cheap one
     points_ = thinned(all, kCoarsePoints);
     cloud_ = std::make_unique<CloudQuery>(point_rows(points_));
     for (const Placement& start : starts(all)) {
@@ -168,7 +171,6 @@ class ObjectSearch {
   /// Cost and equations by (ln scale, yaw, shift).
   Fit fit_at(const Placement& p, const std::vector<Vector3d>& surface, double loss) const {
     Fit fit;
-    const double cut = 0.25 * p.scale * size();  // an outlier costs no more than this
     const auto add = [&](const Vector3d& direction, double r, double factor, const Vector3d& at) {
       const Vector3d arm = at - p.shift;
       Vector5d row;
@@ -177,9 +179,9 @@ class ObjectSearch {
       fit.b += factor * r * row;
     };
     const auto weigh = [&](double away, double each) {  // cost, and the factor of its row
-      const double r = std::min(away, cut);
+      const double r = std::min(away, cut_);
       fit.cost += each * (r <= loss ? 0.5 * r * r : loss * (r - 0.5 * loss));
-      return away > cut ? 0 : each * (away <= loss ? 1 : loss / away);
+      return away > cut_ ? 0 : each * (away <= loss ? 1 : loss / away);
     };
     const Vector3d foot(p.shift.x(), p.scale * low_.y() + p.shift.y(), p.shift.z());
     const double above = foot.y() - floor_, standing = weigh(std::abs(above), 1);
@@ -271,6 +273,7 @@ class ObjectSearch {
   const Camera& camera_;
   double floor_;
   SceneQuery query_;
+  double cut_ = 0;  // metres: an outlier costs no more than this
   std::vector<Vector3d> surface_, points_;
   Vector3d low_, high_;
   std::unique_ptr<CloudQuery> cloud_;

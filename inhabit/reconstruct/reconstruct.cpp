@@ -6,7 +6,6 @@
 #include <set>
 
 #include "inhabit/error.h"
-#include "inhabit/motion/floor.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/reconstruct/scene_points.h"
 #include "inhabit/reconstruct/visible_body.h"
@@ -53,11 +52,11 @@ class Reconstruction {
     Result out;
     out.before = standard_;
     out.depth = find_scale();
-    if (out.depth.spread < kSmallSpread) {
+    if (out.depth.floor == 0 && out.depth.spread < kSmallSpread) {
       char text[160];
       std::snprintf(text, sizeof text,
-                    "the person's distance varies by %.2f m only, which tells scale from offset poorly: trust depths "
-                    "near it alone",
+                    "no floor is seen, and the person's distance varies by %.2f m only: that tells scale and offset of "
+                    "the depth apart poorly",
                     out.depth.spread);
       out.notes.emplace_back(text);
     }
@@ -130,10 +129,12 @@ class Reconstruction {
   DepthAlignment find_scale() {
     std::vector<SeenBody> seen;
     const std::vector<size_t> chosen = evenly(inputs_.depth.frames.size(), kScaleFrames);
+    feet_ = feet_height(body_, 1 + source_.frames() / kScaleFrames);
     for (const size_t i : chosen) {
       const int64_t frame = inputs_.depth.frames[i];
       seen.push_back(seen_body(body_, combined(inputs_.depth.read(i), options_.uncertainty), person_at(frame),
-                               inputs_.camera, frame));
+                               inputs_.camera, frame, feet_));
+      if (!options_.floor_scale) seen.back().floor.clear();
       said(static_cast<int64_t>(seen.size()), chosen.size());
     }
     read_ = static_cast<int64_t>(chosen.size());
@@ -168,7 +169,7 @@ class Reconstruction {
   void build_scene(Result& out) {
     std::vector<Vector3d> points = without_seen_through(grid_.points(inputs_.depth.frames.size() > 3 ? 2 : 1), views_,
                                                         inputs_.camera, kSeenThrough);
-    out.floor = floor_height(points, floor_under(standard_), kFloorReach);
+    out.floor = floor_height(points, feet_, kFloorReach);
     for (size_t i = 0; i < inputs_.objects.size(); ++i) {
       const ObjectInput& object = inputs_.objects[i];
       ObjectViews seen;
@@ -235,6 +236,7 @@ class Reconstruction {
   std::vector<View> views_;
   PointGrid grid_{options_.cell};
   int64_t read_ = 0;
+  double feet_ = 0;  ///< metres, height of the floor by the estimate's feet
 };
 
 }  // namespace

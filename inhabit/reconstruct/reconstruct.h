@@ -37,6 +37,7 @@ struct Options {
   double uncertainty = 0.05;        ///< see combined()
   double jump = 0.05;               ///< see metric_depth()
   double cell = 0.03;               ///< metres: the scene's points are this far apart
+  bool floor_scale = true;          ///< the floor tells the depth's scale too, see align_depth
   KeyRootOptions roots;
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own
   uint64_t seed = 1;

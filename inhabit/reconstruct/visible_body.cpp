@@ -1,5 +1,6 @@
 #include "inhabit/reconstruct/visible_body.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "inhabit/scene/point_rows.h"
@@ -15,6 +16,9 @@ constexpr int kEdge = 1;                // pixels of a mask's edge that may be s
 constexpr int kMissed = 3;              // pixels that an estimated body may be beside the mask
 constexpr int64_t kScaleSamples = 250;  // of a frame
 constexpr int64_t kPlaceSamples = 400, kSearched = 1500;
+constexpr int64_t kFloorSamples = 400;  // of a frame, before those above the horizon are left out
+constexpr double kBelowHorizon = 0.1;   // slope of a ray that meets the floor
+constexpr double kFarthestFloor = 12;   // metres
 constexpr int64_t kFewestSamples = 20;
 
 std::vector<Vector3d> depths_as_points(const std::vector<DepthSample>& samples, const Eigen::Isometry3d& to_world,
@@ -24,6 +28,19 @@ std::vector<Vector3d> depths_as_points(const std::vector<DepthSample>& samples, 
   some.reserve(static_cast<size_t>(count));
   for (int64_t i = 0; i < count; ++i) some.push_back(samples[static_cast<size_t>(i * all / count)]);
   return back_projected(some, to_world);
+}
+
+/// Pixels below the horizon that are not the person's.
+void add_floor_pixels(const DepthMap& depth, const Tensor& mask, const Camera& camera, int64_t frame, double floor,
+                      SeenBody& out) {
+  const Eigen::Isometry3d& to_world = camera.pose(frame);
+  const double under = to_world.translation().y() - floor;
+  if (!(under > 0.2)) return;
+  const Tensor rest = dilated(mask, kMissed).logical_not().logical_and(depth.sure);
+  for (const DepthSample& sample : samples_of(depth.raw, rest, camera, kFloorSamples)) {
+    const double down = -(to_world.linear() * sample.ray).y();
+    if (down > kBelowHorizon && under / down < kFarthestFloor) out.floor.push_back({sample.depth, under / down});
+  }
 }
 
 }  // namespace
@@ -52,8 +69,19 @@ std::vector<int> visible_vertices(const BodyInFrames& body, const refine::PosedS
   return out;
 }
 
+double feet_height(const BodyInFrames& body, int64_t step) {
+  std::vector<double> lowest;
+  for (int64_t t = 0; t < static_cast<int64_t>(body.poses.size()); t += step) {
+    lowest.push_back(HUGE_VAL);
+    for (const Vector3d& v : body.posed(t).vertices) lowest.back() = std::min(lowest.back(), v.y());
+  }
+  const auto middle = lowest.begin() + static_cast<std::ptrdiff_t>(lowest.size() / 2);
+  std::nth_element(lowest.begin(), middle, lowest.end());
+  return *middle;
+}
+
 SeenBody seen_body(const BodyInFrames& body, const DepthMap& depth, const Tensor& mask, const Camera& camera,
-                   int64_t frame) {
+                   int64_t frame, double floor) {
   SeenBody out;
   const Tensor person = eroded(mask, kEdge).logical_and(depth.sure);
   out.person = samples_of(depth.raw, person, camera, kScaleSamples);
@@ -68,6 +96,7 @@ SeenBody seen_body(const BodyInFrames& body, const DepthMap& depth, const Tensor
     out.vertices.push_back(to_camera * place);
     out.raw.push_back(sure[at.row][at.column] ? raw[at.row][at.column] : NAN);
   }
+  add_floor_pixels(depth, mask, camera, frame, floor, out);
   return out;
 }
 

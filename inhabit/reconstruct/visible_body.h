@@ -27,9 +27,14 @@ struct BodyInFrames {
 std::vector<int> visible_vertices(const BodyInFrames& body, const refine::PosedSkin& posed, const torch::Tensor& mask,
                                   const Camera& camera, int64_t frame, int step);
 
-/// What the frame says about the scale of its depth. @param mask (height, width) bool: the person
+/// Height of the floor that the body stands on, metres: the median over frames of its lowest vertex, of every
+/// `step`-th frame.
+double feet_height(const BodyInFrames& body, int64_t step);
+
+/// What the frame says about the scale of its depth. @param mask (height, width) bool: the person. @param floor metres,
+/// height of the floor under the body
 SeenBody seen_body(const BodyInFrames& body, const DepthMap& depth, const torch::Tensor& mask, const Camera& camera,
-                   int64_t frame);
+                   int64_t frame, double floor);
 
 /// The same for the root's place: the person's points in the world from metric depth, and the vertices that belong to
 /// them.
