@@ -212,4 +212,5 @@ void add_eval(CLI::App& app) {
   add_eval_inbetween(*verb);
   add_eval_detour(*verb);
   add_eval_interact(*verb);
+  add_eval_reconstruct(*verb);
 }

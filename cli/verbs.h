@@ -63,6 +63,8 @@ void add_inbetween(CLI::App& app);
 void add_anticipate(CLI::App& app);
 void add_interact(CLI::App& app);
 void add_contacts(CLI::App& app);
+void add_reconstruct(CLI::App& app);
+void add_eval_reconstruct(CLI::App& eval);
 void add_refine(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);

@@ -164,6 +164,15 @@ Skin skin_of(const BodyModel& model, const torch::Tensor& betas) {
   return out;
 }
 
+torch::Tensor shape_in(const Clip& clip, const BodyModel& body) {
+  const torch::Tensor& betas = clip.betas;
+  if (!betas.defined() || betas.dim() != 1 || betas.size(0) > body.betas()) return {};
+  if (&body == &builtin_body()) return betas;
+  const torch::Tensor apart =
+      (shaped_skeleton(body, betas).offsets.slice(0, 1, kStandardJoints) - clip.skeleton.offsets.slice(0, 1)).abs();
+  return apart.max().item<double>() < 0.01 ? betas : torch::Tensor();
+}
+
 PosedSkin pose_skin(const Skin& skin, const FramePose& pose, const BonesPose& bones) {
   PosedSkin out{skin.rest, std::vector<Vector3d>(skin.rest.size())};
   if (skin.pose_dirs.size() > 0) {

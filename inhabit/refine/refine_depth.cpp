@@ -45,17 +45,6 @@ std::vector<Vector3d> some_rows(const torch::Tensor& points, int64_t most) {
   return out;
 }
 
-/// The shape of the body that a clip shows: the clip's own betas, where they are of this model. Those of another model
-/// than the built-in one must explain the clip's bones.
-torch::Tensor shape_in(const Clip& clip, const BodyModel& body) {
-  const torch::Tensor& betas = clip.betas;
-  if (!betas.defined() || betas.dim() != 1 || betas.size(0) > body.betas()) return {};
-  if (&body == &builtin_body()) return betas;
-  const torch::Tensor apart =
-      (shaped_skeleton(body, betas).offsets.slice(0, 1, kStandardJoints) - clip.skeleton.offsets.slice(0, 1)).abs();
-  return apart.max().item<double>() < 0.01 ? betas : torch::Tensor();
-}
-
 class DepthRefinement {
  public:
   DepthRefinement(const Clip& clip, const CloudSequence& clouds, const DepthOptions& options)

@@ -1,0 +1,21 @@
+#pragma once
+#include <torch/types.h>
+
+#include <string>
+#include <string_view>
+
+namespace inhabit {
+
+/// A mask from a PNG image of any kind, (height, width) bool: pixels of which a channel has at least half of the
+/// largest value in the image, so that 0 and 1, 0 and 255 and smooth edges are all understood. What is transparent is
+/// black. Throws Error(path, ...) for a file that is missing, no PNG, damaged, truncated, or of another size than
+/// `height` by `width`, which is checked before pixels are read.
+torch::Tensor read_mask_png(const std::string& path, int64_t height, int64_t width);
+
+/// The same from memory; `subject` names the source in errors.
+torch::Tensor parse_mask_png(std::string_view bytes, int64_t height, int64_t width, const std::string& subject);
+
+/// Writes a mask (height, width) as a grey image, 255 where it is set.
+void write_mask_png(const std::string& path, const torch::Tensor& mask);
+
+}  // namespace inhabit
