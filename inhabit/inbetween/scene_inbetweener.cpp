@@ -159,7 +159,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
     offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
   on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
   on.detours = torch::zeros({1, c.frames, 2});
-  if (c.from_interpolation && c.around_obstacles && c.global_scene) {
+  if (f.options.way_around && c.from_interpolation && c.around_obstacles && c.global_scene) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
     on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
   }
@@ -251,10 +251,12 @@ SceneInbetweener SceneInbetweener::load(const std::string& path) { return SceneI
 
 const Config& SceneInbetweener::config() const { return impl_->networks.config; }
 
+bool SceneInbetweener::has_baseline() const { return config().from_interpolation; }
+
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  if (options.stage == Stage::baseline && !c.from_interpolation)
+  if (options.stage == Stage::baseline && !has_baseline())
     throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
@@ -286,6 +288,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     source.exact.front() = source.exact.back() = true;
     out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
   }
+  if (options.stage != Stage::finished) return out;
   const CollisionMeter meter(builtin_body(), out.scene);
   out.key_collides = meter.measure(out.key_poses).depth > 0;
   if (options.collisions) out.collides = meter.measure(out.motion).depth > 0;
