@@ -1,4 +1,4 @@
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <sstream>
@@ -26,7 +26,7 @@ using namespace inhabit;
 using inbetween::Layout;
 using inbetween::Method;
 
-const std::vector<std::string> kUse = {"inference.", "around_obstacles=", "t_star="};
+const std::vector<std::string> kUse = {"inference.", "t_star="};
 
 /// The models that are measured, and what is done with them.
 struct ModelRows {
@@ -44,7 +44,7 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
   add_settings(verb, o.settings);
   verb.add_option("--row", o.rows,
                   "More rows of the same models with other settings, 'NAME: KEY=VALUE ...', such as "
-                  "'guidance 0: inference.guidance=0'; may be repeated")
+                  "'guidance 0: inference.guidance=0'; way_around=false: the baseline goes straight; may be repeated")
       ->check(not_empty);
   verb.add_flag_callback(
       "--no-refine", [&o] { o.refine = false; }, "Leave away the rows after the post-processing common to all methods");
@@ -57,11 +57,17 @@ void add_rows(std::vector<Method>& methods, const Method& method, bool refine) {
 }
 
 /// Rows of a model: what it starts from, what its network says, and the motion that it gives in the end.
-void add_rows(std::vector<Method>& methods, const std::string& name, const inbetween::Networks& networks,
-              const ModelRows& o, bool with_input) {
-  const auto model = std::make_shared<inbetween::SceneInbetweener>(networks);
+/// @param settings further ones: of the configuration, and way_around of how it is asked
+void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::Networks networks, const ModelRows& o,
+              std::vector<std::string> settings) {
   inbetween::Options options = o.options;
-  if (with_input && networks.config.from_interpolation) {
+  const bool plain = settings.empty();
+  const auto straight = std::remove(settings.begin(), settings.end(), "way_around=false");
+  if (straight != settings.end()) options.way_around = false;
+  settings.erase(straight, settings.end());
+  set_used(networks.config, settings, kUse);
+  const auto model = std::make_shared<inbetween::SceneInbetweener>(networks);
+  if ((plain || !options.way_around) && model->has_baseline()) {
     options.stage = inbetween::Stage::baseline;
     methods.push_back(model_method(name + ", input", model, options));
   }
@@ -95,12 +101,10 @@ std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config) {
     if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
     for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
       networks.config.t_star = t_star;
-      add_rows(methods, row_name(networks.config), networks, o, true);
+      add_rows(methods, row_name(networks.config), networks, o, {});
       for (const std::string& row : o.rows) {
         const auto [name, settings] = named_settings(row);
-        inbetween::Networks changed = networks;
-        set_used(changed.config, settings, kUse);
-        add_rows(methods, row_name(networks.config) + ", " + name, changed, o, false);
+        add_rows(methods, row_name(networks.config) + ", " + name, networks, o, settings);
       }
     }
   }
@@ -233,29 +237,37 @@ void add_eval_inbetween(CLI::App& verb) {
 
 void add_eval_detour(CLI::App& verb) {
   struct Options {
-    std::string model;
-    int64_t runs = 10;
-    std::vector<std::string> settings;
-    inhabit::inbetween::Options request;
+    ModelRows rows;
+    int64_t rooms = 50;
+    std::string json;
+    inbetween::DetourEvaluation evaluation;
   };
-  CLI::App* detour = verb.add_subcommand("detour", "In-betweening with a table in the straight path: who goes around");
+  CLI::App* detour = verb.add_subcommand(
+      "detour", "In-betweening with furniture in the straight line between the keys: who goes around, whole bodies");
   auto o = std::make_shared<Options>();
-  detour->add_option("--model", o->model, "Model file (default: the one that ships)");
-  detour->add_option("--seeds", o->runs, "Runs with different seeds")
+  add_model_rows(*detour, o->rows);
+  detour->add_option("--rooms", o->rooms, "Rooms, each second one the mirror image of the one before")
+      ->check(CLI::Range(2, 10000))
+      ->capture_default_str();
+  detour->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds in each room")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  detour->add_option("--seed", o->request.seed, "First seed")->check(whole_number)->capture_default_str();
-  detour->add_option("--steps", o->request.steps, "Evaluations of the denoiser (default: the model's own)")
-      ->check(CLI::Range(1, 1000));
-  add_settings(*detour, o->settings);
+  detour->add_option("--seed", o->evaluation.seed, "Seed of rooms and runs")
+      ->check(whole_number)
+      ->capture_default_str();
+  detour->add_option("--tolerance", o->evaluation.tolerance, "Metres that skin may be inside what is in the way")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  detour->add_option("--json", o->json, "Also write the table as JSON");
   detour->callback([o] {
-    inhabit::inbetween::Networks networks =
-        inhabit::inbetween::load_networks(o->model.empty() ? shipped_model("inbetween-compact.safetensors") : o->model);
-    set_used(networks.config, o->settings, kUse);
-    const inhabit::inbetween::SceneInbetweener model(networks);
-    const inhabit::inbetween::DetourScores scores = inhabit::inbetween::evaluate_detour(model, o->request, o->runs);
-    std::printf("around the table in %lld of %lld runs, in %lld where the model is not shown it\n",
-                static_cast<long long>(scores.around), static_cast<long long>(scores.runs),
-                static_cast<long long>(scores.around_unseen));
+    if (!o->json.empty()) require_writable(o->json);
+    inbetween::Config config;
+    const std::vector<inbetween::Method> methods = methods_of(o->rows, config);
+    const auto rooms = inbetween::blocked_rooms((o->rooms + 1) / 2, config.frames, config.rate, o->evaluation.seed);
+    o->evaluation.progress = progress_lines("runs");
+    const ScoreTable table =
+        inbetween::score_table(inbetween::evaluate_detour(rooms, methods, o->evaluation), rooms, o->evaluation);
+    if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+    std::printf("%s", text_of(table, true).c_str());
   });
 }

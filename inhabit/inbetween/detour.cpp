@@ -1,66 +1,123 @@
 #include "inhabit/inbetween/detour.h"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+#include <mutex>
+
 #include "inhabit/body/body_model.h"
-#include "inhabit/body/kinematics.h"
-#include "inhabit/scene/shapes.h"
+#include "inhabit/error.h"
+#include "inhabit/math/random.h"
+#include "inhabit/metrics/bootstrap.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/nn/one_blas_thread.h"
+#include "inhabit/nn/parallel_chunks.h"
 
 namespace inhabit::inbetween {
+namespace {
 
 using torch::Tensor;
 
-namespace {
+constexpr int64_t kDraws = 1000;  // of the bootstrap
 
-// Metres, the table about the origin.
-constexpr double kTableWidth = 1.2, kTableDepth = 0.7, kTableTop = 0.75, kTopThickness = 0.04;
-constexpr double kAway = 1.2;  // of the person from the table's middle, along z
+bool succeeds(const Clip& clip, const FillTask& task, const CollisionMeter& meter, const DetourEvaluation& options) {
+  const Collision hit = meter.measure(clip, {{options.tolerance, options.tolerance}}).front();
+  if (hit.depth.max().item<double>() > 0) return false;
+  const Tensor keys = torch::tensor(task.keys);
+  const Tensor missed = clip.joints.index_select(0, keys) - task.window.given.joints.index_select(0, keys);
+  return missed.norm(2, {2}).mean({1}).max().item<double>() <= options.key_error;
+}
 
-Scene table_room() {
-  Scene room = floor_scene();
-  MeshBuilder table;
-  const double w = kTableWidth / 2, d = kTableDepth / 2, t = kTopThickness / 2;
-  table.box({0, kTableTop - t, 0}, {w, t, d});
-  for (const double x : {-w + 0.05, w - 0.05})
-    for (const double z : {-d + 0.05, d - 0.05}) table.box({x, kTableTop / 2 - t, z}, {0.03, kTableTop / 2 - t, 0.03});
-  room.meshes.push_back(table.mesh("table", {0.5F, 0.35F, 0.2F}));
-  return room;
+/// The mean of values of pairs of rooms.
+Estimate over_pairs(const std::vector<double>& values, const Tensor& counts) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  const Tensor all = torch::tensor(values, torch::kDouble);
+  return {sum / static_cast<double>(values.size()),
+          half_interval(resampled_ratios(all, torch::ones_like(all), counts))};
+}
+
+void require_pairs(const std::vector<BlockedRoom>& rooms) {
+  if (rooms.empty() || rooms.size() % 2 != 0) throw Error("blocked rooms", "are not in pairs");
 }
 
 }  // namespace
 
-Detour table_detour(int64_t frames, double rate) {
-  Detour out;
-  out.room = table_room();
-  Clip& clip = out.ends;
-  clip.skeleton = builtin_body().skeleton;
-  clip.rate = rate;
-  clip.rotations = torch::zeros({frames, clip.skeleton.size(), 3});
-  clip.rotations.select(1, 16).select(1, 2).fill_(-1.25);  // arms hang
-  clip.rotations.select(1, 17).select(1, 2).fill_(1.25);
-  clip.trans = torch::zeros({frames, 3});
-  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  // The ball of a standing foot is 2 cm above the floor.
-  const double up = 0.02 - clip.joints[0][10][1].item<double>();
-  const Tensor way = torch::linspace(-kAway, kAway, frames);
-  clip.trans = torch::stack({torch::zeros({frames}), torch::full({frames}, up), way}, 1);
-  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+std::vector<DetourScores> evaluate_detour(const std::vector<BlockedRoom>& rooms, const std::vector<Method>& methods,
+                                          const DetourEvaluation& options) {
+  require_pairs(rooms);
+  if (options.seeds < 1) throw Error("seeds", "must be at least 1");
+  const nn::OneBlasThread one_blas_thread;
+  std::vector<DetourScores> out;
+  int64_t all = 0, done = 0;
+  for (const Method& method : methods) {
+    out.push_back({method.name, method.random ? options.seeds : 1, std::vector<double>(rooms.size())});
+    all += out.back().runs * static_cast<int64_t>(rooms.size());
+  }
+  std::mutex mutex;
+  const auto measure_room = [&](int64_t index) {
+    const torch::NoGradGuard no_gradients;
+    const auto r = static_cast<size_t>(index);
+    const BlockedRoom& room = rooms[r];
+    const CollisionMeter meter(builtin_body(), room.scene);
+    const Window window{room.name, room.ends, room.ends, std::make_shared<const Scene>(room.scene)};
+    const std::vector<int64_t> keys = {0, room.ends.frames() - 1};
+    for (size_t m = 0; m < methods.size(); ++m)
+      for (int64_t run = 0; run < out[m].runs; ++run) {
+        const FillTask task{window, keys};
+        const Clip clip = methods[m].run(task, item_seed(item_seed(options.seed, static_cast<uint64_t>(run)), r));
+        validate(clip, methods[m].name + " in " + room.name);
+        const bool good = succeeds(clip, task, meter, options);
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (good) out[m].succeeded[r] += 1 / static_cast<double>(out[m].runs);
+        ++done;
+        if (options.progress) options.progress(done, all);
+      }
+  };
+  const auto count = static_cast<int64_t>(rooms.size());
+  if (options.parallel) {
+    nn::parallel_chunks(count, measure_room);
+  } else {
+    for (int64_t r = 0; r < count; ++r) measure_room(r);
+  }
   return out;
 }
 
-bool crosses_table(const Clip& clip) {
-  const Tensor root = clip.root_path().abs();
-  return ((root.select(1, 0) < kTableWidth / 2) & (root.select(1, 2) < kTableDepth / 2)).any().item<bool>();
-}
-
-DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int64_t runs) {
-  const Detour detour = table_detour(model.config().frames, model.config().rate);
-  request.keys = {0, detour.ends.frames() - 1};
-  request.standard = true;
-  DetourScores scores;
-  for (scores.runs = 0; scores.runs < runs; ++scores.runs, ++request.seed) {
-    if (!crosses_table(model.run(detour.ends, detour.room, request).motion)) ++scores.around;
-    if (!crosses_table(model.run(detour.ends, floor_scene(), request).motion)) ++scores.around_unseen;
+ScoreTable score_table(const std::vector<DetourScores>& scores, const std::vector<BlockedRoom>& rooms,
+                       const DetourEvaluation& options) {
+  require_pairs(rooms);
+  ScoreTable out;
+  out.labels = {"method"};
+  out.columns = {
+      {"", "success", "success", 3}, {"", "rooms solved", "rooms_solved", 3}, {"", "both sides", "pairs_solved", 3}};
+  for (const char* kind : kBlockedKinds)
+    out.columns.push_back({"success by kind", kind, std::string("by_kind/") + kind, 2});
+  const Tensor counts = bootstrap_counts(static_cast<int64_t>(rooms.size() / 2), kDraws, options.seed);
+  for (const DetourScores& row : scores) {
+    std::vector<double> success, solved, both;
+    for (size_t r = 0; r + 1 < rooms.size(); r += 2) {
+      const double a = row.succeeded[r], b = row.succeeded[r + 1];
+      const bool first = DetourScores::solved(a), second = DetourScores::solved(b);
+      success.push_back((a + b) / 2);
+      solved.push_back((first ? 0.5 : 0) + (second ? 0.5 : 0));
+      both.push_back(first && second ? 1 : 0);
+    }
+    out.rows.push_back(
+        {{row.method}, {over_pairs(success, counts), over_pairs(solved, counts), over_pairs(both, counts)}});
+    for (size_t kind = 0; kind < kBlockedKinds.size(); ++kind) {
+      std::vector<double> of_kind;
+      for (size_t r = 0; r < rooms.size(); ++r)
+        if (rooms[r].kind == static_cast<int64_t>(kind)) of_kind.push_back(row.succeeded[r]);
+      out.rows.back().cells.push_back({estimate(of_kind).mean, 0});
+    }
   }
-  return scores;
+  out.notes = {
+      fmt::format("{} rooms, half of them mirror images; success: no skin deeper than {:g} cm, keys within {:g} cm",
+                  rooms.size(), options.tolerance * 100, options.key_error * 100),
+      fmt::format("solved: at least 8 of 10 of {} seeds; both sides: a room and its mirror image; +- 95 % by "
+                  "bootstrap over pairs",
+                  options.seeds)};
+  return out;
 }
 
 }  // namespace inhabit::inbetween

@@ -1,26 +1,44 @@
 #pragma once
-#include "inhabit/inbetween/scene_inbetweener.h"
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "inhabit/inbetween/blocked_rooms.h"
+#include "inhabit/inbetween/methods.h"
+#include "inhabit/metrics/score_table.h"
 
 namespace inhabit::inbetween {
 
-/// Somebody stands before a table and, when the clip ends, behind it: the straight path is blocked.
-struct Detour {
-  Clip ends;   ///< the first and the last frame count
-  Scene room;  ///< floor and table
+/// Who goes around what blocks the straight line between two keys (blocked_rooms.h). A run succeeds if in no frame a
+/// vertex of the skin is inside the scene by more than `tolerance`, and the joints of both keys are within `key_error`
+/// of where they were given, in the mean.
+struct DetourEvaluation {
+  int64_t seeds = 10;  ///< runs of what depends on a seed, in each room
+  uint64_t seed = 1;
+  double tolerance = 0.02, key_error = 0.02;               ///< metres
+  bool parallel = true;                                    ///< methods are called on all of LibTorch's threads
+  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each run, once at a time
 };
-Detour table_detour(int64_t frames, double rate);
 
-/// Whether the root comes over the table of table_detour in any frame.
-bool crosses_table(const Clip& clip);
-
-/// In how many of `runs` a model's person goes around.
+/// What a method does in the rooms.
 struct DetourScores {
-  int64_t runs = 0;
-  int64_t around = 0;         ///< with the room shown to the model
-  int64_t around_unseen = 0;  ///< without: the table is there, but hidden from the model
+  std::string method;
+  int64_t runs = 1;               ///< in each room
+  std::vector<double> succeeded;  ///< of each room, the fraction of its runs that succeed
+
+  /// A room is solved if at least 8 of 10 of its runs succeed.
+  static bool solved(double fraction) { return fraction >= 0.8 - 1e-9; }
 };
 
-/// Fills table_detour for `runs` seeds from request.seed on; request.keys are set to its ends.
-DetourScores evaluate_detour(const SceneInbetweener& model, Options request, int64_t runs);
+/// @param rooms in pairs, as blocked_rooms has them. Throws Error where they are not.
+std::vector<DetourScores> evaluate_detour(const std::vector<BlockedRoom>& rooms, const std::vector<Method>& methods,
+                                          const DetourEvaluation& options);
+
+/// Means of success and fractions of rooms and of pairs that are solved, each with its 95 % interval by bootstrap over
+/// pairs of rooms, then the mean for each kind.
+ScoreTable score_table(const std::vector<DetourScores>& scores, const std::vector<BlockedRoom>& rooms,
+                       const DetourEvaluation& options);
 
 }  // namespace inhabit::inbetween

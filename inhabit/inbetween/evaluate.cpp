@@ -30,15 +30,25 @@ constexpr int64_t kResamples = 1000, kFidResamples = 200, kHalves = 20;
 constexpr int64_t kWindowsPerDimension = 10;  // of the features that a covariance is estimated of
 
 /// What the measures are called in a row; in the order of Measure.
-constexpr std::array<Score Scores::*, kMeasures> kScores = {&Scores::skating,           &Scores::jerk,
-                                                            &Scores::jerk_ratio,        &Scores::acceleration,
-                                                            &Scores::key_error,         &Scores::error,
-                                                            &Scores::frame_ratio,       &Scores::vertex_ratio,
-                                                            &Scores::penetration,       &Scores::exact_frames,
-                                                            &Scores::exact_vertices,    &Scores::exact_depth,
-                                                            &Scores::close_frame_ratio, &Scores::close_vertex_ratio,
-                                                            &Scores::close_penetration, &Scores::upright_frames,
-                                                            &Scores::upright_vertices,  &Scores::upright_depth};
+constexpr std::array<Score Scores::*, kMeasures> kScores = {&Scores::skating,
+                                                            &Scores::jerk,
+                                                            &Scores::jerk_ratio,
+                                                            &Scores::acceleration,
+                                                            &Scores::key_error,
+                                                            &Scores::error,
+                                                            &Scores::apart,
+                                                            &Scores::frame_ratio,
+                                                            &Scores::vertex_ratio,
+                                                            &Scores::penetration,
+                                                            &Scores::exact_frames,
+                                                            &Scores::exact_vertices,
+                                                            &Scores::exact_depth,
+                                                            &Scores::close_frame_ratio,
+                                                            &Scores::close_vertex_ratio,
+                                                            &Scores::close_penetration,
+                                                            &Scores::upright_frames,
+                                                            &Scores::upright_vertices,
+                                                            &Scores::upright_depth};
 
 /// A row while it is measured: of each run and window.
 struct Row {
@@ -119,7 +129,8 @@ class Measuring {
       close_[w] = with.close.sum().item<int64_t>();
       upright_[w] = with.upright.sum().item<int64_t>();
     }
-    for (Row& row : rows_)
+    for (Row& row : rows_) {
+      std::vector<Tensor> joints;  // of the runs
       for (size_t r = 0; r < row.runs.size(); ++r) {
         if (row.method == nullptr) {
           with.keys = {0};
@@ -132,11 +143,20 @@ class Measuring {
         const std::string& chosen = row.keyframes.empty() ? options_.keyframes.front() : row.keyframes;
         with.keys = key_frames(chosen, window.truth.frames(), item_seed(seed, 1));
         const FillTask task{window, with.keys, options_.key_joints, options_.noise};
-        score(row, r, w, filled(*row.method, task, item_seed(seed, 2)), with, meter);
+        const Clip clip = filled(*row.method, task, item_seed(seed, 2));
+        score(row, r, w, clip, with, meter);
+        joints.push_back(clip.joints);
         const std::lock_guard<std::mutex> lock(mutex_);
         ++done_;
         if (options_.progress) options_.progress(done_, fills_);
       }
+      for (size_t r = 0; r < joints.size(); ++r)
+        for (size_t other = 0; other < joints.size(); ++other) {
+          if (other == r) continue;
+          row.runs[r][w].sum[kApart] += (joints[r] - joints[other]).norm(2, {2}).mean().item<double>() * 1000;
+          row.runs[r][w].weight[kApart] += 1;
+        }
+    }
   }
 
   void score(Row& row, size_t r, size_t w, const Clip& clip, const Compared& with, const CollisionMeter& meter) {

@@ -30,7 +30,7 @@ struct Scores {
   /// lengths. Of the real motion: between halves of its windows, the mean over random halves.
   Score fid;
   Score skating, jerk, jerk_ratio, acceleration;                   ///< window_scores.h, which has units too
-  Score key_error, error;                                          ///< mm
+  Score key_error, error, apart;                                   ///< mm
   Score frame_ratio, vertex_ratio, penetration;                    ///< of collisions
   Score exact_frames, exact_vertices, exact_depth;                 ///< of collisions without tolerance
   Score close_frame_ratio, close_vertex_ratio, close_penetration;  ///< in close frames (Table 2)

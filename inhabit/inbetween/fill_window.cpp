@@ -71,7 +71,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
     offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
   on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
   on.detours = torch::zeros({1, c.frames, 2});
-  if (c.from_interpolation && c.around_obstacles && c.global_scene) {
+  if (f.options.way_around && c.from_interpolation && c.around_obstacles && c.global_scene) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
     on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
   }

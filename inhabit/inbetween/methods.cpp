@@ -11,14 +11,16 @@ namespace inhabit::inbetween {
 
 std::string row_name(const Config& c) {
   std::string without;
-  if (!c.global_scene && !c.local_scene) {
-    without = "scene";
-  } else if (!c.global_scene) {
-    without = "global feature";
-  } else if (!c.local_scene) {
-    without = "local feature";
+  if (!c.residual) {  // which sees all of them in another way
+    if (!c.global_scene && !c.local_scene) {
+      without = "scene";
+    } else if (!c.global_scene) {
+      without = "global feature";
+    } else if (!c.local_scene) {
+      without = "local feature";
+    }
+    if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
   }
-  if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
   std::string name = without.empty() ? "ours" : "w/o " + without;
   if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";
   return name;

@@ -123,10 +123,12 @@ SceneInbetweener SceneInbetweener::load(const std::string& path) { return SceneI
 
 const Config& SceneInbetweener::config() const { return impl_->networks.config; }
 
+bool SceneInbetweener::has_baseline() const { return config().from_interpolation || config().residual; }
+
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  if (options.stage == Stage::baseline && !c.from_interpolation && !c.residual)
+  if (options.stage == Stage::baseline && !has_baseline())
     throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
@@ -160,6 +162,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     source.exact.front() = source.exact.back() = true;
     out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
   }
+  if (options.stage != Stage::finished) return out;
   const CollisionMeter meter(builtin_body(), out.scene);
   out.key_collides = meter.measure(out.key_poses).depth > 0;
   if (options.collisions) out.collides = meter.measure(out.motion).depth > 0;

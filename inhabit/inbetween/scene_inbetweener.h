@@ -27,6 +27,7 @@ struct Options {
   uint64_t seed = 1;
   bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
   Stage stage = Stage::finished;                            ///< how far the model's work is done
+  bool way_around = true;                                   ///< a baseline that goes around obstacles may do so
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
   bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
@@ -41,7 +42,7 @@ struct Result {
   Clip key_poses;             ///< (K frames) the poses asked for there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;
-  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene
+  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
   torch::Tensor collides;      ///< (T) bool: the motion is; undefined unless asked for
 };
 
@@ -59,6 +60,8 @@ class SceneInbetweener {
   SceneInbetweener(SceneInbetweener&&) noexcept;
 
   const Config& config() const;
+  /// Whether the network adds to an interpolation of the keys: Stage::baseline is refused else.
+  bool has_baseline() const;
 
   /// The motion between the key frames of a clip on any skeleton that maps to the standard one, at any rate; what it
   /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends of a noise-aware

@@ -18,7 +18,7 @@ struct Column {
   int decimals;
 };
 
-constexpr std::array<Column, 19> kColumns = {
+constexpr std::array<Column, 20> kColumns = {
     {{"FID", "fid", &Scores::fid, 3},
      {"Foot Skating", "foot_skating", &Scores::skating, 3},
      {"Jerk (m/s3)", "jerk", &Scores::jerk, 1},
@@ -37,7 +37,8 @@ constexpr std::array<Column, 19> kColumns = {
      {"Pene., exact", "exact_penetration_max_mm", &Scores::exact_depth, 1},
      {"Coll. Frames", "upright_collision_frame_ratio", &Scores::upright_frames, 4},
      {"Coll. Vertices", "upright_collision_vertex_ratio", &Scores::upright_vertices, 5},
-     {"Pene. Max (mm)", "upright_penetration_max_mm", &Scores::upright_depth, 1}}};
+     {"Pene. Max (mm)", "upright_penetration_max_mm", &Scores::upright_depth, 1},
+     {"Apart (mm)", "seeds_apart_mm", &Scores::apart, 1}}};
 
 /// Indices of kColumns.
 std::vector<size_t> columns_of(Layout layout) {
@@ -53,7 +54,7 @@ std::vector<size_t> columns_of(Layout layout) {
     case Layout::settings:
       return {0, 2, 5, 6, 8};
     case Layout::seeds:
-      return {0, 2, 5, 6};
+      return {0, 2, 5, 19, 6};
     case Layout::collisions:
       return {6, 7, 8, 13, 14, 15};
   }

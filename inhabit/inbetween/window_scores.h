@@ -21,6 +21,7 @@ enum Measure : size_t {
   kAcceleration,  ///< of the joints, m/s^2
   kKeyError,      ///< mm, mean distance of the joints from the given ones at key frames
   kError,         ///< mm, from the true ones in all frames
+  kApart,         ///< mm, between runs with different seeds, over all pairs of them
   kFrames,        ///< that collide (metrics/collision.h), as a fraction
   kVertices,      ///< of the skin that collide
   kPenetration,   ///< mm, deepest of each window

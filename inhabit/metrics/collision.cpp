@@ -28,12 +28,12 @@ double mean_over(const Tensor& values, const Tensor& mask) {
 Tensor supporting_skin(const BodyModel& body) {
   // Pelvis, hips (thighs) and spine; elbows and wrists, whose skin is that of forearms and hands.
   const std::set<int64_t> supports = {0, 1, 2, 3, 6, 9, 18, 19, 20, 21};
-  const Tensor mover = body.skin_weights.argmax(1);
+  const Tensor mover = body.skin_weights.argmax(1).contiguous();
   Tensor out = torch::zeros({mover.size(0)}, torch::kBool);
   for (int64_t v = 0; v < mover.size(0); ++v) {
-    auto joint = mover[v].item<int64_t>();
+    int64_t joint = mover.data_ptr<int64_t>()[v];
     while (joint >= kStandardJoints) joint = body.skeleton.parents[static_cast<size_t>(joint)];  // fingers, jaw
-    out[v] = supports.count(joint) > 0;
+    out.data_ptr<bool>()[v] = supports.count(joint) > 0;
   }
   return out;
 }

@@ -57,6 +57,10 @@ TEST(Eval, RefusesDataThatCannotBeMeasured) {
   expect_refused("eval forecast --data " + rooms + " --set points=0" + to, {"--set", "points"}, out);
   expect_refused("eval inbetween --data " + rooms + " --set frames=0" + to, {"--set frames=0", "inference."}, out);
   expect_refused("eval detour --set inference.steps=0", {"--set", "inference.steps"}, out);
+  expect_refused("eval inbetween" + to, {"either --data or --motion"}, out);
+  expect_refused("eval inbetween --data " + rooms + " --row unnamed" + to, {"--row unnamed", "NAME: KEY=VALUE"}, out);
+  expect_refused("eval inbetween --data " + rooms + " --row 'a: frames=3'" + to, {"--set frames=3"}, out);
+  expect_refused("eval detour --rooms 1", {"--rooms"}, out);
 
   const json index = json::parse(read_whole_file(rooms + "/dataset.json"));
   const auto with = [&](const char* name, const auto& change) {

@@ -117,21 +117,35 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
                                 " --seed 3 --set training.steps=2 training.batch=2 body_shape=false");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
-                  " --keyframes every:60 ends --steps 2 --seeds 2 --json " + table);
+                  " --keyframes every:60 ends --steps 2 --seeds 2 --no-refine --against 'cubic spline' --row "
+                  "'straight, guidance 0: inference.guidance=0 way_around=false' --json " +
+                  table);
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  EXPECT_THAT(r.out, HasSubstr("w/o body shape"));
-  EXPECT_THAT(r.out, HasSubstr("cubic spline"));
+  EXPECT_THAT(r.out, HasSubstr("w/o body shape, straight, guidance 0, raw"));
+  EXPECT_THAT(r.out, HasSubstr("differences from cubic spline"));
   const auto rows = nlohmann::json::parse(read_whole_file(table)).at("rows");
-  EXPECT_EQ(rows.size(), 7U) << "real motion, and three methods for each choice of keys";
+  EXPECT_EQ(rows.size(), 21U)
+      << "real motion, and ten methods for each choice of keys: four interpolations, and input, "
+         "raw and finished motion of the model in two settings";
 
   // Keys that give a wrist alone: interpolation, which knows whole poses, has no row.
   r = run_command("eval inbetween --data " + folder / "data" + " --joints left_wrist --keyframes every:30 --json " +
                   table);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const auto partial = nlohmann::json::parse(read_whole_file(table)).at("rows");
-  ASSERT_EQ(partial.size(), 2U);
-  EXPECT_LT(partial[1].at("mpje_key_mm").at("mean").get<double>(), 20) << "the wrist is brought to where it was given";
-  EXPECT_GT(partial[1].at("mpje_all_mm").at("mean").get<double>(), 20) << "the rest is free";
+  ASSERT_EQ(partial.size(), 5U) << "real motion; input, raw, raw and refined, finished";
+  ASSERT_EQ(partial[4].at("method"), "ours");
+  EXPECT_LT(partial[4].at("mpje_key_mm").at("mean").get<double>(), 20) << "the wrist is brought to where it was given";
+  EXPECT_GT(partial[4].at("mpje_all_mm").at("mean").get<double>(), 20) << "the rest is free";
+
+  // Recordings that are no truth: a file of motion.
+  r = run_command("eval inbetween --motion " + folder / "data/clips/test.npz" + " --no-refine --json " + table);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.out, HasSubstr("Acc. (m/s2)"));
+  EXPECT_THAT(r.out, testing::Not(HasSubstr("MPJE All")));
+  const auto recorded = nlohmann::json::parse(read_whole_file(table));
+  EXPECT_EQ(recorded.at("truth"), false);
+  EXPECT_TRUE(recorded.at("rows")[1].at("mpje_all_mm").at("mean").is_null());
 
   const std::string less = folder / "less.safetensors";
   const std::string more =

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "inhabit/inbetween/detour.h"
+#include "inbetween/table_detour.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 

@@ -131,6 +131,21 @@ TEST(Collision, PutsTheBodyWhereTheClipsRootIs) {
   EXPECT_THAT(refusal_of([&] { meter.measure(clip); }), testing::HasSubstr("joint rotations"));
 }
 
+TEST(Collision, BySeveralTolerancesIsWhatEachGives) {
+  const double face = toes() + 0.001;
+  const CollisionMeter meter(builtin_body(), scene_with({block("table_0", {0, -0.35, face + 0.5}, {2, 0.65, 0.5})}));
+  const Clip clip = moved(moved(standing(4), 1, {0, 0, 0.008F}), 2, {0, 0, 0.031F});
+  const std::vector<Collision> found = meter.measure(clip, {{}, kNoTolerance, {0.05, 0.05}});
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_TRUE(found[0].depth.equal(meter.measure(clip).depth));
+  EXPECT_TRUE(found[0].vertices.equal(meter.measure(clip).vertices));
+  EXPECT_DOUBLE_EQ(found[0].frame_ratio(), 0.25);  // 7 mm is within 1 cm
+  EXPECT_DOUBLE_EQ(found[1].frame_ratio(), 0.5);
+  EXPECT_NEAR(found[1].depth[1].item<double>(), 0.007, 1e-3);
+  EXPECT_GT(found[1].vertices[2].item<double>(), found[0].vertices[2].item<double>());
+  EXPECT_EQ(found[2].frame_ratio(), 0);
+}
+
 TEST(NearFrames, AreThoseCloserThanTheDistance) {
   const Clip clip = moved(standing(5), 2, {0, 0, 0.2F});
   const Scene scene = scene_with(

@@ -81,5 +81,38 @@ TEST(FeatureGaussian, RefusesWhatHasNone) {
   EXPECT_THAT(refusal_of([&] { frechet_distance(two, three); }), HasSubstr("different sizes"));
 }
 
+TEST(FeatureGaussian, CountsRowsAsOftenAsToldTo) {
+  const torch::Tensor features = normal_features(6, 3, 1, 2, 4), counts = torch::tensor({2., 0., 1., 1., 3., 1.});
+  const FeatureGaussian counted = feature_gaussian(features, counts),
+                        repeated = feature_gaussian(features.index_select(0, torch::tensor({0, 0, 2, 3, 4, 4, 4, 5})));
+  EXPECT_LT((counted.mean - repeated.mean).norm(), 1e-12);
+  EXPECT_LT((counted.covariance - repeated.covariance).norm(), 1e-12);
+  EXPECT_THAT(refusal_of([&] { feature_gaussian(features, counts.slice(0, 1)); }), HasSubstr("one count"));
+}
+
+TEST(PrincipalDirections, AreThoseOfTheLargestVariance) {
+  // Deviations 5, 3, 1 and 0.1 along turned axes.
+  const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(drawn(4, 4, 5)).householderQ();
+  const Eigen::Vector4d deviations(5, 3, 1, 0.1);
+  const Eigen::MatrixXd samples = drawn(20000, 4, 6) * deviations.asDiagonal() * q.transpose();
+  torch::Tensor features = torch::empty({20000, 4}, torch::kDouble);
+  for (int64_t i = 0; i < 20000; ++i)
+    for (int64_t k = 0; k < 4; ++k) features.data_ptr<double>()[4 * i + k] = samples(i, k);
+  const torch::Tensor directions = principal_directions(features, 2);
+  EXPECT_TRUE(directions.t().matmul(directions).allclose(torch::eye(2, torch::kDouble), 0, 1e-9));
+  for (int64_t d = 0; d < 2; ++d) {
+    double along = 0;
+    for (int64_t i = 0; i < 4; ++i) along += directions.data_ptr<double>()[2 * i + d] * q(i, d);
+    EXPECT_NEAR(std::abs(along), 1, 1e-3) << d;
+  }
+  EXPECT_NEAR(features.matmul(directions).std(0)[0].item<double>(), 5, 0.1);
+  // The Frechet distance along all axes is the one of the features themselves.
+  const torch::Tensor other = features + 0.3, all = principal_directions(features, 4);
+  EXPECT_NEAR(frechet_distance(feature_gaussian(features.matmul(all)), feature_gaussian(other.matmul(all))), 4 * 0.09,
+              1e-6);
+  for (const int64_t d : {0, 5})
+    EXPECT_THAT(refusal_of([&] { principal_directions(features, d); }), HasSubstr("principal directions"));
+}
+
 }  // namespace
 }  // namespace inhabit
