@@ -78,8 +78,10 @@ void add_train(CLI::App& app) {
                  for (const std::string& note : notes) spdlog::info("{}", note);
                  return done;
                });
-  add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20", folders,
-               "", inhabit::inbetween::preset, inhabit::inbetween::train);
+  add_training(
+      *verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20", folders,
+      "Which of denoiser and, of residual motion, deployed: the denoiser as it is sampled in use (default: both)",
+      inhabit::inbetween::preset, inhabit::inbetween::train);
   add_training(*verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
                "Which of pose, rollout (PoseNet on its own motion), control, contact, and of what they are compared "
                "with: nsm, nsm_control, samp, samp_control (default: the first four)",

@@ -46,6 +46,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.recorded", c.training.recorded);
   visit("training.blocked", c.training.blocked);
   visit("training.penetration_weight", c.training.penetration_weight);
+  visit("training.deployed_steps", c.training.deployed_steps);
+  visit("training.deployed_learning_rate", c.training.deployed_learning_rate);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
@@ -74,7 +76,7 @@ Config preset(const std::string& name) {
     config.residual = true;
     config.global_scene = config.local_scene = false;
     config.inference.guidance = 1;
-    config.inference.steps = 4;
+    config.inference.steps = 2;
     config.training.stride = 15;
     config.training.joints_weight = 1;
     config.training.velocity_weight = 0.5;
@@ -178,6 +180,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.recorded", c.training.recorded, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
+  check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);
+  check.within("training.deployed_learning_rate", c.training.deployed_learning_rate, 0, 100);
   check_schedule(check, c.training.schedule);
 }
 

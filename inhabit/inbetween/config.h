@@ -76,7 +76,9 @@ struct Config {
     double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
     double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
     double penetration_weight = 1;  ///< of body points inside obstacles
-    RateSchedule schedule;          ///< of the learning rates
+    int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
+    double deployed_learning_rate = 1e-4;
+    RateSchedule schedule;  ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

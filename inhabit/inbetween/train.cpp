@@ -178,8 +178,8 @@ bool train_motion_features(const TrainRun& run, const Config& config) {
 
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
-  chosen_stages(run.stages, {"denoiser"}, {});
   if (config.residual) return train_residual(run, config);
+  chosen_stages(run.stages, {"denoiser"}, {});
   const Data data(run.data, "train", config, config.training.stride),
       validation(run.data, "val", config, config.frames);
   require_windows(run, config, data, validation);

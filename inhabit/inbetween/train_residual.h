@@ -4,9 +4,8 @@
 
 namespace inhabit::inbetween {
 
-/// Trains the denoiser of residual motion, stage "denoiser". Each step draws windows anew: `recorded` of them recorded
-/// motion, every second one mirrored, their keys far apart or as in the paper, obstacles in the way of the baseline in
-/// `blocked` of them. Returns false when it was interrupted.
+/// Trains the denoiser of residual motion: stage "denoiser" by diffusion, then stage "deployed" as it is sampled in use
+/// (residual_losses.h). Stages that are left out are those of `run.from`. Returns false when it was interrupted.
 bool train_residual(const TrainRun& run, const Config& config);
 
 }  // namespace inhabit::inbetween

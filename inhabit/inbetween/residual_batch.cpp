@@ -1,0 +1,142 @@
+#include "inhabit/inbetween/residual_batch.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "inhabit/inbetween/drawn_keys.h"
+#include "inhabit/inbetween/residual_input.h"
+#include "inhabit/math/random.h"
+
+namespace inhabit::inbetween {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr double kFarKeys = 0.5;          // fraction of windows whose keys are 30 to 120 frames apart
+constexpr double kSelfConditioned = 0.5;  // fraction of batches that see an earlier prediction
+constexpr double kNoisiest = 0.2;         // fraction of windows at one of the noisiest tenth of the steps
+constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
+constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
+constexpr int64_t kScaleWindows = 2000;
+constexpr double kTargetWeight = 10;  // of joints that partial keys constrain
+
+struct Example {
+  PoseWindow window;
+  Baseline baseline;
+};
+
+/// Points of the body at every fourth frame that are inside obstacles where the true motion's are not.
+bool blocked(const PoseWindow& window, const Baseline& baseline) {
+  for (int64_t t = 2; t < window.poses.frames(); t += 4)
+    for (const int64_t joint : {0, 4, 5, 9, 12, 20, 21}) {
+      const size_t at = Poses::at(t, joint);
+      if (window.scene.distance(baseline.poses.joints[at]) < -kInside &&
+          window.scene.distance(window.poses.joints[at]) > -kInside)
+        return true;
+    }
+  return false;
+}
+
+Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
+  const bool recorded = data.generated().empty() || (!data.recorded().empty() && chance(random, c.training.recorded));
+  const std::vector<int64_t>& windows = recorded ? data.recorded() : data.generated();
+  const int draws = chance(random, c.training.blocked) ? kLookedAt : 1;
+  std::optional<Example> first;
+  for (int i = 0; i < draws; ++i) {
+    const int64_t index = windows[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(windows.size()) - 1))];
+    PoseWindow window = data.window(index, chance(random, 0.5));
+    const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
+    Baseline baseline = baseline_of(window.poses, keys.groups);
+    if (i + 1 == draws || i == 0) first = Example{window, baseline};
+    if (draws == 1 || blocked(window, baseline)) return {std::move(window), std::move(baseline)};
+  }
+  return std::move(*first);
+}
+
+ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, const Tensor& table,
+                         std::mt19937_64& random) {
+  const torch::NoGradGuard no_gradients;
+  ResidualBatch out;
+  std::vector<const Baseline*> baselines;
+  std::vector<Tensor> residuals, fixed, bones, weights;
+  std::vector<float> kept;
+  std::vector<int64_t> steps;
+  for (const Example& e : examples) {
+    baselines.push_back(&e.baseline);
+    residuals.push_back(residual_of(e.window.poses, e.baseline));
+    kept.push_back(chance(random, c.training.scene_dropout) ? 0.F : 1.F);
+    const Tensor fan = kept.back() > 0 ? scene_fan(e.window.scene, e.baseline) : torch::zeros({c.frames, kFanFeatures});
+    fixed.push_back(static_features(e.baseline, fan, c.rate));
+    bones.push_back(bone_lengths(e.window.poses));
+    weights.push_back(1 + (kTargetWeight - 1) * e.baseline.targets.select(2, 3));
+    const int last = c.diffusion_steps - 1;
+    steps.push_back(chance(random, kNoisiest) ? uniform_int(random, last - last / 10, last)
+                                              : uniform_int(random, 0, last));
+    out.scenes.push_back(e.window.scene);
+  }
+  out.frames = residual_frames(baselines, table);
+  out.open = (out.frames.scale > 0).to(torch::kFloat32);
+  out.residual = torch::stack(residuals) / out.frames.scale.clamp_min(1e-6) * out.open;
+  out.fixed = torch::stack(fixed);
+  out.bones = torch::stack(bones);
+  out.weights = torch::stack(weights);
+  out.kept = torch::tensor(kept);
+  out.steps = torch::tensor(steps);
+  auto generator = at::detail::createCPUGenerator(random());
+  out.noise = torch::randn(out.residual.sizes(), generator) * out.open;
+  out.self_conditioned = chance(random, kSelfConditioned);
+  const Tensor points = body_points(to_world(out.frames, residual_joints(out.frames, out.residual)));
+  std::vector<Tensor> room;
+  for (size_t b = 0; b < examples.size(); ++b)
+    room.push_back(probe(out.scenes[b], points[static_cast<int64_t>(b)]).distance);
+  out.room = torch::minimum(torch::stack(room), body_point_radii());
+  return out;
+}
+
+}  // namespace
+
+ProbedPoints probe_all(const std::vector<SceneDistances>& scenes, const Tensor& points) {
+  std::vector<Tensor> distances, gradients;
+  for (size_t b = 0; b < scenes.size(); ++b) {
+    ProbedPoints one = probe(scenes[b], points[static_cast<int64_t>(b)]);
+    distances.push_back(std::move(one.distance));
+    gradients.push_back(std::move(one.gradient));
+  }
+  return {torch::stack(distances), torch::stack(gradients)};
+}
+
+Tensor residual_table(const PoseWindows& data, const Config& config, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  ResidualStatistics statistics;
+  Config plain = config;
+  plain.training.blocked = 0;
+  for (int64_t i = 0; i < std::min(kScaleWindows, 20 * data.size()); ++i) {
+    const Example e = draw_window(data, plain, random);
+    statistics.add(residual_of(e.window.poses, e.baseline), e.baseline);
+  }
+  return statistics.table();
+}
+
+ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const Tensor& table, size_t count,
+                         uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<Example> examples;
+  examples.reserve(count);
+  for (size_t i = 0; i < count; ++i) examples.push_back(draw_window(data, config, random));
+  return make_batch(examples, config, table, random);
+}
+
+ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
+  ResidualBatch out = batch;
+  const auto doubled = [](Tensor& values) { values = torch::cat({values, values}); };
+  for (Tensor* values : {&out.frames.root, &out.frames.bones, &out.frames.turn, &out.frames.scale, &out.residual,
+                         &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.kept, &out.steps})
+    doubled(*values);
+  out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());
+  auto generator = at::detail::createCPUGenerator(seed);
+  out.noise = torch::randn(out.residual.sizes(), generator) * out.open;
+  return out;
+}
+
+}  // namespace inhabit::inbetween

@@ -1,0 +1,44 @@
+#pragma once
+#include <torch/types.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "inhabit/inbetween/config.h"
+#include "inhabit/inbetween/pose_windows.h"
+#include "inhabit/inbetween/residual.h"
+#include "inhabit/inbetween/scene_probe.h"
+
+namespace inhabit::inbetween {
+
+/// B windows with keys drawn at random, as the denoiser of residual motion is trained on them.
+struct ResidualBatch {
+  ResidualFrames frames;
+  torch::Tensor residual;  // (B, 135, T) divided by its scale, 0 where that is 0
+  torch::Tensor open;      // (B, 135, T) 1 where the scale is not 0
+  torch::Tensor fixed;     // (B, 244, T) static_features
+  torch::Tensor bones;     // (B, 21)
+  torch::Tensor weights;   // (B, T, 22) of joints
+  torch::Tensor room;      // (B, T, 30) metres that the true body points keep from obstacles, their radius at most
+  torch::Tensor kept;      // (B) 1, or 0 where the scene is hidden
+  torch::Tensor steps;     // (B)
+  torch::Tensor noise;     // (B, 135, T)
+  std::vector<SceneDistances> scenes;
+  bool self_conditioned = false;
+};
+
+/// Windows drawn anew: `recorded` of them recorded motion, every second one mirrored, their keys far apart or as in the
+/// paper, obstacles in the way of the baseline in `blocked` of them. @param table (61, 135), see residual_scale
+ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const torch::Tensor& table, size_t count,
+                         uint64_t seed);
+
+/// Every window twice, the second time after all others, with noise of its own.
+ResidualBatch twice(const ResidualBatch& batch, uint64_t seed);
+
+/// The table of a data set's residuals.
+torch::Tensor residual_table(const PoseWindows& data, const Config& config, uint64_t seed);
+
+/// Distances of points (B, T, 30, 3) to each window's scene.
+ProbedPoints probe_all(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);
+
+}  // namespace inhabit::inbetween

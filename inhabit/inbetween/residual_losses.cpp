@@ -1,0 +1,158 @@
+#include "inhabit/inbetween/residual_losses.h"
+
+#include <cmath>
+
+#include "inhabit/inbetween/residual_input.h"
+#include "inhabit/inbetween/sampler.h"
+#include "inhabit/nn/bfloat16.h"
+
+namespace inhabit::inbetween {
+
+using torch::Tensor;
+
+namespace {
+
+constexpr double kPlaceUnit = 0.1, kMoveUnit = 0.02, kInsideUnit = 0.05;  // metres; the second a frame
+constexpr double kStanding = 0.008;                                       // metres a frame
+constexpr double kBendUnit = 0.01, kJerkUnit = 0.01;                      // metres a frame^2 and a frame^3
+constexpr double kLeast = 0.05;  // of distances in these units, in the energy score
+
+/// One evaluation of the denoiser. @param before (B, 135, T) what it predicted before
+Tensor denoise(const Networks& networks, const ResidualBatch& b, const Tensor& x, const Tensor& before,
+               const Tensor& steps, bool bfloat16) {
+  Denoiser network = networks.network;
+  Tensor seen;
+  {
+    const torch::NoGradGuard no_gradients;
+    const Tensor points = body_points(to_world(b.frames, residual_joints(b.frames, before)));
+    seen = point_features(probe_all(b.scenes, points), b.frames.turn) * b.kept.view({-1, 1, 1});
+  }
+  const Bfloat16Products products(bfloat16);
+  const Tensor input = torch::cat({x, before, b.fixed, seen.transpose(1, 2)}, 1);
+  return network->residual(input, steps, network->embed_shape(b.bones)).to(torch::kFloat32) * b.open;
+}
+
+/// sqrt(1 + (distance / unit)^2) - 1 from the square of a distance: quadratic below the unit, linear beyond, so that a
+/// few windows in which anything could happen do not outweigh the others.
+Tensor robust(const Tensor& square, double unit) { return (1 + square / (unit * unit)).sqrt() - 1; }
+
+Tensor mean_over(const Tensor& values, const Tensor& mask) { return (values * mask).sum() / mask.sum().clamp_min(1); }
+
+/// Joints as predicted and as they truly are, and where the two may differ.
+struct Joints {
+  Tensor here, there;   // (B, T, 22, 3) metres, world
+  Tensor open, moving;  // (B, T, 1) 1 between keys; (B, T - 1, 1) 1 where one of two frames is
+};
+
+Joints joints_of(const ResidualBatch& b, const Tensor& predicted) {
+  Joints out;
+  out.here = to_world(b.frames, residual_joints(b.frames, predicted));
+  out.there = to_world(b.frames, residual_joints(b.frames, b.residual)).detach();
+  out.open = b.open.select(1, 3).unsqueeze(2);
+  out.moving = torch::maximum(out.open.slice(1, 1), out.open.slice(1, 0, -1));
+  return out;
+}
+
+/// Speed of feet that stand in truth, squared.
+Tensor feet_loss(const Joints& j) {
+  const auto feet_of = [](const Tensor& all) {
+    return all.index_select(2, torch::tensor({7, 8, 10, 11}, all.device())).diff(1, 1);
+  };
+  const Tensor standing = (feet_of(j.there).norm(2, 3) < kStanding).to(torch::kFloat32) * j.moving;
+  return mean_over(feet_of(j.here).square().sum(3), standing) / (kMoveUnit * kMoveUnit);
+}
+
+Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
+  const Tensor points = body_points(joints);
+  const ProbedPoints probed = probe_all(b.scenes, points);
+  // The distance as it changes with the points: its value and its gradient are the field's.
+  const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
+  const Tensor inside = ((b.room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
+  return mean_over(inside, b.kept);
+}
+
+}  // namespace
+
+Losses denoising_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b,
+                        bool bfloat16) {
+  const Config::Training& weigh = networks.config.training;
+  const Tensor x = diffuse(schedule, b.residual, b.steps, b.noise);
+  Tensor before = torch::zeros_like(x);
+  if (b.self_conditioned) {
+    const torch::NoGradGuard no_gradients;
+    before = denoise(networks, b, x, before, b.steps, bfloat16);
+  }
+  const Tensor predicted = denoise(networks, b, x, before, b.steps, bfloat16);
+  const Tensor simple = mean_over((predicted - b.residual).square(), b.open);
+  const Joints j = joints_of(b, predicted);
+  const Tensor off = j.here - j.there;
+  const Tensor square = off.square().sum(3);  // (B, T, 22)
+  const Tensor joints = mean_over(robust(square, kPlaceUnit) * b.weights, j.open.expand_as(square));
+  const Tensor drift = off.diff(1, 1).square().sum(3);
+  const Tensor velocity = mean_over(robust(drift, kMoveUnit), j.moving.expand_as(drift));
+  const Tensor feet = feet_loss(j), penetration = penetration_loss(b, j.here);
+  return {{"total", simple + weigh.joints_weight * joints + weigh.velocity_weight * velocity +
+                        weigh.feet_weight * feet + weigh.penetration_weight * penetration},
+          {"simple", simple},
+          {"joints", joints},
+          {"velocity", velocity},
+          {"feet", feet},
+          {"penetration", penetration},
+          {"mm", mean_over(square.detach().sqrt(), j.open.expand_as(square)) * 1000}};
+}
+
+Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, double least) {
+  const auto apart = [&](const Tensor& p, const Tensor& q) {
+    return ((p - q).square().sum(-1) + least * least).sqrt();
+  };
+  return 0.5 * (apart(a, truth) + apart(b, truth) - apart(a, b));
+}
+
+Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b,
+                       bool bfloat16) {
+  const Config& config = networks.config;
+  Tensor before = torch::zeros_like(b.residual);
+  const auto predict = [&](const Tensor& x, int64_t t) {
+    const Tensor clean = denoise(networks, b, x, before, torch::full_like(b.steps, t), bfloat16);
+    before = clean.detach();
+    return clean;
+  };
+  const KeyConstraints nothing_imposed{torch::zeros_like(b.open), 1 - b.open};
+  const NoiseSource noise = [&](int64_t) { return b.noise; };
+  const Tensor predicted =
+      sample(schedule, Sampler::dpm_solver, config.inference.steps, predict, nothing_imposed, noise, {});
+  const Joints j = joints_of(b, predicted);
+  const int64_t half = b.residual.size(0) / 2;
+  const auto score = [&](const Tensor& here, const Tensor& there, double unit, const Tensor& mask) {
+    const Tensor each =
+        energy_score(here.slice(0, 0, half) / unit, here.slice(0, half) / unit, there.slice(0, 0, half) / unit, kLeast);
+    return mean_over(each, mask.slice(0, 0, half).expand_as(each));
+  };
+  const Tensor frames = score(predicted.transpose(1, 2), b.residual.transpose(1, 2), std::sqrt(kResidualFeatures),
+                              j.open.squeeze(2)),
+               joints = score(j.here, j.there, kPlaceUnit, j.open);
+  Tensor moves = torch::zeros({}), mask = j.open;
+  Losses rates;
+  Tensor here = j.here, there = j.there;
+  for (const auto& [name, unit] :
+       {std::pair{"velocity", kMoveUnit}, std::pair{"acceleration", kBendUnit}, std::pair{"jerk", kJerkUnit}}) {
+    here = here.diff(1, 1);
+    there = there.diff(1, 1);
+    mask = torch::maximum(mask.slice(1, 1), mask.slice(1, 0, -1));
+    rates.emplace_back(name, score(here, there, unit, mask));
+    moves = moves + rates.back().second;
+  }
+  const Tensor feet = feet_loss(j), penetration = penetration_loss(b, j.here);
+  Losses out = {
+      {"total",
+       frames + joints + moves + config.training.feet_weight * feet + config.training.penetration_weight * penetration},
+      {"frames", frames},
+      {"joints", joints},
+      {"feet", feet},
+      {"penetration", penetration},
+      {"mm", mean_over((j.here - j.there).detach().norm(2, 3), j.open.expand({-1, -1, kStandardJoints})) * 1000}};
+  out.insert(out.end(), rates.begin(), rates.end());
+  return out;
+}
+
+}  // namespace inhabit::inbetween

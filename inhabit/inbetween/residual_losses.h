@@ -1,0 +1,26 @@
+#pragma once
+#include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/residual_batch.h"
+#include "inhabit/inbetween/schedule.h"
+#include "inhabit/train/loop.h"
+
+namespace inhabit::inbetween {
+
+/// Of one evaluation of the denoiser at each window's diffusion step: the residual (simple), joints, their velocities,
+/// feet that stand, body points deeper in obstacles than the true ones. "mm" is reported only.
+Losses denoising_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
+                        bool bfloat16);
+
+/// Of motion as it is sampled in use, with `inference.steps` evaluations that gradients pass through. A network that is
+/// trained on squared errors and asked a few times only answers the mean of what could happen: slow, smooth, the same
+/// for every seed. So each window is sampled twice, and each of residuals, joints, velocities, accelerations and jerks
+/// is scored by the energy score (Gneiting and Raftery 2007), E|y - x| - E|y - y'| / 2, which is least where samples y
+/// are distributed as the true x is. @param batch of `twice`
+Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
+                       bool bfloat16);
+
+/// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the
+/// square of a distance is increased by, so that its root is smooth
+torch::Tensor energy_score(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& truth, double least);
+
+}  // namespace inhabit::inbetween
