@@ -7,6 +7,7 @@
 #include <benchmark/benchmark.h>
 
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/residual_input.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/files.h"
@@ -18,7 +19,7 @@ namespace {
 using namespace inhabit;
 using torch::Tensor;
 
-const char* const kPresets[] = {"paper", "compact"};
+const char* const kPresets[] = {"paper", "features"};  // "compact", of residual motion, is 2 where it is measured
 
 /// A clip with keys every 60 frames in a random scene, weights of no training.
 struct Input {
@@ -122,14 +123,51 @@ void clip(benchmark::State& state) {
   state.counters["steps"] = static_cast<double>(inbetween::Config::Inference().steps);
 }
 
+/// Residual motion at the compact size, weights of no training.
+inbetween::Networks residual_networks() {
+  inbetween::Networks out;
+  out.config = inbetween::preset("compact");
+  torch::manual_seed(1);
+  out.network = inbetween::Denoiser(out.config);
+  const torch::NoGradGuard no_gradients;
+  for (Tensor& p : out.network->parameters()) p.add_(torch::randn_like(p), 0.02);
+  out.network->eval();
+  out.residual_table = torch::full({inbetween::kScaleRows, inbetween::kResidualFeatures}, 0.05);
+  out.residual_table[0].zero_();
+  return out;
+}
+
+/// One step of residual motion by tensor operators, and fast.
+void residual_step(benchmark::State& state) {
+  const torch::NoGradGuard no_gradients;
+  at::set_num_threads(static_cast<int>(state.range(1)));
+  inbetween::Denoiser network = residual_networks().network;
+  const Tensor input = torch::randn({1, inbetween::kResidualChannels, network->config.frames}),
+               step = torch::full({1}, 500, torch::kInt64),
+               shape = network->embed_shape(torch::rand({1, inbetween::kBoneFeatures}));
+  inbetween::FastDenoiser denoiser(network);
+  if (!(difference(denoiser.residual(input, 500, shape), network->residual(input, step, shape)) < 1e-4))
+    return state.SkipWithError("fast and plain outputs differ");
+  if (state.range(0) == 0) {
+    for (auto _ : state) benchmark::DoNotOptimize(network->residual(input, step, shape));
+  } else {
+    for (auto _ : state) benchmark::DoNotOptimize(denoiser.residual(input, 500, shape));
+  }
+}
+
 /// Everything that a user's call does with such a clip: the room, the sampler and what makes feet stand and keys be
 /// met.
 void fill(benchmark::State& state) {
-  Input in(state);
   inbetween::Networks networks;
-  networks.config = in.network->config;
-  networks.network = in.network;
-  networks.scale = {torch::zeros({inbetween::kFeatureCount}), torch::ones({inbetween::kFeatureCount})};
+  if (state.range(0) == 2) {
+    at::set_num_threads(static_cast<int>(state.range(1)));
+    networks = residual_networks();
+  } else {
+    const Input in(state);
+    networks.config = in.network->config;
+    networks.network = in.network;
+    networks.scale = {torch::zeros({inbetween::kFeatureCount}), torch::ones({inbetween::kFeatureCount})};
+  }
   const inbetween::SceneInbetweener inbetweener(networks);
   const std::string data = std::string(INHABIT_SOURCE_DIR) + "/examples/data/";
   const Clip clip = slice(read_clip(data + "sit.npz"), 0, networks.config.frames);
@@ -141,7 +179,7 @@ void fill(benchmark::State& state) {
 }
 
 void sizes(benchmark::internal::Benchmark* b) {
-  b->ArgNames({"compact", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+  b->ArgNames({"preset", "threads"})->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
   for (const int64_t preset : {0, 1})
     for (const int64_t threads : {1, 2}) b->Args({preset, threads});
 }
@@ -150,7 +188,17 @@ BENCHMARK(batched)->Name("inbetween/step_batched")->Apply(sizes);
 BENCHMARK(fast)->Name("inbetween/step_fast")->Apply(sizes);
 BENCHMARK(scene)->Name("inbetween/scene")->Apply(sizes);
 BENCHMARK(clip)->Name("inbetween/clip")->Apply(sizes);
-BENCHMARK(fill)->Name("inbetween/fill")->Apply(sizes);
+BENCHMARK(residual_step)
+    ->Name("inbetween/residual_step")
+    ->ArgNames({"fast", "threads"})
+    ->Args({0, 1})
+    ->Args({1, 1})
+    ->Args({0, 2})
+    ->Args({1, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK(fill)->Name("inbetween/fill")->Apply(sizes)->Args({2, 1})->Args({2, 2});
 
 }  // namespace
 

@@ -59,7 +59,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
 Config preset(const std::string& name) {
   Config config;
   config.preset = name;
-  if (name == "compact") {
+  if (name == "features") {
     config.width = 96;
     config.multipliers = {1, 2, 2};
     config.scene_encoder = {6, 128, 3, 4, 32, 256};
@@ -69,7 +69,7 @@ Config preset(const std::string& name) {
     config.partial_keys = true;
     config.from_interpolation = true;
     config.around_obstacles = true;
-  } else if (name == "residual") {
+  } else if (name == "compact") {
     config.width = 96;
     config.multipliers = {1, 2, 2};
     config.partial_keys = true;
@@ -84,7 +84,7 @@ Config preset(const std::string& name) {
     config.training.bfloat16 = true;
     config.training.average = 0.999;
   } else if (name != "paper") {
-    throw Error("preset '" + name + "'", "unknown; there are paper, compact and residual");
+    throw Error("preset '" + name + "'", "unknown; there are compact, paper and features");
   }
   return config;
 }

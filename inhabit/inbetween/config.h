@@ -97,7 +97,8 @@ struct Config {
   bool operator==(const Config&) const = default;
 };
 
-/// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores, for partial keys too.
+/// "compact": residual motion, small enough to be trained and used on a CPU. "paper": the paper's. "features": the
+/// paper's features at the compact sizes, from the interpolated baseline; with t_star it is what inbetween-noisy is.
 /// Throws Error for other names.
 Config preset(const std::string& name);
 

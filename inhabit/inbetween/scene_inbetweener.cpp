@@ -29,6 +29,8 @@ namespace {
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
 constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
+constexpr float kAside = 2.5F;        // metres from the keys that obstacles are looked for
+constexpr float kAside = 2.5F;        // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
 /// Key poses on the standard skeleton and where they stand at a model's rate.
@@ -99,6 +101,17 @@ Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vecto
   return clean_feet(motion, fixed, floor, keys, std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
 }
 
+/// What lies within reach of a way from key to key, over the floor.
+Eigen::AlignedBox3f around_keys(const Clip& keys, double floor) {
+  Eigen::AlignedBox3f box;
+  const Tensor places = keys.joints.reshape({-1, 3}) - torch::tensor({0., floor, 0.});
+  for (const Tensor& corner : {std::get<0>(places.min(0)), std::get<0>(places.max(0))})
+    box.extend(Eigen::Vector3f(corner[0].item<float>(), corner[1].item<float>(), corner[2].item<float>()));
+  box.min() -= Eigen::Vector3f::Constant(kAside);
+  box.max() += Eigen::Vector3f::Constant(kAside);
+  return box;
+}
+
 }  // namespace
 
 struct SceneInbetweener::Impl {
@@ -144,7 +157,8 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   const SceneQuery query(out.scene);
   auto denoiser = impl_->denoisers.take();
   const double floor = floor_under(out.key_poses, query);
-  const SceneDistances distances = c.residual ? SceneDistances(out.scene, floor) : SceneDistances();
+  const SceneDistances distances =
+      c.residual ? SceneDistances(out.scene, floor, around_keys(out.key_poses, floor)) : SceneDistances();
   Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {},
             floor,           distances,       keyed.clip};
   for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "inhabit/error.h"
@@ -32,9 +33,12 @@ float closeness(float distance) { return std::max(0.0F, 1 - std::max(distance, -
 /// Around the obstacles, as far as they are seen and people are high.
 Eigen::AlignedBox3f box_of(const Scene& obstacles, float floor) {
   Eigen::AlignedBox3f box;
-  for (const Mesh& mesh : obstacles.meshes) {
-    if (mesh.vertices.size(0) == 0) continue;
-    for (const Tensor& corner : {std::get<0>(mesh.vertices.min(0)), std::get<0>(mesh.vertices.max(0))})
+  std::vector<Tensor> clouds = {obstacles.points};
+  for (const Mesh& mesh : obstacles.meshes)
+    if (mesh.faces.numel() > 0) clouds.push_back(mesh.vertices);
+  for (const Tensor& points : clouds) {
+    if (!points.defined() || points.size(0) == 0) continue;
+    for (const Tensor& corner : {std::get<0>(points.min(0)), std::get<0>(points.max(0))})
       box.extend(Vector3f(corner[0].item<float>(), corner[1].item<float>(), corner[2].item<float>()));
   }
   if (box.isEmpty()) return box;
@@ -82,7 +86,9 @@ struct SceneDistances::Grid {
 SceneDistances::SceneDistances(const Scene& scene, double floor, const Eigen::AlignedBox3f& around)
     : floor_(static_cast<float>(floor)) {
   const torch::NoGradGuard no_gradients;
-  const Scene obstacles = obstacles_of(scene);
+  Scene obstacles = obstacles_of(scene);
+  obstacles.points = scene.points;
+  obstacles = without_ground(std::move(obstacles), floor);
   Eigen::AlignedBox3f box = box_of(obstacles, floor_);
   if (!around.isEmpty()) box = box.intersection(around.translated(Vector3f(0, floor_, 0)));
   if (!box.isEmpty()) grid_ = std::make_shared<Grid>(obstacles, box);

@@ -35,24 +35,6 @@ torch::Tensor rows_of(const std::vector<Vector3f>& points) {
   return out;
 }
 
-/// The scene without the floor of a scan: faces that look up from under 4 cm. Floors by name are left out anyway.
-Scene without_ground(Scene scene) {
-  constexpr float kGround = 0.04F, kUp = 0.7F;
-  for (Mesh& mesh : scene.meshes) {
-    if (mesh.faces.numel() == 0) continue;
-    const torch::Tensor corners =
-        mesh.vertices.index_select(0, mesh.faces.flatten()).view({-1, 3, 3});  // (F, corner, xyz)
-    const torch::Tensor normal =
-        torch::cross(corners.select(1, 1) - corners.select(1, 0), corners.select(1, 2) - corners.select(1, 0), 1);
-    const torch::Tensor up = normal.select(1, 1) > kUp * normal.norm(2, 1),
-                        low = std::get<0>(corners.select(2, 1).max(1)) < kGround;
-    const torch::Tensor ground = torch::logical_and(up, low);
-    if (ground.any().item<bool>())
-      mesh.faces = mesh.faces.index_select(0, torch::logical_not(ground).nonzero().flatten());
-  }
-  return scene;
-}
-
 }  // namespace
 
 ChairGrid sense_chair(const Chair& chair, const Config& config) {

@@ -34,4 +34,24 @@ Scene obstacles_of(const Scene& scene, const std::string& without) {
   return out;
 }
 
+Scene without_ground(Scene scene, double floor) {
+  constexpr float kGround = 0.04F, kUp = 0.7F;
+  const float ground = static_cast<float>(floor) + kGround;
+  for (Mesh& mesh : scene.meshes) {
+    if (mesh.faces.numel() == 0) continue;
+    const torch::Tensor corners =
+        mesh.vertices.index_select(0, mesh.faces.flatten()).view({-1, 3, 3});  // (F, corner, xyz)
+    const torch::Tensor normal =
+        torch::cross(corners.select(1, 1) - corners.select(1, 0), corners.select(1, 2) - corners.select(1, 0), 1);
+    const torch::Tensor up = normal.select(1, 1) > kUp * normal.norm(2, 1),
+                        low = std::get<0>(corners.select(2, 1).max(1)) < ground;
+    const torch::Tensor dropped = torch::logical_and(up, low);
+    if (dropped.any().item<bool>())
+      mesh.faces = mesh.faces.index_select(0, torch::logical_not(dropped).nonzero().flatten());
+  }
+  if (scene.points.defined() && scene.points.numel() > 0)
+    scene.points = scene.points.index_select(0, (scene.points.select(1, 1) >= ground).nonzero().flatten());
+  return scene;
+}
+
 }  // namespace inhabit

@@ -113,7 +113,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   }
   write_index(data);
   const std::string model = folder / "m.safetensors", table = folder / "table.json";
-  CommandResult r = run_command("train inbetween --data " + folder / "data" + " --out " + model +
+  CommandResult r = run_command("train inbetween --preset features --data " + folder / "data" + " --out " + model +
                                 " --seed 3 --set training.steps=2 training.batch=2 body_shape=false");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
@@ -148,13 +148,48 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   EXPECT_TRUE(recorded.at("rows")[1].at("mpje_all_mm").at("mean").is_null());
 
   const std::string less = folder / "less.safetensors";
-  const std::string more =
-      "train inbetween --data " + folder / "data" + " --from " + model + " --set training.steps=1 training.batch=2 ";
+  const std::string more = "train inbetween --preset features --data " + folder / "data" + " --from " + model +
+                           " --set training.steps=1 training.batch=2 ";
   r = run_command(more + "body_shape=false local_scene=false --out " + less);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_TRUE(inbetween::load_networks(less).network->offset_layers[0].is_empty());
   std::filesystem::create_directory(folder / "out");
   expect_refused(more + " --out " + folder / "out/more.safetensors", {model, "another configuration"}, folder / "out");
+}
+
+TEST(Inbetween, ResidualMotionIsTrainedInTwoStages) {
+  const TempFolder folder;
+  Dataset data = create_dataset(folder / "data", {});
+  for (const char* split : {"train", "val"}) {
+    const std::string scene = std::string("scenes/") + split + ".glb";
+    write_scene(data, scene, floor_scene());
+    DatasetClip entry{std::string("clips/") + split + ".npz", scene, split, 0, ""};
+    write_clip(data, entry, walker(125, 1, 0.4, 1));
+    data.clips.push_back(entry);
+  }
+  write_index(data);
+  const std::string model = folder / "m.safetensors",
+                    train = "train inbetween --data " + folder / "data" + " --out " + model +
+                            " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=2 "
+                            "training.steps=";
+  CommandResult r = run_command(train + "2");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.err, HasSubstr("deployed 2/2"));
+  EXPECT_THAT(r.err, HasSubstr("jerk"));
+  r = run_command("train inbetween --data " + folder / "data" + " --from " + model + " --stage deployed --out " +
+                  folder / "more.safetensors" +
+                  " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=1");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.err, testing::Not(HasSubstr("denoiser")));
+  const std::string out = folder / "out.npz";
+  r = run_command("inbetween " + folder / "data/clips/val.npz" + " --model " + folder / "more.safetensors" +
+                  " --keyframes ends -o " + out);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_clip(out).frames(), 125);
+  std::filesystem::create_directory(folder / "none");
+  expect_refused(
+      "train inbetween --data " + folder / "data" + " --stage deployed --out " + folder / "none/m.safetensors",
+      {"deployed", "--from"}, folder / "none");
 }
 
 TEST(Inbetween, WindowsOfTheShippedModelsJoin) {

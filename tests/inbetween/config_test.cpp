@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(Config, ComesBackFromItsJson) {
-  Config c = preset("compact");
+  Config c = preset("features");
   c.t_star = 20;
   c.multipliers = {1, 3, 2};
   c.scene_encoder.depth = 5;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "inbetween/small_network.h"
+#include "inhabit/inbetween/residual_input.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -45,6 +46,19 @@ TEST(FastDenoiser, SaysWhatTheNetworkSays) {
     }
   }
   at::set_num_threads(before);
+}
+
+TEST(FastDenoiser, SaysWhatTheNetworkOfResidualMotionSays) {
+  const torch::NoGradGuard no_gradients;
+  Config c = small_inbetween_config();
+  c.residual = true;
+  c.global_scene = c.local_scene = false;
+  Denoiser network = untrained(c);
+  FastDenoiser fast(network);
+  const Tensor input = torch::randn({2, kResidualChannels, c.frames}), bones = torch::rand({2, kBoneFeatures});
+  const Tensor embedding = network->embed_shape(bones);
+  expect_same(fast.residual(input, 7, embedding),
+              network->residual(input, torch::full({2}, 7, torch::kInt64), embedding));
 }
 
 TEST(FastDenoiser, ForgetsTheLastClip) {

@@ -14,7 +14,7 @@ using torch::Tensor;
 struct Setting {
   Clip clip = walker(12, 1, 0.2, 1);
   Tensor mean, deviation, truth, bones;
-  Config config = preset("compact");
+  Config config = preset("features");
   Setting() {
     const Tensor features = clip_features(clip);
     mean = features.mean(0);

@@ -66,7 +66,7 @@ TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
 TEST(InbetweenModelFile, CompactWeightsStayUnderSixteenMebibytes) {
   const TempFolder folder;
   Networks n = small_networks();
-  n.config = preset("compact");
+  n.config = preset("features");
   n.network = Denoiser(n.config);
   save_networks(folder / "half.safetensors", n, /*half=*/true);
   EXPECT_LT(std::filesystem::file_size(folder / "half.safetensors"), 16U << 20);
@@ -97,7 +97,7 @@ TEST(InbetweenModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{"; }), HasSubstr("no JSON"));
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"widht": 4})"; }), HasSubstr("'widht'"));
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"width": -4})"; }), HasSubstr("out of range"));
-  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = to_json(preset("compact")); }), HasSubstr("not ["))
+  EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = to_json(preset("features")); }), HasSubstr("not ["))
       << "a network of other sizes";
   for (const char* name :
        {"scale.mean", "scale.deviation", "net.unet.downs.0.0.blocks.0.block1.0.weight", "net.unet.ups.0.3.conv.bias",

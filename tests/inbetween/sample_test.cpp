@@ -61,7 +61,7 @@ TEST(AnchorPositions, LieOnTheSkinWhereTheClipStands) {
 }
 
 Config short_windows() {
-  Config config = preset("compact");
+  Config config = preset("features");
   config.frames = 31;
   config.padded = 32;
   return config;

@@ -11,7 +11,9 @@
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/inbetween/features.h"
+#include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/residual.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/locomotion.h"
@@ -28,7 +30,7 @@ using torch::Tensor;
 /// Windows of 121 frames, partial keys, weights of no training.
 Networks networks(int t_star = 0) {
   Networks out;
-  out.config = preset("compact");
+  out.config = preset("features");
   out.config.width = 32;
   out.config.multipliers = {1, 1};
   out.config.scene_encoder = {12, 16, 1, 2, 8, 16};
@@ -229,6 +231,69 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
     const Clip there = inbetweener.run(transformed(clip, by), moved, r).motion;
     EXPECT_LT((transformed(filled, by).joints - there.joints).norm(2, {2}).mean().item<double>(), 0.01) << by.yaw;
   }
+}
+
+/// Residual motion: small sizes, weights of no training.
+Networks residual_networks() {
+  Networks out;
+  out.config = preset("compact");
+  out.config.width = 32;
+  out.config.multipliers = {1, 1};
+  out.network = untrained(out.config);
+  torch::manual_seed(6);
+  out.residual_table = torch::rand({kScaleRows, kResidualFeatures}) * 0.1;
+  out.residual_table[0].zero_();
+  return out;
+}
+
+Scene scene_with_block() {
+  Scene scene = floor_scene();
+  MeshBuilder block;
+  block.box({0.3, 0.5, 2.5}, {0.5, 0.5, 0.4});
+  scene.meshes.push_back(block.mesh("block", {0.5F, 0.5F, 0.5F}));
+  return scene;
+}
+
+TEST(SceneInbetweener, OfResidualMotionPassesThroughItsKeys) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(161, 1.1, 0.8, 1, 2, -1);  // of two windows
+  Options r = request("every:40", 161);
+  r.clean_feet = false;
+  const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
+  for (const int64_t key : r.keys) {
+    EXPECT_TRUE(torch::equal(filled.rotations[key], clip.rotations[key])) << key << ": bit by bit";
+    EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 1e-5) << key;
+  }
+  EXPECT_GT(largest_difference(filled.joints[20], clip.joints[20]), 0.01) << "an untrained network knows no better";
+  EXPECT_TRUE(torch::equal(inbetweener.run(clip, floor_scene(), r).motion.joints, filled.joints));
+  r.seed = 2;
+  EXPECT_GT(largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints, filled.joints), 1e-3);
+}
+
+TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
+  Networks seeing = residual_networks(), blind = seeing;
+  blind.config.inference.guidance = 0;
+  const Clip clip = walker(121, 1.1, 0, 1);
+  Options r = request("ends", 121);
+  r.clean_feet = false;
+  const auto difference = [&](const Networks& networks) {
+    const SceneInbetweener inbetweener(networks);
+    return largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints,
+                              inbetweener.run(clip, scene_with_block(), r).motion.joints);
+  };
+  EXPECT_GT(difference(seeing), 1e-4);
+  EXPECT_EQ(difference(blind), 0);
+}
+
+TEST(SceneInbetweener, OfResidualMotionStartsFromItsBaseline) {
+  const SceneInbetweener inbetweener(residual_networks());
+  ASSERT_TRUE(inbetweener.has_baseline());
+  const Clip clip = walker(121, 1.1, 0.8, 1);
+  Options r = request("every:60", 121);
+  r.stage = Stage::baseline;
+  EXPECT_LT(largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints,
+                               interpolate_linear(clip, r.keys).joints),
+            1e-4);
 }
 
 }  // namespace

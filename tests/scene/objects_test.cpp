@@ -32,5 +32,22 @@ TEST(Objects, ObstaclesAreWhatIsLeft) {
   EXPECT_EQ(rest.meshes[0].name, "wall_0");
 }
 
+TEST(Objects, TheGroundOfAScanIsWhatLooksUpFromTheFloor) {
+  Scene scan;
+  scan.meshes.push_back(box_mesh({0, 0, 0}, {1, 1, 1}));
+  Mesh& mesh = scan.meshes.front();
+  const int64_t faces = mesh.faces.size(0);
+  // A sheet that looks up, from which the box rises.
+  mesh.vertices = torch::cat({mesh.vertices, torch::tensor({{3.F, 0.01F, 0.F}, {3.F, 0.02F, 2.F}, {5.F, 0.F, 0.F}})});
+  const int64_t first = mesh.vertices.size(0) - 3;
+  mesh.faces = torch::cat({mesh.faces, torch::tensor({{first, first + 1, first + 2}}).to(mesh.faces.scalar_type())});
+  scan.points = torch::tensor({{0.F, 0.01F, 0.F}, {0.F, 0.5F, 0.F}});
+  const Scene rest = without_ground(scan);
+  EXPECT_EQ(rest.meshes.front().faces.size(0), faces);
+  ASSERT_EQ(rest.points.size(0), 1);
+  EXPECT_EQ(rest.points[0][1].item<float>(), 0.5F);
+  EXPECT_EQ(without_ground(scan, -1).meshes.front().faces.size(0), faces + 1) << "a metre over the floor";
+}
+
 }  // namespace
 }  // namespace inhabit

@@ -1,0 +1,177 @@
+// Protects residual motion: poses, their mirror image and clips are the same thing told in several ways; the baseline
+// is linear + slerp; residuals are nothing at keys, undo themselves and know neither the scene's axes nor rest frames.
+#include "inhabit/inbetween/residual.h"
+
+#include <gtest/gtest.h>
+
+#include "forecast/walker.h"
+#include "inhabit/inbetween/interpolate.h"
+#include "inhabit/inbetween/keyframes.h"
+#include "inhabit/math/random.h"
+#include "largest.h"
+
+namespace inhabit::inbetween {
+namespace {
+
+using Eigen::AngleAxisf;
+using Eigen::Quaternionf;
+using Eigen::Vector3f;
+using torch::Tensor;
+
+constexpr int64_t kFrames = 121;
+
+Clip someone() { return walker(kFrames, 1.1, 0.7, 1, 2); }
+
+Tensor whole_keys(const std::vector<int64_t>& keys, int64_t frames = kFrames) {
+  Tensor out = torch::zeros({frames, kKeyGroups});
+  for (const int64_t key : keys) out[key].fill_(1);
+  return out;
+}
+
+float largest_distance(const Poses& a, const Poses& b) {
+  float out = 0;
+  for (size_t i = 0; i < a.joints.size(); ++i) out = std::max(out, (a.joints[i] - b.joints[i]).norm());
+  return out;
+}
+
+Tensor joints_of(const Poses& poses) {
+  Tensor out = torch::empty({poses.frames(), kStandardJoints, 3});
+  for (size_t i = 0; i < poses.joints.size(); ++i)
+    std::copy_n(poses.joints[i].data(), 3, out.data_ptr<float>() + 3 * i);
+  return out;
+}
+
+TEST(Poses, GoToClipsAndBack) {
+  const Clip clip = someone();
+  const Poses poses = poses_of(clip, 0.2);
+  EXPECT_LT(largest_difference(joints_of(poses), clip.joints - torch::tensor({0.F, 0.2F, 0.F})), 1e-5);
+  const Clip back = clip_of(poses, clip, 0.2);
+  EXPECT_LT(largest_difference(back.joints, clip.joints), 1e-5);
+  EXPECT_LT(largest_difference(back.rotations, clip.rotations), 1e-4);
+  EXPECT_LT(largest_difference(back.trans, clip.trans), 1e-5);
+}
+
+TEST(Poses, AMirrorShowsTheOtherSide) {
+  const Poses poses = poses_of(someone());
+  const Poses mirrored = window_of(poses, 10, 50, true);
+  ASSERT_EQ(mirrored.frames(), 50);
+  for (const auto& [left, right] : {std::pair{7, 8}, {20, 21}, {0, 0}, {15, 15}}) {
+    const Vector3f there = poses.joints[Poses::at(13, right)], here = mirrored.joints[Poses::at(3, left)];
+    EXPECT_LT((here - Vector3f(-there.x(), there.y(), there.z())).norm(), 1e-5);
+  }
+  Poses moved = mirrored;  // rotations and offsets are mirrored along
+  for (int64_t t = 0; t < moved.frames(); ++t) place_joints(moved, t);
+  EXPECT_LT(largest_distance(moved, mirrored), 1e-5F);
+  EXPECT_LT(largest_distance(window_of(mirrored, 0, 50, true), window_of(poses, 10, 50)), 1e-5F);
+}
+
+TEST(Baseline, IsLinearAndSlerp) {
+  const Clip clip = someone();
+  const std::vector<int64_t> keys = {0, 37, 60, 120};
+  const Baseline baseline = baseline_of(poses_of(clip), whole_keys(keys));
+  EXPECT_LT(largest_difference(joints_of(baseline.poses), interpolate_linear(clip, keys).joints), 1e-4);
+}
+
+TEST(Baseline, KnowsHowFarKeysAre) {
+  const Baseline baseline = baseline_of(poses_of(someone()), whole_keys({0, 40, 80}));
+  EXPECT_EQ(baseline.pose_distance[10].bridge(), 7.5F) << "10 * 30 / 40";
+  EXPECT_EQ(baseline.pose_distance[40].bridge(), 0);
+  EXPECT_EQ(baseline.pose_distance[100].before, 20);
+  EXPECT_EQ(baseline.pose_distance[100].after, -1);
+}
+
+TEST(Baseline, PartialKeysAreTargets) {
+  const Clip clip = someone();
+  Tensor groups = whole_keys({0, 120});
+  groups[50][kJointGroups + 20] = 1;  // the left wrist
+  const Baseline baseline = baseline_of(poses_of(clip), groups);
+  EXPECT_EQ(baseline.targets.select(2, 3).sum().item<float>(), 1);
+  const Tensor target = baseline.targets[50][20];
+  const Vector3f away(target[0].item<float>(), target[1].item<float>(), target[2].item<float>());
+  const Vector3f there =
+      baseline.poses.joints[Poses::at(50, 20)] + AngleAxisf(baseline.heading[50], Vector3f::UnitY()) * away;
+  EXPECT_LT((there - poses_of(clip).joints[Poses::at(50, 20)]).norm(), 1e-5);
+}
+
+TEST(Residual, UndoesItselfAndIsNothingAtKeys) {
+  const Poses motion = poses_of(someone());
+  const Baseline baseline = baseline_of(motion, whole_keys({0, 60, 120}));
+  const Tensor residual = residual_of(motion, baseline);
+  ASSERT_EQ(residual.sizes(), torch::IntArrayRef({kResidualFeatures, kFrames}));
+  for (const int64_t key : {0, 60, 120}) EXPECT_LT(residual.select(1, key).abs().max().item<float>(), 1e-4) << key;
+  EXPECT_GT(residual.select(1, 30).abs().max().item<float>(), 0.01);
+  EXPECT_LT(largest_distance(motion_of(residual, torch::ones_like(residual), baseline), motion), 1e-4F);
+  // As the network's losses see it.
+  ResidualFrames frames = residual_frames({&baseline}, torch::ones({kScaleRows, kResidualFeatures}));
+  const Tensor joints = to_world(frames, residual_joints(frames, residual.unsqueeze(0)))[0];
+  EXPECT_LT(largest_difference(joints, joints_of(motion)), 1e-4);
+}
+
+TEST(Residual, KnowsNoAxesOfTheScene) {
+  const Poses motion = poses_of(someone());
+  Poses turned = motion;
+  const Quaternionf turn(AngleAxisf(2.1F, Vector3f::UnitY()));
+  for (Vector3f& joint : turned.joints) joint = turn * joint + Vector3f(3, 0, -1);
+  for (Quaternionf& q : turned.rotations) q = turn * q;
+  const Tensor keys = whole_keys({0, 60, 120});
+  EXPECT_LT(largest_difference(residual_of(turned, baseline_of(turned, keys)),
+                               residual_of(motion, baseline_of(motion, keys))),
+            2e-4);
+}
+
+TEST(Residual, KnowsNoRestFrames) {
+  const Poses motion = poses_of(someone());
+  std::mt19937_64 random(4);
+  std::vector<Quaternionf> rest;
+  for (int j = 0; j < kStandardJoints; ++j)
+    rest.emplace_back(AngleAxisf(static_cast<float>(uniform(random, -1, 1)),
+                                 Vector3f(static_cast<float>(uniform(random, -1, 1)), 1, 0.3F).normalized()));
+  Poses other = motion;
+  for (int j = 1; j < kStandardJoints; ++j) {
+    const auto parent = static_cast<size_t>(standard_parents()[static_cast<size_t>(j)]);
+    other.offsets[static_cast<size_t>(j)] = rest[parent].conjugate() * motion.offsets[static_cast<size_t>(j)];
+  }
+  for (size_t i = 0; i < other.rotations.size(); ++i)
+    other.rotations[i] = motion.rotations[i] * rest[i % kStandardJoints];
+  for (int64_t t = 0; t < other.frames(); ++t) place_joints(other, t);
+  ASSERT_LT(largest_distance(other, motion), 1e-4F) << "the same motion";
+  const Tensor keys = whole_keys({0, 60, 120});
+  EXPECT_LT(
+      largest_difference(residual_of(other, baseline_of(other, keys)), residual_of(motion, baseline_of(motion, keys))),
+      2e-4);
+}
+
+TEST(Residual, ScaleGrowsWithTheDistanceFromKeys) {
+  const Poses motion = poses_of(someone());
+  ResidualStatistics statistics;
+  const Baseline baseline = baseline_of(motion, whole_keys({0, 60, 90}));
+  statistics.add(residual_of(motion, baseline), baseline);
+  const Tensor table = statistics.table();
+  EXPECT_TRUE((table[0] == 0).all().item<bool>());
+  EXPECT_TRUE((table.slice(0, 1).diff(1, 0) >= 0).all().item<bool>());
+  EXPECT_TRUE((table.slice(0, 1) > 0).all().item<bool>()) << "of what never moved, too";
+  const Tensor scale = residual_scale(baseline, table);
+  for (const int64_t t : {0, 60, 90, 100}) EXPECT_EQ(scale.select(1, t).abs().max().item<float>(), 0) << t;
+  EXPECT_GT(scale.select(1, 30).min().item<float>(), 0);
+}
+
+TEST(Residual, JointsHaveGradients) {
+  const Poses motion = poses_of(walker(9, 1.1, 0.7, 1));
+  const Baseline baseline = baseline_of(motion, whole_keys({0, 8}, 9));
+  const ResidualFrames frames = residual_frames({&baseline}, torch::full({kScaleRows, kResidualFeatures}, 0.3));
+  torch::manual_seed(2);
+  Tensor residual = torch::randn({1, kResidualFeatures, 9}) * 0.3;
+  residual.requires_grad_(true);
+  const Tensor weights = torch::randn({1, 9, kStandardJoints, 3});
+  const auto loss = [&](const Tensor& r) { return (to_world(frames, residual_joints(frames, r)) * weights).sum(); };
+  loss(residual).backward();
+  const torch::NoGradGuard no_gradients;
+  const Tensor direction = torch::randn_like(residual);
+  const float step = 1e-2F;
+  const Tensor change = (loss(residual + step * direction) - loss(residual - step * direction)) / (2 * step);
+  const auto expected = (residual.grad() * direction).sum().item<float>();
+  EXPECT_NEAR(change.item<float>(), expected, 0.01F * std::abs(expected) + 0.02F);
+}
+
+}  // namespace
+}  // namespace inhabit::inbetween
