@@ -77,6 +77,7 @@ Config preset(const std::string& name) {
     config.global_scene = config.local_scene = false;
     config.inference.guidance = 1;
     config.inference.steps = 2;
+    config.training.steps = 60000;
     config.training.stride = 15;
     config.training.joints_weight = 1;
     config.training.velocity_weight = 0.5;

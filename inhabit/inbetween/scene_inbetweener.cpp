@@ -29,8 +29,7 @@ namespace {
 constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
 constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
-constexpr float kAside = 2.5F;        // metres from the keys that obstacles are looked for
-constexpr float kAside = 2.5F;        // metres from the keys that obstacles are looked for
+constexpr float kWithinReach = 2.5F;  // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
 /// Key poses on the standard skeleton and where they stand at a model's rate.
@@ -107,8 +106,8 @@ Eigen::AlignedBox3f around_keys(const Clip& keys, double floor) {
   const Tensor places = keys.joints.reshape({-1, 3}) - torch::tensor({0., floor, 0.});
   for (const Tensor& corner : {std::get<0>(places.min(0)), std::get<0>(places.max(0))})
     box.extend(Eigen::Vector3f(corner[0].item<float>(), corner[1].item<float>(), corner[2].item<float>()));
-  box.min() -= Eigen::Vector3f::Constant(kAside);
-  box.max() += Eigen::Vector3f::Constant(kAside);
+  box.min() -= Eigen::Vector3f::Constant(kWithinReach);
+  box.max() += Eigen::Vector3f::Constant(kWithinReach);
   return box;
 }
 
