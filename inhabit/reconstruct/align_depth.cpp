@@ -14,6 +14,9 @@ using Eigen::Vector3d;
 
 constexpr double kDepthLoss = 0.05;  // metres, scale of Huber's loss
 constexpr int kLineRounds = 30, kChamferRounds = 40;
+constexpr size_t kLinePairs = 2000;
+constexpr int kLineTries = 40;
+constexpr double kWidestLine = 2;  // logarithm of how far a slope may be from the ratio of spreads
 constexpr double kFloorBand = 0.06;                     // part of the depth within which a pixel may be the floor
 constexpr double kFloorPart = 0.1, kFloorDepths = 0.5;  // part of the pixels; metres
 constexpr double kWidest = 0.8;                         // logarithm of how far the first scale may be off
@@ -50,6 +53,38 @@ struct Line {
   }
 };
 
+double quartiles_apart(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() * 3 / 4] - values[values.size() / 4];
+}
+
+/// The line that most pairs are near to, over slopes about the ratio of both numbers' spreads. A wall behind the person,
+/// far off in both numbers, would draw any line that starts from all pairs to itself.
+DepthScale nearest_line(const std::vector<std::array<double, 2>>& pairs) {
+  std::vector<double> raws, depths;
+  const size_t every = pairs.size() / kLinePairs + 1;
+  for (size_t i = 0; i < pairs.size(); i += every) {
+    raws.push_back(pairs[i][0]);
+    depths.push_back(pairs[i][1]);
+  }
+  const double ratio = quartiles_apart(depths) / quartiles_apart(raws);
+  DepthScale best{0, 0};
+  double least = HUGE_VAL;
+  std::vector<double> offsets(raws.size());
+  for (int i = -kLineTries; i <= kLineTries; ++i)
+    for (const double sign : {1., -1.}) {
+      const double scale = sign * ratio * std::exp(kWidestLine * i / kLineTries);
+      for (size_t k = 0; k < raws.size(); ++k) offsets[k] = depths[k] - scale * raws[k];
+      const double offset = median_of(offsets);
+      double cost = 0;
+      for (const double o : offsets) cost += std::min(std::abs(o - offset), 4 * kDepthLoss);
+      if (cost >= least) continue;
+      least = cost;
+      best = {scale, offset};
+    }
+  return best;
+}
+
 /// The robust line through (raw, depth) of all frames' vertices.
 DepthScale first_line(const std::vector<SeenBody>& frames, const std::string& subject) {
   std::vector<std::array<double, 2>> pairs;
@@ -59,15 +94,14 @@ DepthScale first_line(const std::vector<SeenBody>& frames, const std::string& su
   if (pairs.size() < kFewest)
     throw Error(subject, "the body is hardly where the masks say that a person is: " + std::to_string(pairs.size()) +
                              " of its vertices are; are camera, motion and masks of one recording?");
-  DepthScale out{0, 0};
+  DepthScale out = nearest_line(pairs);
   std::vector<double> away(pairs.size(), 0);
   for (int round = 0; round < kLineRounds; ++round) {
-    // A wide loss at first, down to that of the distances' own spread.
-    const double loss = round == 0 ? HUGE_VAL : std::max(0.5 * kDepthLoss, 1.5 * median_of(away));
+    for (size_t i = 0; i < pairs.size(); ++i) away[i] = std::abs(out.scale * pairs[i][0] + out.offset - pairs[i][1]);
+    const double loss = std::max(0.5 * kDepthLoss, 1.5 * median_of(away));
     Line line;
     for (size_t i = 0; i < pairs.size(); ++i) line.add(pairs[i][0], pairs[i][1], huber_factor(away[i], loss));
     out = line.solved();
-    for (size_t i = 0; i < pairs.size(); ++i) away[i] = std::abs(out.scale * pairs[i][0] + out.offset - pairs[i][1]);
   }
   // A body that hardly moves tells where it is and little of the scale: relief then decides.
   if (!(out.scale > 0) || !std::isfinite(out.scale) || !std::isfinite(out.offset))
@@ -110,7 +144,7 @@ DepthScale with_floor(const std::vector<SeenBody>& frames, const DepthScale& lin
     most = on;
     best = at;
   }
-  if (most < kFloorPart * static_cast<double>(all)) return line;
+  if (all == 0 || most < kFloorPart * static_cast<double>(all)) return line;
   part = most / static_cast<double>(all);
   return best;
 }
