@@ -12,11 +12,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDepthLoss = 0.05;  // metres, scale of Huber's loss
+constexpr double kDepthLoss = 0.05;  // metres, scale of Cauchy's loss
 constexpr int kLineRounds = 30, kChamferRounds = 40;
 constexpr size_t kLinePairs = 2000;
 constexpr int kLineTries = 40;
-constexpr double kWidestLine = 2;  // logarithm of how far a slope may be from the ratio of spreads
+constexpr double kWidestLine = 2;                       // logarithm of how far a slope may be from the ratio of spreads
 constexpr double kFloorBand = 0.06;                     // part of the depth within which a pixel may be the floor
 constexpr double kFloorPart = 0.1, kFloorDepths = 0.5;  // part of the pixels; metres
 constexpr double kWidest = 0.8;                         // logarithm of how far the first scale may be off
@@ -31,7 +31,7 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-double huber_factor(double away, double scale) { return away <= scale ? 1 : scale / away; }
+double cauchy_factor(double away, double scale) { return 1 / (1 + away * away / (scale * scale)); }
 
 /// Normal equations of s and o.
 struct Line {
@@ -58,8 +58,8 @@ double quartiles_apart(std::vector<double> values) {
   return values[values.size() * 3 / 4] - values[values.size() / 4];
 }
 
-/// The line that most pairs are near to, over slopes about the ratio of both numbers' spreads. A wall behind the person,
-/// far off in both numbers, would draw any line that starts from all pairs to itself.
+/// The line that most pairs are near to, over slopes about the ratio of both numbers' spreads. A wall behind the
+/// person, far off in both numbers, would draw any line that starts from all pairs to itself.
 DepthScale nearest_line(const std::vector<std::array<double, 2>>& pairs) {
   std::vector<double> raws, depths;
   const size_t every = pairs.size() / kLinePairs + 1;
@@ -100,7 +100,7 @@ DepthScale first_line(const std::vector<SeenBody>& frames, const std::string& su
     for (size_t i = 0; i < pairs.size(); ++i) away[i] = std::abs(out.scale * pairs[i][0] + out.offset - pairs[i][1]);
     const double loss = std::max(0.5 * kDepthLoss, 1.5 * median_of(away));
     Line line;
-    for (size_t i = 0; i < pairs.size(); ++i) line.add(pairs[i][0], pairs[i][1], huber_factor(away[i], loss));
+    for (size_t i = 0; i < pairs.size(); ++i) line.add(pairs[i][0], pairs[i][1], cauchy_factor(away[i], loss));
     out = line.solved();
   }
   // A body that hardly moves tells where it is and little of the scale: relief then decides.
@@ -181,7 +181,7 @@ void add_chamfer(const SeenBody& frame, const CloudQuery& vertices, const DepthS
     distances.push_back(away[k][0]);
     if (line != nullptr)
       line->add(frame.person[i], frame.vertices[static_cast<size_t>(index[k][0])],
-                huber_factor(away[k][0], kDepthLoss) / static_cast<double>(points.size()));
+                cauchy_factor(away[k][0], kDepthLoss) / static_cast<double>(points.size()));
   }
   if (line == nullptr) return;
   const Neighbours back = CloudQuery(rows).nearest(point_rows(frame.vertices));
@@ -190,7 +190,7 @@ void add_chamfer(const SeenBody& frame, const CloudQuery& vertices, const DepthS
   for (size_t i = 0; i < frame.vertices.size(); ++i) {
     const auto k = static_cast<int64_t>(i);
     line->add(frame.person[static_cast<size_t>(from[k][0])], frame.vertices[i],
-              huber_factor(far[k][0], kDepthLoss) / static_cast<double>(frame.vertices.size()));
+              cauchy_factor(far[k][0], kDepthLoss) / static_cast<double>(frame.vertices.size()));
   }
 }
 

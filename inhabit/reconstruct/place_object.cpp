@@ -295,10 +295,16 @@ PlacedObject place_object(const std::string& name, const std::vector<Mesh>& mesh
   if (points.size() < kFewestPoints)
     throw Error(name, "only " + std::to_string(points.size()) + " points of it are seen in its masks");
   int64_t faces = 0;
-  for (const Mesh& mesh : meshes) faces += mesh.faces.size(0);
+  double extent = 0;
+  for (const Mesh& mesh : meshes) {
+    faces += mesh.faces.size(0);
+    if (mesh.vertices.size(0) > 0)
+      extent = std::max(extent,
+                        (std::get<0>(mesh.vertices.max(0)) - std::get<0>(mesh.vertices.min(0))).max().item<double>());
+  }
   if (faces == 0) throw Error(name, "has no faces");
+  if (!(extent > 0)) throw Error(name, "has no size");
   ObjectSearch search(meshes, seen, camera, floor);
-  if (!(search.size() > 0)) throw Error(name, "has no size");
   PlacedObject out;
   out.name = name;
   Fit fit;
