@@ -11,6 +11,7 @@ struct Average {
   std::vector<std::string> models;
   std::vector<double> weights;
   std::string out;
+  bool half = false;
 };
 
 }  // namespace
@@ -22,10 +23,12 @@ void add_average(CLI::App& app) {
   verb->add_option("models", o->models, "Model files (.safetensors) of the same configuration")->required();
   verb->add_option("--weights", o->weights, "How much each counts (default: all alike)")->expected(1, 100);
   verb->add_option("-o,--out", o->out, "Model file to write (.safetensors)")->required();
+  verb->add_flag("--half", o->half, "Write weights in half precision; of one model, too");
   verb->callback([o] {
-    if (o->models.size() < 2) throw inhabit::Error("models", "one is no mean: name two or more files");
+    if (o->models.size() < 2 && !o->half)
+      throw inhabit::Error("models", "one is no mean: name two or more files, or --half");
     if (o->weights.empty()) o->weights.assign(o->models.size(), 1);
-    inhabit::write_safetensors(o->out, inhabit::mean_of_models(o->models, o->weights));
-    std::printf("%s: the mean of %zu models\n", o->out.c_str(), o->models.size());
+    inhabit::write_safetensors(o->out, inhabit::mean_of_models(o->models, o->weights), o->half);
+    std::printf("%s: the mean of %zu model%s\n", o->out.c_str(), o->models.size(), o->models.size() == 1 ? "" : "s");
   });
 }

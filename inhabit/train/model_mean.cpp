@@ -10,7 +10,7 @@ namespace inhabit {
 using torch::Tensor;
 
 SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vector<double>& weights) {
-  if (paths.size() < 2) throw Error("mean of models", "needs two or more");
+  if (paths.empty()) throw Error("mean of models", "needs one or more");
   if (weights.size() != paths.size())
     throw Error("mean of models",
                 std::to_string(weights.size()) + " weights for " + std::to_string(paths.size()) + " models");

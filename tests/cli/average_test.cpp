@@ -34,6 +34,14 @@ TEST(Average, OfTwoModelsIsTheirWeightedMean) {
     EXPECT_LT(largest_difference(tensor, expected), name == some ? 2e-3 : 1e-6) << name;
   }
   anticipate::load_networks(out);
+
+  // One model alone, in half of the space.
+  const CommandResult half = run_command("average " + b + " --half -o " + out);
+  ASSERT_EQ(half.exit_code, 0) << half.err;
+  for (const auto& [name, tensor] : read_safetensors(out).tensors) {
+    const torch::Tensor& whole = second.tensors[name];
+    EXPECT_TRUE(tensor.equal(whole.is_floating_point() ? whole.to(torch::kFloat16) : whole)) << name;
+  }
 }
 
 TEST(Average, RefusesModelsThatHaveNone) {
