@@ -9,6 +9,7 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/obstacle_detours.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/basis_points.h"
