@@ -111,6 +111,9 @@ void add_inbetween(CLI::App& app) {
       ->capture_default_str();
   verb->add_flag_callback(
       "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the network moves them");
+  verb->add_flag_callback(
+      "--straight", [o] { o->options.way_around = false; },
+      "The network alone goes around obstacles: its baseline is the straight line between keys");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,

@@ -143,7 +143,9 @@ Clip predict_residual(const Filling& f, const FillWindow& window, const std::fun
   for (size_t i = 0; i < frames.size(); ++i)
     frames[i] = std::min(window.first + static_cast<int64_t>(i), f.last_frame());
   const Clip keys = frames_at(f.motion, frames);
-  const Baseline baseline = baseline_of(poses_of(keys, f.floor), groups_of(f, window));
+  const Tensor groups = groups_of(f, window);
+  const Tensor detours = f.options.way_around ? detours_of_clip(keys, groups, f.query, f.floor) : Tensor();
+  const Baseline baseline = baseline_of(poses_of(keys, f.floor), groups, detours);
   if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
   how.noise = seeded_noise(1, kResidualFeatures, c.frames, seed);

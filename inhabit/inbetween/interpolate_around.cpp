@@ -5,9 +5,7 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/math/heading.h"
-#include "inhabit/math/rotation.h"
 #include "inhabit/math/smooth_step.h"
-#include "inhabit/motion/canonical.h"
 #include "inhabit/motion/pose_track.h"
 #include "inhabit/scene/floor.h"
 
@@ -20,27 +18,13 @@ using torch::Tensor;
 constexpr double kTurning = 0.5;  // seconds around keys in which the heading comes back to theirs
 constexpr int64_t kAlong = 3;     // frames to either side that tell where the path goes
 
-/// Offsets (T, 2) in metres along x and z of the world from the straight lines between keys.
-Tensor ways_around(const Clip& clip, const std::vector<int64_t>& keys, const SceneQuery& scene) {
-  const Clip poses = frames_at(clip, keys);
-  const GroundTransform to_canonical = canonical_transform(poses);
-  const Tensor at = torch::tensor(keys), root = poses.joints[0][0];
-  Tensor path = torch::zeros({clip.frames(), 3}), groups = torch::zeros({clip.frames(), kMaskChannels});
-  path.index_copy_(0, at, transformed(poses, to_canonical).root_path());
-  groups.index_fill_(0, at, 1);
-  const Tensor floor = scene_floor(scene, root, -to_canonical.yaw, floor_under(poses, scene));
-  const Tensor detours = detours_around(floor, path, groups);
-  Tensor moves = torch::zeros({clip.frames(), 3});
-  moves.select(1, 0).copy_(detours.select(1, 0));
-  moves.select(1, 2).copy_(detours.select(1, 1));
-  return moves.matmul(yaw_matrix(-to_canonical.yaw).t()).index_select(1, torch::tensor({0, 2})).contiguous();
-}
-
 }  // namespace
 
 Clip along_way_around(const Clip& interpolated, const Clip& clip, const std::vector<int64_t>& keys,
                       const SceneQuery& scene) {
-  const Tensor aside = ways_around(clip, keys, scene);
+  Tensor groups = torch::zeros({clip.frames(), kMaskChannels});
+  groups.index_fill_(0, torch::tensor(keys), 1);
+  const Tensor aside = detours_of_clip(clip, groups, scene, floor_under(frames_at(clip, keys), scene));
   if (aside.abs().max().item<double>() == 0) return interpolated;
   const auto offset = aside.accessor<float, 2>();
   PoseTrack track = pose_track(interpolated);

@@ -8,6 +8,8 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/canonical.h"
 #include "inhabit/scene/occupancy.h"
 #include "inhabit/scene/walk_path.h"
 
@@ -103,6 +105,16 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
     }
   }
   return detours;
+}
+
+Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery& scene, double floor) {
+  const GroundTransform to_canonical = canonical_transform(clip);
+  const Tensor plan = scene_floor(scene, clip.joints[0][0], -to_canonical.yaw, floor);
+  const Tensor detours = detours_around(plan, transformed(clip, to_canonical).root_path(), groups);
+  Tensor moves = torch::zeros({clip.frames(), 3});
+  moves.select(1, 0).copy_(detours.select(1, 0));
+  moves.select(1, 2).copy_(detours.select(1, 1));
+  return moves.matmul(yaw_matrix(-to_canonical.yaw).t()).index_select(1, torch::tensor({0, 2})).contiguous();
 }
 
 Tensor along_detours(const Tensor& baseline, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {

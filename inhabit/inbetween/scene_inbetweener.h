@@ -27,7 +27,7 @@ struct Options {
   uint64_t seed = 1;
   bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
   Stage stage = Stage::finished;                            ///< how far the model's work is done
-  bool way_around = true;                                   ///< a baseline that goes around obstacles may do so
+  bool way_around = true;                                   ///< the baseline goes around obstacles (A*)
   bool collisions = false;                                  ///< Result::collides is found
   std::string name = "motion";                              ///< what errors call the clip
   bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
