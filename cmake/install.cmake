@@ -4,7 +4,7 @@ install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS inhabit_verbs RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/inhabit)
 # What users include; not how it is done inside: kernels, packed layers, how TinyGLTF and Embree are built in.
 install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h"
-  REGEX "(_kernel|/fast_[a-z_]*|/inbetween/fill_window|/serve/(hub|http_session|live_session)|/(tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|simd))[.]h$" EXCLUDE)
+  REGEX "(_kernel|/fast_[a-z_]*|/inbetween/(fill_window|residual_sample)|/serve/(hub|http_session|live_session)|/(tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|simd))[.]h$" EXCLUDE)
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit FILES_MATCHING PATTERN "training" EXCLUDE PATTERN "*.safetensors" PATTERN "*.md")
 set(INHABIT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/inhabit)
 install(EXPORT inhabitTargets NAMESPACE inhabit:: DESTINATION ${INHABIT_CMAKE_DIR})

@@ -324,12 +324,12 @@ namespace {
 // of a whole turn.
 Eigen::Vector3d euler_angles(const Eigen::Quaterniond& q, const std::array<int, 3>& order,
                              const Eigen::Vector3d& before) {
-  const Eigen::Matrix3d m = q.toRotationMatrix();
+  const Eigen::Matrix3d m = q.normalized().toRotationMatrix();
   const auto [i, j, k] = order;
   const double sign = (j - i + 3) % 3 == 1 ? 1 : -1;  // of the permutation
-  const double sine = std::clamp(sign * m(i, k), -1.0, 1.0);
-  Eigen::Vector3d first(0, std::asin(sine), 0);
-  if (std::hypot(m(i, i), m(i, j)) > 1e-7) {
+  const double sine = sign * m(i, k), cosine = std::hypot(m(i, i), m(i, j));
+  Eigen::Vector3d first(0, std::atan2(sine, cosine), 0);  // asin loses half of the digits near a quarter turn
+  if (cosine > 1e-7) {
     first[0] = std::atan2(-sign * m(j, k), m(k, k));
     first[2] = std::atan2(-sign * m(i, j), m(i, i));
   } else {  // the outer two turn about one axis: keep the last where it was

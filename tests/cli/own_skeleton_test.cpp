@@ -61,7 +61,10 @@ TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
     EXPECT_EQ(arrays.rate, 60);
     for (const int64_t key : {0, 31, 60, 97, 120})
       EXPECT_TRUE(torch::equal(arrays.rotations[key], read.rotations[key])) << "bit by bit, " << key;
-    EXPECT_LT((again.joints - arrays.joints).norm(2, {2}).max().item<double>(), 1e-3);
+    // A root that stands is read as standing below the carrier, as deep as the motion's median height (locomotion.h),
+    // which is not that of the other motion.
+    const int64_t body = world_root ? 1 : 0;
+    EXPECT_LT((again.joints - arrays.joints).slice(1, body).norm(2, {2}).max().item<double>(), 1e-3);
     const Places shown = places_in_glb(read_whole_file(folder / "own.glb"));
     EXPECT_NEAR(shown.at("Hips")[60].y(), 0.9, 0.1) << "metres, +Y up";
   }
