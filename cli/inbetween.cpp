@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "control_options.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
@@ -30,6 +31,7 @@ struct InbetweenArguments {
   ClipReadOptions reading;
   SceneInput scene;
   bool noisy = false, no_common_skeleton = false;
+  uint64_t samples = 1;
   inbetween::Options options;
 };
 
@@ -68,19 +70,30 @@ void warn_of_collisions(const inbetween::Result& r) {
                named < times.size() ? ", ..." : "");
 }
 
-Page inbetween_page(const inbetween::Result& r, const InbetweenArguments& o) {
+/// Says which keys are behind something that nobody gets around in time.
+void warn_of_blocked_keys(const inbetween::Result& r) {
+  for (const int64_t key : r.unreached)
+    std::fprintf(stderr, "inhabit: warning: no way around what stands before the key at %.2f s was found\n",
+                 static_cast<double>(key) / r.motion.rate);
+}
+
+Page inbetween_page(const std::vector<inbetween::Result>& results, const InbetweenArguments& o) {
+  const inbetween::Result& r = results.front();
   Page page;
   page.title = "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string();
   page.note =
       std::string("Blue: key poses. Purple: filled in. Prints on the floor: where a foot stands. ") +
       (r.scene.meshes.empty() ? "The scene is points, which have no inside." : "Red: the body is inside the scene.");
   page.scene = &r.scene;
-  PagePerson person{r.motion, "filled in", PagePerson::Role::filled};
-  person.keys = r.keys;
-  if (o.noisy || o.options.key_groups.defined()) person.given = r.key_poses;
-  person.given_joints = inbetween::key_joints_of(o.options.key_groups);
-  person.collides = r.collides;
-  page.people.push_back(person);
+  for (size_t s = 0; s < results.size(); ++s) {
+    PagePerson person{results[s].motion, results.size() == 1 ? "filled in" : fmt::format("sample {}", s + 1),
+                      PagePerson::Role::filled};
+    person.keys = r.keys;
+    if (o.noisy || o.options.key_groups.defined()) person.given = r.key_poses;
+    person.given_joints = inbetween::key_joints_of(o.options.key_groups);
+    person.collides = results[s].collides;
+    page.people.push_back(person);
+  }
   return page;
 }
 
@@ -109,6 +122,10 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of the noise and of random key frames")
       ->check(whole_number)
       ->capture_default_str();
+  verb->add_option("--samples", o->samples, "How many motions, with seeds from --seed on")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  add_controls(*verb, o->options.controls);
   verb->add_flag_callback(
       "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the network moves them");
   verb->add_flag_callback(
@@ -117,7 +134,8 @@ void add_inbetween(CLI::App& app) {
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,
-                   "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: inbetween.html)");
+                   "Output files: .npz .bvh .glb .json hold the motion (of several samples .npz all, the others a file "
+                   "each), .html is a page (default: inbetween.html)");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
     o->options.standard |= pages_alone(o->outputs);
@@ -134,7 +152,13 @@ void add_inbetween(CLI::App& app) {
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
                                         [](const std::string& out) { return extension_of(out) == "html"; });
     o->options.progress = progress_lines("steps of the denoiser");
-    const inbetween::Result r = inbetweener.run(clip, scene, o->options);
+    std::vector<inbetween::Result> results;
+    for (uint64_t s = 0; s < o->samples; ++s) {
+      inbetween::Options options = o->options;
+      options.seed += s;
+      results.push_back(inbetweener.run(clip, scene, options));
+    }
+    const inbetween::Result& r = results.front();
     if (r.floor_assumed)
       notes.emplace_back("no scene given: a flat floor under the feet is assumed");
     else if (scene.meshes.empty())
@@ -144,9 +168,15 @@ void add_inbetween(CLI::App& app) {
                              ? "the file holds no rotations: written on the standard skeleton"
                              : "the files hold no rotations on one skeleton: written on the standard one");
     warn_of_collisions(r);
+    warn_of_blocked_keys(r);
     say(notes);
     write_outputs(
-        o->outputs, [&] { return inbetween_page(r, *o); },
-        [&](const std::string& out) { write_clip(out, o->options.standard ? r.motion : r.on_source, &r.scene); });
+        o->outputs, [&] { return inbetween_page(results, *o); },
+        [&](const std::string& out) {
+          std::vector<Clip> motions;
+          for (const inbetween::Result& result : results)
+            motions.push_back(o->options.standard ? result.motion : result.on_source);
+          write_motions(out, motions, {}, &r.scene);
+        });
   });
 }

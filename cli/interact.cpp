@@ -14,6 +14,7 @@
 #include "inhabit/scene/sampling.h"
 #include "inputs.h"
 #include "models.h"
+#include "numbers.h"
 #include "outputs.h"
 #include "verbs.h"
 
@@ -30,20 +31,6 @@ struct InteractArguments {
   std::vector<std::string> outputs;
   interact::Options options;
 };
-
-/// Numbers between commas. @param option named in errors
-std::vector<double> numbers(const std::string& text, size_t count, const std::string& option) {
-  std::vector<double> out;
-  std::stringstream parts(text);
-  for (std::string part; std::getline(parts, part, ',');) {
-    double value = 0;
-    if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
-      throw Error(option, "'" + part + "' is no number");
-    out.push_back(value);
-  }
-  if (out.size() != count) throw Error(option, fmt::format("has {} numbers, {} are wanted", out.size(), count));
-  return out;
-}
 
 /// "none", a part of the chair, or a point in metres.
 std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interact::Chair& chair, int side) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "inhabit/inbetween/conditioning.h"
@@ -23,30 +24,38 @@ using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kDenseKeys = 6;  // frames from one key to the next, in the mean
+constexpr int64_t kDenseKeys = 6;      // frames from one key to the next, in the mean
+constexpr int kWristFromShoulder = 4;  // joints
+// Metres that the root may be beside its path: people sway by as much.
+const Eigen::Vector3d kPathWidth(0.02, std::numeric_limits<double>::infinity(), 0.02);
+
+/// What each frame of a window constrains (c.frames, 25).
+Tensor groups_of(const Filling& f, const FillWindow& window) {
+  Tensor groups = torch::zeros({f.config().frames, kKeyGroups});
+  groups.slice(0, 0, window.last + 1 - window.first).copy_(f.given.groups.slice(0, window.first, window.last + 1));
+  groups.slice(0, 0, window.known + 1 - window.first).fill_(1);
+  return groups;
+}
 
 /// The conditioning of a window: frames that are known already, then key frames.
 struct WindowConditioning {
   Conditioning conditioning;
   GroundTransform to_canonical;
+  std::vector<int64_t> unreached;  // frames of the window
 };
 
 WindowConditioning condition(const Filling& f, const FillWindow& window) {
   const Config& c = f.config();
   std::vector<int64_t> at;
-  Tensor groups = torch::zeros({c.frames, kKeyGroups}), always = torch::zeros({c.frames});
+  const Tensor groups = groups_of(f, window);
+  Tensor always = torch::zeros({c.frames});
   for (int64_t frame = window.first; frame <= window.known; ++frame) {
     at.push_back(frame);
-    groups[frame - window.first].fill_(1);
     always[frame - window.first].fill_(1);
   }
   for (const int64_t key : f.keys) {
     if (key <= window.known || key > window.last) continue;
     at.push_back(key);
-    if (f.options.key_groups.defined() && key != f.last_frame())
-      groups[key - window.first].copy_(f.options.key_groups);
-    else
-      groups[key - window.first].fill_(1);
     if (key == window.last) always[key - window.first].fill_(1);
   }
   const Tensor places = torch::tensor(at) - window.first;
@@ -73,7 +82,8 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   on.detours = torch::zeros({1, c.frames, 2});
   if (f.options.way_around && c.from_interpolation && c.around_obstacles && c.global_scene) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
-    on.detours = detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups).unsqueeze(0);
+    on.detours =
+        detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups, &out.unreached).unsqueeze(0);
   }
   return out;
 }
@@ -94,18 +104,38 @@ refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
     out.exact.push_back(exact ? 1 : 0);
   };
   for (int64_t frame = window.first; frame <= window.known; ++frame) add(frame, true);
-  for (const int64_t key : f.keys)
-    if (key > window.known && key <= window.last) add(key, exact_key(f, key));
+  const std::vector<int64_t> joints = key_joints_of(f.options.key_groups);
+  for (const int64_t key : f.keys) {
+    if (key <= window.known || key > window.last) continue;
+    const bool exact = exact_key(f, key);
+    if (exact || joints.empty()) {
+      add(key, exact);
+      continue;
+    }
+    for (const refine::JointTarget& target : refine::joint_targets(f.motion, key, key - window.first, joints))
+      out.targets.push_back(target);
+  }
   out.poses = frames_at(f.motion, at);
-  for (const int64_t joint : key_joints_of(f.options.key_groups)) out.joints.push_back(static_cast<int>(joint));
+  for (refine::JointTarget target : f.given.contacts) {
+    if (target.frame <= window.known || target.frame > window.last) continue;
+    target.frame -= window.first;
+    out.targets.push_back(target);
+  }
+  if (f.given.path.defined()) {
+    const auto path = f.given.path.accessor<float, 2>();
+    for (int64_t frame = window.known + 1; frame <= window.last; ++frame)
+      if (path[frame][2] > 0)
+        out.targets.push_back({frame - window.first, 0, {path[frame][0], 0, path[frame][1]}, kPathWidth});
+  }
   return out;
 }
 
 /// What a network of features says of a window.
-Clip predict_features(const Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
+Clip predict_features(Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
                       uint64_t seed) {
   const Config& c = f.config();
   const WindowConditioning on = condition(f, window);
+  for (const int64_t frame : on.unreached) f.unreached.push_back(window.first + frame);
   const KeyConstraints& given = on.conditioning.given;
   const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
   const auto denoise = [&](const Tensor& x, int64_t t) {
@@ -121,31 +151,49 @@ Clip predict_features(const Filling& f, const FillWindow& window, const std::fun
   return transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
 }
 
-/// What each frame of a window constrains (c.frames, 25).
-Tensor groups_of(const Filling& f, const FillWindow& window) {
-  Tensor groups = torch::zeros({f.config().frames, kKeyGroups});
-  groups.slice(0, 0, window.known + 1 - window.first).fill_(1);
-  for (const int64_t key : f.keys) {
-    if (key <= window.known || key > window.last) continue;
-    if (f.options.key_groups.defined() && key != f.last_frame())
-      groups[key - window.first].copy_(f.options.key_groups);
-    else
-      groups[key - window.first].fill_(1);
+/// The interpolated keys of a window, the root along the path that is given, else around obstacles.
+Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys) {
+  Tensor groups = groups_of(f, window);
+  std::vector<int64_t> unreached;
+  Tensor moves = torch::zeros({f.config().frames, 2});
+  if (f.options.way_around) moves = detours_of_clip(keys, groups, f.query, f.floor, &unreached);
+  for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
+  Poses poses = poses_of(keys, f.floor);
+  for (const refine::JointTarget& contact : f.given.contacts) {
+    if (contact.frame <= window.known || contact.frame > window.last) continue;
+    const int64_t frame = contact.frame - window.first;
+    Eigen::Vector3f place = (contact.place - Eigen::Vector3d(0, f.floor, 0)).cast<float>();
+    if (!contact.offset
+             .isZero()) {  // a palm: the wrist is as far before it as seen from the shoulder of the key before
+      const Eigen::Vector3f& shoulder = poses.joints[Poses::at(frame, contact.joint - kWristFromShoulder)];
+      place -= static_cast<float>(contact.offset.norm()) * (place - shoulder).normalized();
+    }
+    poses.joints[Poses::at(frame, contact.joint)] = place;
+    groups[frame][kJointGroups + contact.joint] = 1;
   }
-  return groups;
+  if (f.given.path.defined()) {
+    const Baseline straight = baseline_of(poses, groups);
+    const auto path = f.given.path.accessor<float, 2>();
+    auto move = moves.accessor<float, 2>();
+    for (int64_t frame = window.known + 1; frame <= window.last; ++frame) {
+      if (path[frame][2] == 0) continue;
+      const Eigen::Vector3f& root = straight.poses.root(frame - window.first);
+      move[frame - window.first][0] = path[frame][0] - root.x();
+      move[frame - window.first][1] = path[frame][1] - root.z();
+    }
+  }
+  return baseline_of(poses, groups, moves);
 }
 
 /// What a network of residual motion says of a window.
-Clip predict_residual(const Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
+Clip predict_residual(Filling& f, const FillWindow& window, const std::function<void(int64_t)>& progress,
                       uint64_t seed) {
   const Config& c = f.config();
   std::vector<int64_t> frames(static_cast<size_t>(c.frames));
   for (size_t i = 0; i < frames.size(); ++i)
     frames[i] = std::min(window.first + static_cast<int64_t>(i), f.last_frame());
   const Clip keys = frames_at(f.motion, frames);
-  const Tensor groups = groups_of(f, window);
-  const Tensor detours = f.options.way_around ? detours_of_clip(keys, groups, f.query, f.floor) : Tensor();
-  const Baseline baseline = baseline_of(poses_of(keys, f.floor), groups, detours);
+  const Baseline baseline = baseline_of_window(f, window, keys);
   if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
   how.noise = seeded_noise(1, kResidualFeatures, c.frames, seed);
@@ -166,7 +214,8 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
       c.residual ? predict_residual(f, window, progress, seed) : predict_features(f, window, progress, seed);
   Clip refined = slice(predicted, 0, window.last + 1 - window.first);
   // Residual motion meets whole keys by itself.
-  if (f.options.stage == Stage::finished && !(c.residual && !f.options.key_groups.defined())) {
+  const bool open = f.options.key_groups.defined() || !f.given.contacts.empty() || f.given.path.defined();
+  if (f.options.stage == Stage::finished && (open || !c.residual)) {
     refine::GeneratedOptions refining;
     // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
     refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);

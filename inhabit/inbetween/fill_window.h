@@ -9,9 +9,17 @@
 #include "inhabit/inbetween/scene_probe.h"
 #include "inhabit/inbetween/schedule.h"
 #include "inhabit/inbetween/windows.h"
+#include "inhabit/refine/refine_generated.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit::inbetween {
+
+/// What is given of a clip, frame by frame.
+struct Given {
+  torch::Tensor groups;                       ///< (T, 25) what each frame constrains (keyframes.h)
+  std::vector<refine::JointTarget> contacts;  ///< joints that controls put somewhere
+  torch::Tensor path;                         ///< (T, 3) of path_curve; undefined: none
+};
 
 /// A clip on the standard skeleton that is being filled, window by window.
 struct Filling {
@@ -25,7 +33,9 @@ struct Filling {
   torch::Tensor body_shape;         ///< (1, 7)
   double floor = 0;                 ///< metres, height
   const SceneDistances& distances;  ///< of a model of residual motion: the floor at height 0
-  Clip motion;                      ///< key poses, and what is filled so far
+  Given given;
+  Clip motion;                     ///< key poses, and what is filled so far
+  std::vector<int64_t> unreached;  ///< keys that no way around obstacles was found to
 
   const Config& config() const { return networks.config; }
   int64_t last_frame() const { return motion.frames() - 1; }

@@ -60,16 +60,21 @@ std::vector<Method> interpolation_methods() {
 Clip post_processed(const Clip& motion, const FillTask& task) {
   const bool whole = task.noise == 0 && task.key_joints.empty();
   refine::KeyPoses keys;
-  keys.frames = task.keys;
-  keys.poses = frames_at(task.window.given, task.keys);
   refine::Options options;
   options.name = task.window.name;
   options.standard = true;
   for (const int64_t key : task.keys) {
-    keys.exact.push_back(whole || key == 0 || key + 1 == motion.frames() ? 1 : 0);
-    if (keys.exact.back() != 0) options.keep_frames.push_back(key);
+    const bool exact = whole || key == 0 || key + 1 == motion.frames();
+    if (exact) options.keep_frames.push_back(key);
+    if (exact || task.key_joints.empty()) {
+      keys.frames.push_back(key);
+      keys.exact.push_back(exact ? 1 : 0);
+    } else {
+      for (const refine::JointTarget& target : refine::joint_targets(task.window.given, key, key, task.key_joints))
+        keys.targets.push_back(target);
+    }
   }
-  for (const int64_t joint : task.key_joints) keys.joints.push_back(static_cast<int>(joint));
+  keys.poses = frames_at(task.window.given, keys.frames);
   refine::GeneratedOptions leading;
   if (task.noise > 0) leading.noise = task.noise;
   Clip met = refine::refine_generated(motion, keys, leading);

@@ -74,7 +74,7 @@ Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, doub
   return cells.amax(1);
 }
 
-Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups) {
+Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups, std::vector<int64_t>* unreached) {
   const int64_t frames = root.size(0);
   Tensor detours = torch::zeros({frames, 2});
   const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
@@ -96,7 +96,10 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
     const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
     if (!known(a) || !known(b) || !blocked(*clearance, a, b)) continue;
     const auto found = find_path(*clearance, a, b, kMargin);
-    if (!found || found->total() > kQuickest * static_cast<double>(t - from)) continue;
+    if (!found || found->total() > kQuickest * static_cast<double>(t - from)) {
+      if (unreached) unreached->push_back(t);
+      continue;
+    }
     for (int64_t i = from + 1; i < t; ++i) {
       const double share = static_cast<double>(i - from) / static_cast<double>(t - from);
       const Vector2d aside = found->at(share * found->total()) - (a + share * (b - a));
@@ -107,10 +110,11 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
   return detours;
 }
 
-Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery& scene, double floor) {
+Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery& scene, double floor,
+                       std::vector<int64_t>* unreached) {
   const GroundTransform to_canonical = canonical_transform(clip);
   const Tensor plan = scene_floor(scene, clip.joints[0][0], -to_canonical.yaw, floor);
-  const Tensor detours = detours_around(plan, transformed(clip, to_canonical).root_path(), groups);
+  const Tensor detours = detours_around(plan, transformed(clip, to_canonical).root_path(), groups, unreached);
   Tensor moves = torch::zeros({clip.frames(), 3});
   moves.select(1, 0).copy_(detours.select(1, 0));
   moves.select(1, 2).copy_(detours.select(1, 1));

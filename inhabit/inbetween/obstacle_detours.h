@@ -1,6 +1,9 @@
 #pragma once
 #include <torch/types.h>
 
+#include <cstdint>
+#include <vector>
+
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/query.h"
 
@@ -16,12 +19,15 @@ torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, do
 /// frames, and between two key frames where one of them does not constrain the root, where the straight line is free,
 /// where there is no path or none that can be walked in the time, or outside the floor plan.
 /// @param floor (96, 96) of scene_floor. @param root (T, 3) metres, read in key frames only. @param groups (T, 25)
-/// which feature groups each key frame constrains (keyframes.h).
-torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups);
+/// which feature groups each key frame constrains (keyframes.h). @param unreached gets the key frames whose straight
+/// line is blocked and that no way leads to in the time; may be null
+torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups,
+                             std::vector<int64_t>* unreached = nullptr);
 
 /// The same for the keys of a clip, in the world's axes, with the floor plan around its first frame.
 /// @param clip read in key frames only. @param groups (T, 25), the first frame a whole key. @param floor metres, height
-torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, const SceneQuery& scene, double floor);
+torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, const SceneQuery& scene, double floor,
+                              std::vector<int64_t>* unreached = nullptr);
 
 /// Moves the interpolated baseline along the detours: root and joint positions of standardised features (B, 201, T) are
 /// shifted by `detours` (B, T, 2), metres. @param mask (B, 201, T) 1 for constrained features, which stay. @param

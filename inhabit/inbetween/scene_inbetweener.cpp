@@ -1,21 +1,20 @@
 #include "inhabit/inbetween/scene_inbetweener.h"
 
-#include <spdlog/fmt/fmt.h>
-
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "inhabit/body/body_model.h"
-#include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/fill_window.h"
+#include "inhabit/inbetween/keyed_clip.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/metrics/collision.h"
-#include "inhabit/motion/canonical.h"
 #include "inhabit/motion/feet.h"
-#include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/scene/floor.h"
@@ -32,72 +31,49 @@ constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may b
 constexpr float kWithinReach = 2.5F;  // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
 
-/// Key poses on the standard skeleton and where they stand at a model's rate.
-struct KeyedClip {
-  Clip clip;                  // the frames `keys` of it are the poses; those between repeat the pose before
-  std::vector<int64_t> keys;  // in order, the first 0, the last its last frame
-  SourcePoses source;         // the same poses on the skeleton that they came on
-};
-
-std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
-  if (clip.frames() < 2) throw Error(options.name, "has fewer than two frames");
-  if (options.keys.empty()) return {0, clip.frames() - 1};
-  const auto& keys = options.keys;
-  if (keys.size() < 2) throw Error("key frames", "fewer than two");
-  if (keys.front() != 0 || keys.back() != clip.frames() - 1)
-    throw Error("key frames", "the first and the last frame must be among them");
-  for (size_t i = 1; i < keys.size(); ++i)
-    if (keys[i] <= keys[i - 1]) throw Error("key frames", "are not in order");
-  return keys;
-}
-
-/// The poses at `asked` frames of a clip at the nearest frames of `rate`; of several in one the first, but the clip's
-/// last stands.
-KeyedClip keyed_clip(const Clip& source, const std::vector<int64_t>& asked, double rate, const std::string& name) {
-  const bool standard =
-      source.skeleton.parents == standard_parents() && source.rotations.defined() && source.trans.defined();
-  Clip poses_there = standard ? source : retarget(source, name);
-  poses_there.file = {};
-  if (poses_there.translations.defined()) {  // the model knows rigid bones
-    poses_there.translations = torch::Tensor();
-    poses_there.joints = joint_positions(poses_there.skeleton, poses_there.rotations, poses_there.trans);
-  }
-  KeyedClip out;
-  std::vector<int64_t> frames;
-  for (const int64_t frame : asked) {
-    const int64_t key = std::llround(static_cast<double>(frame) * rate / source.rate);
-    if (!out.keys.empty() && key == out.keys.back()) {
-      if (frame + 1 < source.frames() || out.keys.size() == 1) continue;
-      out.keys.pop_back();
-      frames.pop_back();
-    }
-    out.keys.push_back(key);
-    frames.push_back(frame);
-  }
-  if (out.keys.size() < 2)
-    throw Error(name, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
-  std::vector<int64_t> held;
-  for (size_t k = 0; k + 1 < out.keys.size(); ++k)
-    held.insert(held.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), frames[k]);
-  held.push_back(frames.back());
-  out.clip = frames_at(poses_there, held);
-  out.clip.rate = rate;
-  out.source = poses_of(source, poses_there, asked, frames, out.keys);
-  for (const Tensor& t : {out.clip.joints, out.clip.rotations, out.clip.trans})
-    if (!t.index_select(0, torch::tensor(out.keys)).isfinite().all().item<bool>())
-      throw Error(name, "a key pose is not finite");
-  return out;
-}
-
-/// Footskate cleanup of a filled clip; the feet of clean keys stay.
-Clip with_clean_feet(const Clip& motion, const Clip& key_poses, const std::vector<int64_t>& keys, const Tensor& given,
-                     bool noisy, double floor) {
+/// Footskate cleanup of a filled clip; the feet of clean keys stay, and those that are put somewhere.
+Clip with_clean_feet(const Filling& f, const Clip& motion, const KeyedClip& keyed, const Clip& key_poses) {
+  const Tensor& given = f.options.key_groups;
+  const bool noisy = f.config().t_star > 0;
   const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
   const bool clean_keys = !noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
-  const std::vector<int64_t> fixed = clean_keys ? keys : std::vector<int64_t>{0, motion.frames() - 1};
-  if (!noisy || given.defined()) return clean_feet(motion, fixed, floor);
-  const Tensor missed = frames_at(motion, keys).joints - key_poses.joints;
-  return clean_feet(motion, fixed, floor, keys, std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
+  std::set<int64_t> fixed = {0, motion.frames() - 1};
+  if (clean_keys) fixed.insert(keyed.keys.begin(), keyed.keys.end());
+  for (const refine::JointTarget& contact : f.given.contacts)
+    if (contact.frame < motion.frames() && std::set<int>{7, 8, 10, 11}.count(contact.joint) > 0)
+      fixed.insert(contact.frame);
+  const std::vector<int64_t> stay(fixed.begin(), fixed.end());
+  if (!noisy || given.defined()) return clean_feet(motion, stay, f.floor);
+  const Tensor missed = frames_at(motion, keyed.keys).joints - key_poses.joints;
+  return clean_feet(motion, stay, f.floor, keyed.keys,
+                    std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
+}
+
+/// What is given frame by frame.
+Given given_of(const KeyedClip& keyed, const Tensor& key_groups, double rate) {
+  const int64_t frames = keyed.clip.frames();
+  Given out;
+  out.groups = torch::zeros({frames, kKeyGroups});
+  for (const int64_t key : keyed.keys) {
+    if (key_groups.defined() && key > 0 && key + 1 < frames)
+      out.groups[key].copy_(key_groups);
+    else
+      out.groups[key].fill_(1);
+  }
+  for (const JointContact& contact : keyed.controls.contacts) {
+    const auto last = std::min(frames - 1, static_cast<int64_t>(std::llround(contact.to * rate)));
+    for (int64_t frame = std::llround(contact.from * rate); frame <= last; ++frame) {
+      refine::JointTarget target;
+      target.frame = frame;
+      target.joint = contact.joint;
+      target.place = contact.place;
+      target.offset = contact.offset;
+      out.contacts.push_back(target);
+    }
+  }
+  if (!keyed.controls.root_path.empty())
+    out.path = path_curve(keyed.controls.root_path, keyed.clip.root_path(), keyed.keys, rate);
+  return out;
 }
 
 /// What lies within reach of a way from key to key, over the floor.
@@ -143,36 +119,90 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.stage == Stage::baseline && !has_baseline())
     throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
+  if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
+    throw Error("controls", "this model takes neither contacts nor a root path");
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
-  KeyedClip keyed = keyed_clip(clip, asked_keys(clip, options), c.rate, options.name);
-  const auto windows = fill_windows(keyed.keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0);
+  const KeyedClip asked = keyed_clip(clip, options, c.rate);
+  KeyedClip keyed = options.controls.loop ? twice(asked) : asked;
 
   Result out;
-  out.keys = keyed.keys;
-  out.key_poses = frames_at(keyed.clip, keyed.keys);
+  out.keys = asked.keys;
+  out.key_poses = frames_at(asked.clip, asked.keys);
   out.floor_assumed = scene.empty();
   out.scene = out.floor_assumed ? assumed_floor(out.key_poses) : scene;
   const SceneQuery query(out.scene);
   auto denoiser = impl_->denoisers.take();
+  const Clip all_poses = frames_at(keyed.clip, keyed.keys);
   const double floor = floor_under(out.key_poses, query);
   const SceneDistances distances =
-      c.residual ? SceneDistances(out.scene, floor, around_keys(out.key_poses, floor)) : SceneDistances();
-  Filling f{impl_->networks, impl_->schedule, *denoiser, query, options, keyed.keys, steps, {},
-            floor,           distances,       keyed.clip};
-  for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();
-  f.motion.betas = body_betas(out.key_poses);
-  f.body_shape = body_shape_features(builtin_body(), f.motion.betas).unsqueeze(0);
-  for (size_t w = 0; w < windows.size(); ++w) fill_window(f, windows[w], w, windows.size());
+      c.residual ? SceneDistances(out.scene, floor, around_keys(all_poses, floor)) : SceneDistances();
+
+  // Keys of less than the whole weight are poses between what is there without them and what they are.
+  const std::vector<double>& weights = keyed.controls.key_weights;
+  std::vector<std::vector<int64_t>> passes = {keyed.keys};
+  if (std::any_of(weights.begin(), weights.end(), [](double weight) { return weight < 1; })) {
+    passes.emplace(passes.begin());
+    for (size_t k = 0; k < keyed.keys.size(); ++k)
+      if (weights[k] == 1) passes[0].push_back(keyed.keys[k]);
+  }
+  std::vector<std::vector<FillWindow>> windows;
+  int64_t done_before = 0, all = 0;
+  for (const std::vector<int64_t>& keys : passes) {
+    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0));
+    all += static_cast<int64_t>(windows.back().size()) * steps;
+  }
+  Options asking = options;
+  if (options.progress) asking.progress = [&](int64_t done, int64_t) { options.progress(done_before + done, all); };
+  const Tensor body_shape = body_shape_features(builtin_body(), body_betas(out.key_poses)).unsqueeze(0);
+  std::optional<Filling> filling;
+  for (size_t pass = 0; pass < passes.size(); ++pass) {
+    if (pass > 0) {
+      for (size_t k = 0; k < keyed.keys.size(); ++k) {
+        if (weights[k] == 1) continue;
+        const int64_t key = keyed.keys[k];
+        const Clip there = mixed(frames_at(filling->motion, {key}), frames_at(keyed.clip, {key}), {weights[k]});
+        for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans})
+          (keyed.clip.*part)[key].copy_((there.*part)[0]);
+      }
+      out.key_poses = frames_at(keyed.clip, out.keys);
+    }
+    KeyedClip now = keyed;
+    now.keys = passes[pass];
+    filling.emplace(Filling{impl_->networks,
+                            impl_->schedule,
+                            *denoiser,
+                            query,
+                            asking,
+                            passes[pass],
+                            steps,
+                            body_shape,
+                            floor,
+                            distances,
+                            given_of(now, options.key_groups, c.rate),
+                            keyed.clip,
+                            {}});
+    Filling& f = *filling;
+    for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();
+    f.motion.betas = body_betas(out.key_poses);
+    for (size_t w = 0; w < windows[pass].size(); ++w) fill_window(f, windows[pass][w], w, windows[pass].size());
+    done_before += static_cast<int64_t>(windows[pass].size()) * steps;
+  }
+  Filling& f = *filling;
+  if (options.controls.loop) f.motion = folded(f.motion);
   if (options.clean_feet && options.stage == Stage::finished)
-    f.motion = with_clean_feet(f.motion, out.key_poses, keyed.keys, options.key_groups, c.t_star > 0, f.floor);
+    f.motion = with_clean_feet(f, f.motion, asked, out.key_poses);
+  for (const int64_t key : f.unreached)
+    if (std::binary_search(out.keys.begin(), out.keys.end(), key)) out.unreached.push_back(key);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
   if (!options.standard) {
-    SourcePoses& source = keyed.source;
+    SourcePoses source = asked.source;
     // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
     source.exact.assign(source.frames.size(), c.t_star == 0 && !options.key_groups.defined());
     source.exact.front() = source.exact.back() = true;
+    for (size_t k = 0; k < source.exact.size(); ++k)
+      if (!options.controls.key_weights.empty() && options.controls.key_weights[k] < 1) source.exact[k] = false;
     out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
   }
   if (options.stage != Stage::finished) return out;

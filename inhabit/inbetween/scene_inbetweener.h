@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/inbetween/controls.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/motion/clip.h"
@@ -25,6 +26,7 @@ struct Options {
   int64_t steps = 0;          ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
+  Controls controls;                                        ///< for models of residual motion
   bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
   Stage stage = Stage::finished;                            ///< how far the model's work is done
   bool way_around = true;                                   ///< the baseline goes around obstacles (A*)
@@ -42,8 +44,9 @@ struct Result {
   Clip key_poses;             ///< (K frames) the poses asked for there
   Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;
-  torch::Tensor key_collides;  ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
-  torch::Tensor collides;      ///< (T) bool: the motion is; undefined unless asked for
+  std::vector<int64_t> unreached;  ///< frames of `keys` whose straight line is blocked and that no way leads to in time
+  torch::Tensor key_collides;      ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
+  torch::Tensor collides;          ///< (T) bool: the motion is; undefined unless asked for
 };
 
 /// Scene-aware motion in-betweening: key frames and a room in, motion that respects both out. On the CPU. Safe to use
@@ -67,7 +70,8 @@ class SceneInbetweener {
   /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends of a noise-aware
   /// model (config().t_star > 0), which it cleans. Longer clips are filled window by window, each going on from the
   /// last 60 frames of the one before. The same clip, scene and options give the same motion. Feet stand on the scene's
-  /// floor. @param scene as read; without meshes and points a flat floor under the feet is assumed. Throws Error where
+  /// floor. With Controls::loop the motion is made twice in a row, going on from the first to the second, and both are
+  /// mixed. @param scene as read; without meshes and points a flat floor under the feet is assumed. Throws Error where
   /// key frames are fewer than two, out of order, outside the clip, not finite or too far apart for the model, or an
   /// option does not fit it.
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/body/palm.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/recording.h"
 #include "inhabit/refine/refine_clip.h"

@@ -3,21 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/body/palm.h"
+
 namespace inhabit::interact {
-namespace {
 
 using Eigen::Vector2f;
 using Eigen::Vector3f;
-
-// Of the built-in body: from the wrist along the hand, and down to what a flat hand lies on.
-constexpr float kPalmReach = 0.085F, kPalmDepth = 0.025F;
-
-}  // namespace
-
-Vector3f palm_offset(int side) {
-  // At rest hands point sideways, palms down.
-  return {side == 0 ? kPalmReach : -kPalmReach, -kPalmDepth, 0};
-}
 
 Vector3f palm_of(const Vector3f& wrist, const Eigen::Matrix3f& rotation, int side) {
   return wrist + rotation * palm_offset(side);

@@ -40,8 +40,6 @@ struct State {
   Sample& key(int k) { return samples[static_cast<size_t>(k) * kKeyStep]; }
 };
 
-/// The middle of a palm's skin in the frame of its wrist, metres.
-Eigen::Vector3f palm_offset(int side);
 /// The middle of a palm's skin, which touches: `side` 0 left, 1 right. @param rotation joint to world.
 Eigen::Vector3f palm_of(const Eigen::Vector3f& wrist, const Eigen::Matrix3f& rotation, int side);
 inline Eigen::Vector3f palm_of(const State& state, int side) {

@@ -11,10 +11,6 @@
 namespace inhabit::refine {
 namespace {
 
-using Eigen::Vector3d;
-
-constexpr double kTarget = 0.0003;  // metres: how exactly joints of partial keys are met
-
 void check(const Clip& motion, const KeyPoses& keys) {
   const auto require = [](bool good, const char* what) {
     if (!good) throw Error("refine", what);
@@ -24,7 +20,10 @@ void check(const Clip& motion, const KeyPoses& keys) {
   require(keys.exact.size() == keys.frames.size(), "exact: not one number a key");
   require(keys.frames.empty() || keys.poses.frames() == static_cast<int64_t>(keys.frames.size()), "not one pose a key");
   for (const int64_t frame : keys.frames) require(frame >= 0 && frame < motion.frames(), "a key is of no frame");
-  for (const int joint : keys.joints) require(joint >= 0 && joint < kStandardJoints, "a key is of no joint");
+  for (const JointTarget& target : keys.targets) {
+    require(target.joint >= 0 && target.joint < kStandardJoints, "a target is of no joint");
+    require(target.frame >= 0 && target.frame < motion.frames(), "a target is of no frame");
+  }
 }
 
 /// Nearness to the motion and smoothness; hard keys in place.
@@ -74,16 +73,15 @@ void add_noisy_keys(const KeyPoses& keys, double noise, Problem& problem) {
   }
 }
 
-void add_targets(const KeyPoses& keys, Problem& problem) {
-  const Poses poses = posed(problem.bones, trajectory_of(keys.poses));
-  for (size_t k = 0; k < poses.size(); ++k)
-    for (const int joint : keys.joints)
-      if (keys.exact[k] == 0)
-        problem.places.push_back({keys.frames[k],
-                                  joint,
-                                  poses[k].positions[static_cast<size_t>(joint)],
-                                  Vector3d::Constant(weight_of(kTarget)),
-                                  {}});
+void add_targets(const std::vector<JointTarget>& targets, Problem& problem) {
+  for (const JointTarget& target : targets) {
+    int point = target.joint;
+    if (!target.offset.isZero()) {
+      point = static_cast<int>(problem.points.size());
+      problem.points.push_back({{target.joint, 1, target.offset}});
+    }
+    problem.places.push_back({target.frame, point, target.place, target.sigma.cwiseAbs2().cwiseInverse(), {}});
+  }
 }
 
 /// `motion` with the exact keys' frames.
@@ -104,15 +102,29 @@ Clip with_exact(const Clip& motion, const KeyPoses& keys) {
 
 }  // namespace
 
+std::vector<JointTarget> joint_targets(const Clip& poses, int64_t pose, int64_t frame,
+                                       const std::vector<int64_t>& joints) {
+  std::vector<JointTarget> out;
+  for (const int64_t joint : joints) {
+    const torch::Tensor place = poses.joints[pose][joint].to(torch::kFloat64).contiguous();
+    JointTarget target;
+    target.frame = frame;
+    target.joint = static_cast<int>(joint);
+    target.place = Eigen::Map<const Eigen::Vector3d>(place.data_ptr<double>());
+    out.push_back(target);
+  }
+  return out;
+}
+
 Clip refine_generated(const Clip& motion, const KeyPoses& keys, const GeneratedOptions& options) {
   check(motion, keys);
   Problem problem = base(motion, keys, options);
-  const bool noisy = keys.joints.empty() && std::count(keys.exact.begin(), keys.exact.end(), 0) > 0;
+  const bool noisy = std::count(keys.exact.begin(), keys.exact.end(), 0) > 0;
   if (noisy) add_noisy_keys(keys, options.noise, problem);
   problem.initial = solve(problem, {3, 1e-3}).trajectory;
-  if (!keys.joints.empty()) {
+  if (!keys.targets.empty()) {
     // The pelvis would carry the legs along: its orientation stays.
-    add_targets(keys, problem);
+    add_targets(keys.targets, problem);
     problem.rotates.assign(kStandardJoints, 1);
     problem.rotates[0] = 0;
     problem.initial = solve(problem, {12, 1e-3}).trajectory;

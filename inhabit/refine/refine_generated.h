@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -6,13 +7,26 @@
 
 namespace inhabit::refine {
 
-/// The poses that a network's motion was conditioned on.
+/// Where a joint, or a point that moves with it, is wanted.
+struct JointTarget {
+  int64_t frame = 0;
+  int joint = 0;
+  Eigen::Vector3d place;                                      ///< metres, world
+  Eigen::Vector3d sigma = Eigen::Vector3d::Constant(0.0003);  ///< metres along each axis; infinite: left free
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();           ///< of the point, metres in the joint's frame
+};
+
+/// Targets where the joints of a pose are. @param pose row of `poses` that is `frame` of the motion
+std::vector<JointTarget> joint_targets(const Clip& poses, int64_t pose, int64_t frame,
+                                       const std::vector<int64_t>& joints);
+
+/// What a network's motion was conditioned on.
 struct KeyPoses {
   std::vector<int64_t> frames;  ///< of the motion, in order
   Clip poses;                   ///< (K) one for each, on the motion's skeleton
   std::vector<char> exact;      ///< (K) 1: a hard constraint, that frame comes out as the pose is, bit by bit
-  std::vector<int> joints;      ///< of the other keys the places of these joints alone are constrained; empty: they are
-                                ///< whole poses with noise
+                                ///< 0: a whole pose with noise
+  std::vector<JointTarget> targets;
 };
 
 /// Standard deviations of what a network's motion is changed by.
@@ -24,8 +38,8 @@ struct GeneratedOptions {
 };
 
 /// A network's motion brought to the poses that it was conditioned on. Hard keys are met exactly and the frames around
-/// change smoothly along with them; of partial keys the joints are met within millimetres, as far as limbs reach, by
-/// the least change of the body but its orientation; noisy keys count by their noise.
+/// change smoothly along with them; targets are met within millimetres, as far as limbs reach, by the least change of
+/// the body but its orientation; noisy keys count by their noise.
 /// @param motion on the standard skeleton with rotations. Throws Error where sizes disagree.
 Clip refine_generated(const Clip& motion, const KeyPoses& keys, const GeneratedOptions& options = {});
 

@@ -51,7 +51,10 @@ TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
       << "ends beyond the floor";
   const Tensor wall = torch::full({96, 96}, -1.F);
   wall.slice(1, 58, 60).fill_(1);
-  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120})).abs().max().item<float>(), 0) << "no path at all";
+  std::vector<int64_t> unreached;
+  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120}), &unreached).abs().max().item<float>(), 0)
+      << "no path at all";
+  EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
 
 TEST(WaysAround, TurnWithThePerson) {

@@ -12,11 +12,13 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/interpolate.h"
+#include "inhabit/inbetween/keyed_clip.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/residual.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/locomotion.h"
+#include "inhabit/motion/pose_track.h"
 #include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -284,6 +286,137 @@ TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   };
   EXPECT_GT(difference(seeing), 1e-4);
   EXPECT_EQ(difference(blind), 0);
+}
+
+TEST(SceneInbetweener, AHandIsWhereAContactSaysWhileItSaysSo) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(121, 0.3, 0, 1);
+  Options r = request("ends", 121);
+  const Tensor near = clip.joints[60][20];
+  JointContact contact;
+  contact.joint = 20;
+  contact.offset = {0.085, -0.025, 0};
+  contact.from = 1.5;
+  contact.to = 2.2;
+  contact.place = {near[0].item<double>(), near[1].item<double>() + 0.2, near[2].item<double>() + 0.2};
+  r.controls.contacts = {contact};
+  const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
+  const auto palm_missed = [&](int64_t frame) {
+    const PoseTrack track = pose_track(filled);
+    const auto global = global_rotations(track, filled.skeleton.parents);
+    const Tensor wrist = filled.joints[frame][20].to(torch::kFloat64).contiguous();
+    return (Eigen::Map<const Eigen::Vector3d>(wrist.data_ptr<double>()) +
+            global[static_cast<size_t>(frame * kStandardJoints + 20)] * contact.offset - contact.place)
+        .norm();
+  };
+  for (int64_t frame = 45; frame <= 66; ++frame) EXPECT_LT(palm_missed(frame), 0.01) << frame;
+  EXPECT_GT(palm_missed(20), 0.05);
+  EXPECT_GT(palm_missed(100), 0.05);
+  for (const int64_t key : r.keys) EXPECT_TRUE(torch::equal(filled.rotations[key], clip.rotations[key])) << key;
+  EXPECT_LT((filled.joints.diff(1, 0)).norm(2, {2}).max().item<double>() * 30, 6) << "m/s: nothing jumps";
+}
+
+TEST(SceneInbetweener, TheRootGoesAlongItsPath) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(121, 0.8, 0, 1);
+  const auto root = [&](const Clip& c, int64_t frame, int64_t axis) { return c.joints[frame][0][axis].item<double>(); };
+  Options r = request("every:60", 121);
+  const Eigen::Vector2d beside(root(clip, 30, 0) + 0.6, root(clip, 30, 2));
+  r.controls.root_path = {{1, beside}};
+  const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
+  EXPECT_LT((Eigen::Vector2d(root(filled, 30, 0), root(filled, 30, 2)) - beside).norm(), 0.05);
+  EXPECT_LT(std::abs(root(filled, 90, 0) - root(clip, 90, 0)), 0.3) << "only between the keys around it";
+  for (const int64_t key : r.keys) EXPECT_TRUE(torch::equal(filled.rotations[key], clip.rotations[key])) << key;
+}
+
+TEST(SceneInbetweener, AKeyCountsByItsWeight) {
+  const SceneInbetweener inbetweener(residual_networks());
+  Clip clip = walker(91, 0.8, 0, 1);
+  clip.rotations = clip.rotations.clone();
+  clip.rotations[40][16][2] += 1;  // an arm raised
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  Options r = request("0,40,90", 91), without = request("ends", 91);
+  r.clean_feet = without.clean_feet = false;
+  const Tensor free = inbetweener.run(clip, floor_scene(), without).motion.joints[40], key = clip.joints[40];
+  const auto at = [&](double weight) {
+    r.controls.key_weights = {1, weight, 1};
+    return inbetweener.run(clip, floor_scene(), r).motion.joints[40];
+  };
+  EXPECT_LT(largest_difference(at(1), key), 1e-5);
+  EXPECT_LT(largest_difference(at(0), free), 1e-4);
+  const Tensor half = at(0.5);
+  EXPECT_LT(largest_difference(half[0], (free[0] + key[0]) / 2), 1e-4) << "the root goes half of the way";
+  EXPECT_GT(largest_difference(half, key), 0.01);
+  EXPECT_LT(largest_difference(half, key), largest_difference(free, key));
+}
+
+TEST(SceneInbetweener, ALoopEndsInItsFirstPose) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(91, 0.8, 0.7, 1, 2, -1);
+  Options r = request("every:40", 91);
+  r.controls.loop = true;
+  const Result looped = inbetweener.run(clip, floor_scene(), r);
+  ASSERT_EQ(looped.motion.frames(), 91);
+  const auto canonical = [](const Clip& c, int64_t frame) {
+    return transformed(c, canonical_transform(c, frame)).joints[frame];
+  };
+  EXPECT_LT(largest_difference(canonical(looped.motion, 0), canonical(looped.motion, 90)), 1e-4) << "the same pose";
+  EXPECT_LT(largest_difference(looped.motion.joints[90][0].slice(0, 0, 1), clip.joints[90][0].slice(0, 0, 1)), 1e-4)
+      << "where the last one stood";
+  EXPECT_TRUE(torch::equal(looped.on_source.rotations[0].slice(0, 1), looped.on_source.rotations[90].slice(0, 1)));
+  EXPECT_LT(largest_difference(looped.motion.joints[40], clip.joints[40]), 1e-4) << "keys between stand";
+}
+
+TEST(SceneInbetweener, WhatFollowsOnALoopsEndIsWhatFollowsOnItsStart) {
+  // Two rounds of a wave that goes on over the seam, the second higher and along another line.
+  Clip both = walker(181, 0, 0, 1);
+  both.rotations = torch::zeros_like(both.rotations);
+  both.trans = torch::tensor({0.F, 0.95F, 0.F}).expand({181, 3}).clone();
+  const auto angle = [](int64_t t) {
+    const double phase = 2 * M_PI * static_cast<double>(t) / 90;
+    return 0.3 * std::sin(phase) + (t > 90 ? 0.1 * (1 - std::cos(phase)) : 0);
+  };
+  for (int64_t t = 0; t < 181; ++t) {
+    both.rotations[t][16][2] = angle(t);
+    both.trans[t][2] = 0.01 * static_cast<double>(t);
+  }
+  both.joints = joint_positions(both.skeleton, both.rotations, both.trans);
+  const Clip out = folded(both);
+  ASSERT_EQ(out.frames(), 91);
+  const auto raised = [&](int64_t t) { return out.rotations[t][16][2].item<double>(); };
+  EXPECT_NEAR(raised(90) - raised(89), angle(90) - angle(89), 1e-5);
+  EXPECT_NEAR(raised(1) - raised(0), angle(91) - angle(90), 2e-4);
+  EXPECT_NEAR(raised(60), angle(60), 1e-5) << "later it is the first round";
+  EXPECT_LT(largest_difference(out.trans, both.trans.slice(0, 0, 91)), 1e-4);
+}
+
+TEST(SceneInbetweener, RefusesControlsThatDoNotFit) {
+  const SceneInbetweener residual(residual_networks()), features(networks());
+  const Clip clip = walker(61, 1);
+  const auto refused = [&](const SceneInbetweener& by, const Controls& controls) {
+    Options r = request("every:30", 61);
+    r.controls = controls;
+    return refusal_of([&] { by.run(clip, floor_scene(), r); });
+  };
+  Controls c;
+  c.key_weights = {1, 1};
+  EXPECT_THAT(refused(residual, c), HasSubstr("2 are given for 3 keys"));
+  c.key_weights = {1, NAN, 1};
+  EXPECT_THAT(refused(residual, c), HasSubstr("not in [0, 1]"));
+  c.key_weights = {0.5, 1, 1};
+  EXPECT_THAT(refused(residual, c), HasSubstr("must have 1"));
+  c = {};
+  c.contacts.push_back({20, Eigen::Vector3d::Zero(), 1, 2.5, Eigen::Vector3d::Zero()});
+  EXPECT_THAT(refused(residual, c), HasSubstr("not within the clip's 0 to 2 s"));
+  c.contacts[0].to = 1.5;
+  EXPECT_THAT(refused(features, c), HasSubstr("neither contacts nor a root path"));
+  c.contacts[0].place.x() = INFINITY;
+  EXPECT_THAT(refused(residual, c), HasSubstr("not finite"));
+  c = {};
+  c.root_path = {{0.5, {0, 0}}, {0.4, {0, 0}}};
+  EXPECT_THAT(refused(residual, c), HasSubstr("in order"));
+  c.root_path = {{1.01, {0, 0}}};
+  EXPECT_THAT(refused(residual, c), HasSubstr("a key says"));
 }
 
 TEST(SceneInbetweener, OfResidualMotionStartsFromItsBaseline) {

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
@@ -33,7 +35,18 @@ void pose(Clip& clip) { clip.joints = joint_positions(clip.skeleton, clip.rotati
 
 KeyPoses keys_of(const Clip& clip, const std::vector<int64_t>& frames, const std::vector<char>& exact,
                  const std::vector<int>& joints = {}) {
-  return {frames, frames_at(clip, frames), exact, joints};
+  KeyPoses out;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    if (k < exact.size() && exact[k] == 0 && !joints.empty()) {
+      const auto targets = joint_targets(clip, frames[k], frames[k], {joints.begin(), joints.end()});
+      out.targets.insert(out.targets.end(), targets.begin(), targets.end());
+      continue;
+    }
+    out.frames.push_back(frames[k]);
+    if (k < exact.size()) out.exact.push_back(exact[k]);
+  }
+  out.poses = frames_at(clip, out.frames);
+  return out;
 }
 
 void expect_posed(const Clip& clip) {
@@ -101,6 +114,21 @@ TEST(RefineGenerated, AHandGoesWhereTheArmReaches) {
   expect_posed(out);
 }
 
+TEST(RefineGenerated, APointOfTheHandGoesThere) {
+  const Clip clip = standing(), keyed = reaching(clip, 0.6, {0.F, 0.F, 0.F});
+  KeyPoses keys = keys_of(clip, {0, 60}, {1, 1});
+  JointTarget target = joint_targets(keyed, kKey, kKey, {20})[0];
+  target.offset = {0.1, 0, 0};
+  keys.targets = {target};
+  const Clip out = refine_generated(clip, keys);
+  EXPECT_NEAR(missed(out, keyed, 20), 0.1, 1e-3) << "the wrist is as far from there as the point from the wrist";
+  target.sigma = {0.0003, std::numeric_limits<double>::infinity(), 0.0003};
+  target.place.y() += 5;
+  keys.targets = {target};
+  const Clip beside = refine_generated(clip, keys);
+  EXPECT_LT((beside.joints[kKey][20] - keyed.joints[kKey][20]).norm().item<double>(), 0.6) << "any height will do";
+}
+
 TEST(RefineGenerated, TheTrunkLeansForAHandOnAPelvisThatStays) {
   const Clip clip = standing(), keyed = reaching(clip, 1.2, {0.F, 0.F, 0.F}, 0.6);
   const Clip out = refine_generated(clip, keys_of(keyed, {0, kKey, 60}, {1, 0, 1}, {0, 20}));
@@ -161,7 +189,11 @@ TEST(RefineGenerated, RefusesKeysThatDoNotFit) {
   const Clip clip = standing();
   EXPECT_THROW(refine_generated(clip, keys_of(clip, {0, 60}, {1})), Error);
   EXPECT_THROW(refine_generated(clip, {{0, 61}, frames_at(clip, {0, 60}), {1, 1}, {}}), Error);
-  EXPECT_THROW(refine_generated(clip, keys_of(clip, {0, 60}, {1, 0}, {22})), Error);
+  KeyPoses aside = keys_of(clip, {0, 60}, {1, 1});
+  aside.targets.push_back({30, 22, {0, 1, 0}});
+  EXPECT_THROW(refine_generated(clip, aside), Error);
+  aside.targets[0] = {61, 20, {0, 1, 0}};
+  EXPECT_THROW(refine_generated(clip, aside), Error);
   Clip positions = clip;
   positions.rotations = Tensor();
   EXPECT_THROW(refine_generated(positions, keys_of(clip, {0, 60}, {1, 1})), Error);
