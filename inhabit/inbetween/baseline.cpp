@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 
 namespace inhabit::inbetween {
 
@@ -71,12 +72,25 @@ Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch
   out.poses.joints.resize(Poses::at(frames, 0));
   out.poses.rotations.resize(Poses::at(frames, 0));
   out.heading.resize(static_cast<size_t>(frames));
+  std::vector<double> turns(whole.size(), 0);
+  if (detours.defined()) {
+    std::vector<Eigen::Vector2d> straight;
+    std::vector<int64_t> root_keys;
+    for (int64_t t = 0; t < frames; ++t) {
+      const Around root = around(out.root_distance[static_cast<size_t>(t)], t);
+      const Vector3f place = keys.root(root.from) + root.share * (keys.root(root.to) - keys.root(root.from));
+      straight.emplace_back(place.x(), place.z());
+      if (rooted[static_cast<size_t>(t)] != 0) root_keys.push_back(t);
+    }
+    turns = turns_along(straight, detours, root_keys);
+  }
   for (int64_t t = 0; t < frames; ++t) {
     const size_t first = Poses::at(t, 0), frame = static_cast<size_t>(t);
     const Around pose = around(out.pose_distance[frame], t), root = around(out.root_distance[frame], t);
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       Quaternionf q = local_rotation(keys, pose.from, j);
       if (pose.share > 0) q = q.slerp(pose.share, local_rotation(keys, pose.to, j));
+      if (j == 0 && turns[frame] != 0) q = Eigen::AngleAxisf(static_cast<float>(turns[frame]), Vector3f::UnitY()) * q;
       const size_t parent = first + static_cast<size_t>(std::max(0, standard_parents()[static_cast<size_t>(j)]));
       out.poses.rotations[first + static_cast<size_t>(j)] = j == 0 ? q : (out.poses.rotations[parent] * q).normalized();
     }

@@ -26,7 +26,8 @@ struct Baseline {
 
 /// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
 /// or positions of joints and with the pelvis's the root. The first frame must be a whole key. @param detours (T, 2)
-/// metres along x and z that the root's line is shifted by (obstacle_detours.h); undefined: none
+/// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body turns; undefined:
+/// none
 Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {});
 
 }  // namespace inhabit::inbetween

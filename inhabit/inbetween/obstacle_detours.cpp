@@ -8,7 +8,9 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/math/heading.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/math/smooth_step.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/scene/occupancy.h"
 #include "inhabit/scene/walk_path.h"
@@ -24,6 +26,8 @@ constexpr int64_t kSide = 96;
 constexpr double kCell = 0.1;                  // metres
 constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a path closer than kWide is blocked; clearance of the new one
 constexpr double kAtEnds = 0.45;               // metres around key frames that may be occupied: somebody sits there
+constexpr double kTurning = 15;                // frames around keys in which the heading comes back to theirs
+constexpr int64_t kAlong = 3;                  // frames to either side that tell where the path goes
 constexpr double kQuickest = 0.08;             // metres a frame: a path that needs a higher speed is not taken
 
 /// Distance from every place of the floor to the nearest occupied square, drawn finer for find_path.
@@ -119,6 +123,26 @@ Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery&
   moves.select(1, 0).copy_(detours.select(1, 0));
   moves.select(1, 2).copy_(detours.select(1, 1));
   return moves.matmul(yaw_matrix(-to_canonical.yaw).t()).index_select(1, torch::tensor({0, 2})).contiguous();
+}
+
+std::vector<double> turns_along(const std::vector<Vector2d>& straight, const Tensor& detours,
+                                const std::vector<int64_t>& keys) {
+  std::vector<double> turns(straight.size(), 0);
+  const auto offset = detours.accessor<float, 2>();
+  const auto place = [&](int64_t t) -> Vector2d {
+    return straight[static_cast<size_t>(t)] + Vector2d(offset[t][0], offset[t][1]);
+  };
+  for (size_t k = 0; k + 1 < keys.size(); ++k) {
+    const int64_t from = keys[k], to = keys[k + 1];
+    if (to - from < 2 || detours.slice(0, from + 1, to).abs().max().item<double>() == 0) continue;
+    const double ahead = inhabit::heading_of(straight[static_cast<size_t>(to)] - straight[static_cast<size_t>(from)]);
+    for (int64_t t = from + 1; t < to; ++t) {
+      const Vector2d along = place(std::min(to, t + kAlong)) - place(std::max(from, t - kAlong));
+      const double near = static_cast<double>(std::min(t - from, to - t)) / kTurning;
+      turns[static_cast<size_t>(t)] = smooth_step(near) * wrapped(inhabit::heading_of(along) - ahead);
+    }
+  }
+  return turns;
 }
 
 Tensor along_detours(const Tensor& baseline, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <torch/types.h>
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -28,6 +29,12 @@ torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& ro
 /// @param clip read in key frames only. @param groups (T, 25), the first frame a whole key. @param floor metres, height
 torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, const SceneQuery& scene, double floor,
                               std::vector<int64_t>* unreached = nullptr);
+
+/// Radians that somebody turns by to face along a detour instead of along the straight line, (T); nothing in key
+/// frames, and within half a second of them part of it. @param straight (T) x, z metres of the root without detours.
+/// @param keys frames that give the root, in order
+std::vector<double> turns_along(const std::vector<Eigen::Vector2d>& straight, const torch::Tensor& detours,
+                                const std::vector<int64_t>& keys);
 
 /// Moves the interpolated baseline along the detours: root and joint positions of standardised features (B, 201, T) are
 /// shifted by `detours` (B, T, 2), metres. @param mask (B, 201, T) 1 for constrained features, which stay. @param

@@ -87,6 +87,32 @@ TEST(Inbetween, KeyFramesAreTheFilesOwnAtAnyRate) {
   }
 }
 
+TEST(Inbetween, TakesWhatAnAnimatorGivesBesideKeys) {
+  const TempFolder folder;
+  const std::string out = folder / "out";
+  CommandResult r = run_command("inbetween " + kWalk + " --keyframes 45 --key-weights 1,0.5,1 --contact " +
+                                "left_wrist,2.0,2.2,0.3,1.2,2 --root-path 1,0.4,0.9 --samples 2 --standard -o " + out +
+                                ".npz -o " + out + ".bvh -o " + out + ".html");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const std::vector<Clip> samples = read_clips(out + ".npz");
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_FALSE(torch::equal(samples[0].joints, samples[1].joints));
+  EXPECT_TRUE(std::filesystem::exists(out + "_000.bvh"));
+  EXPECT_TRUE(std::filesystem::exists(out + "_001.bvh"));
+  EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("sample 2"));
+  r = run_command("inbetween " + kWalk + " --loop --standard -o " + out + "_loop.npz");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Clip loop = read_clip(out + "_loop.npz");
+  EXPECT_LT((loop.rotations[0].slice(0, 1) - loop.rotations[89].slice(0, 1)).abs().max().item<double>(), 1e-4);
+  const TempFolder empty;
+  const std::string walk = "inbetween " + kWalk, to = " -o " + empty / "x.npz", nothing = empty / "";
+  expect_refused(walk + " --contact nose,1,2,3,4,5" + to, {"no joint"}, nothing);
+  expect_refused(walk + " --contact left_hand,1,2,3" + to, {"5 are wanted"}, nothing);
+  expect_refused(walk + " --contact left_hand,2,1,3,4,5" + to, {"not within"}, nothing);
+  expect_refused(walk + " --root-path 1,nan,0" + to, {"no number"}, nothing);
+  expect_refused(walk + " --key-weights 1" + to, {"1 are given for 2 keys"}, nothing);
+}
+
 TEST(Inbetween, WarnsOfKeyPosesInsideTheScene) {
   const TempFolder folder;
   Clip clip = read_clip(kSit);

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "inbetween/table_detour.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
@@ -84,6 +87,26 @@ TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
   EXPECT_FLOAT_EQ(moved[kJointFeature + 63][1].item<float>(), 0.2F);
   EXPECT_FLOAT_EQ(moved[kJointFeature + 65][1].item<float>(), -0.4F);
   EXPECT_EQ(moved.select(1, 0).abs().max().item<float>(), 0);
+}
+
+TEST(ObstacleDetours, TheBodyTurnsWithItsWay) {
+  // A metre ahead in 100 frames, and as far aside and back again.
+  std::vector<Eigen::Vector2d> straight;
+  Tensor detours = torch::zeros({101, 2});
+  for (int64_t t = 0; t <= 100; ++t) {
+    straight.emplace_back(0, 0.01 * static_cast<double>(t));
+    detours[t][0] = 0.01 * static_cast<double>(std::min(t, 100 - t));
+  }
+  const std::vector<double> turns = turns_along(straight, detours, {0, 100});
+  EXPECT_EQ(turns[0], 0);
+  EXPECT_EQ(turns[100], 0);
+  EXPECT_NEAR(turns[30], M_PI / 4, 1e-6) << "+Z turns towards +X";
+  EXPECT_NEAR(turns[50], 0, 1e-6);
+  EXPECT_NEAR(turns[70], -M_PI / 4, 1e-6);
+  EXPECT_GT(turns[8], 0.05);
+  EXPECT_LT(turns[8], M_PI / 4) << "near a key part of it";
+  const std::vector<double> none = turns_along(straight, torch::zeros({101, 2}), {0, 100});
+  EXPECT_EQ(*std::max_element(none.begin(), none.end()), 0);
 }
 
 }  // namespace
