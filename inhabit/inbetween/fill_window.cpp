@@ -26,8 +26,11 @@ namespace {
 
 constexpr int64_t kDenseKeys = 6;      // frames from one key to the next, in the mean
 constexpr int kWristFromShoulder = 4;  // joints
-// Metres that the root may be beside its path: people sway by as much.
-const Eigen::Vector3d kPathWidth(0.02, std::numeric_limits<double>::infinity(), 0.02);
+constexpr double kUnbound = std::numeric_limits<double>::infinity();
+// Metres, standard deviations. The root may be beside its path, since people sway, but keeps the height that the
+// network gives it, where a joint is in contact too: nobody is lifted by a hand.
+constexpr double kContact = 0.0005, kHeight = 0.002;
+const Eigen::Vector3d kPathWidth(0.02, 0.01, 0.02);
 
 /// What each frame of a window constrains (c.frames, 25).
 Tensor groups_of(const Filling& f, const FillWindow& window) {
@@ -94,8 +97,8 @@ bool exact_key(const Filling& f, int64_t frame) {
   return (clean || frame == 0 || frame == f.last_frame()) && std::binary_search(f.keys.begin(), f.keys.end(), frame);
 }
 
-/// What refinement brings a window to: known frames and clean whole keys exactly.
-refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
+/// What refinement brings the prediction of a window to: known frames and clean whole keys exactly.
+refine::KeyPoses key_poses(const Filling& f, const FillWindow& window, const Clip& predicted) {
   refine::KeyPoses out;
   std::vector<int64_t> at;
   const auto add = [&](int64_t frame, bool exact) {
@@ -116,16 +119,20 @@ refine::KeyPoses key_poses(const Filling& f, const FillWindow& window) {
       out.targets.push_back(target);
   }
   out.poses = frames_at(f.motion, at);
+  const auto height = [&](int64_t frame) { return predicted.joints[frame][0][1].item<double>(); };
   for (refine::JointTarget target : f.given.contacts) {
     if (target.frame <= window.known || target.frame > window.last) continue;
     target.frame -= window.first;
+    target.sigma.setConstant(kContact);
     out.targets.push_back(target);
+    out.targets.push_back({target.frame, 0, {0, height(target.frame), 0}, {kUnbound, kHeight, kUnbound}});
   }
   if (f.given.path.defined()) {
     const auto path = f.given.path.accessor<float, 2>();
     for (int64_t frame = window.known + 1; frame <= window.last; ++frame)
       if (path[frame][2] > 0)
-        out.targets.push_back({frame - window.first, 0, {path[frame][0], 0, path[frame][1]}, kPathWidth});
+        out.targets.push_back(
+            {frame - window.first, 0, {path[frame][0], height(frame - window.first), path[frame][1]}, kPathWidth});
   }
   return out;
 }
@@ -219,7 +226,7 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
     refine::GeneratedOptions refining;
     // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.
     refining.smooth = c.t_star > 0 && f.last_frame() <= kDenseKeys * static_cast<int64_t>(f.keys.size() - 1);
-    refined = refine::refine_generated(refined, key_poses(f, window), refining);
+    refined = refine::refine_generated(refined, key_poses(f, window, refined), refining);
   }
   const int64_t from = w == 0 ? 0 : window.known + 1;
   const std::pair<Tensor&, Tensor&> parts[] = {
