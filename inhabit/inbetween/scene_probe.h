@@ -15,9 +15,9 @@ inline constexpr int64_t kBodyPoints = kStandardJoints + 8;
 /// Numbers that a body point gives the network: closeness and its gradient; the fan gives closenesses.
 inline constexpr int64_t kPointFeatures = 4 * kBodyPoints, kFanFeatures = 75;
 
-/// The distance to a scene's obstacles (all but floors, rugs and the ground of a scan; points of a cloud, too) where people are, at the corners of a grid of 0.1 m
-/// and interpolated between them. Found once, so that thousands of scenes can be kept (some 300 KB each). Copies share
-/// it.
+/// The distance to a scene's obstacles (all but floors, rugs and the ground of a scan; points of a cloud, too) where
+/// people are, at the corners of a grid of 0.1 m and interpolated between them. Found once, so that thousands of scenes
+/// can be kept (some 300 KB each). Copies share it.
 class SceneDistances {
  public:
   SceneDistances() = default;  ///< nothing to collide with

@@ -35,8 +35,8 @@ struct Skin {
 /// @param betas (B) shape, or undefined
 Skin skin_of(const BodyModel& model, const torch::Tensor& betas);
 
-/// The shape of the body that a clip on the standard skeleton shows: the clip's own betas, where they are of this model,
-/// else undefined. Those of another model than the built-in one must explain the clip's bones.
+/// The shape of the body that a clip on the standard skeleton shows: the clip's own betas, where they are of this
+/// model, else undefined. Those of another model than the built-in one must explain the clip's bones.
 torch::Tensor shape_in(const Clip& clip, const BodyModel& body);
 
 /// Vertices of the skin in a pose. `rest` is where they stand before skinning, blend shapes of the pose included.

@@ -17,8 +17,8 @@ bool is_floor(const std::string& mesh_name);
 /// The scene without its floor, its points and, where one is named, an object.
 Scene obstacles_of(const Scene& scene, const std::string& without = "");
 
-/// The scene without the floor of a scan, which has no name: faces that look up from under 4 cm over `floor`, and points
-/// under that.
+/// The scene without the floor of a scan, which has no name: faces that look up from under 4 cm over `floor`, and
+/// points under that.
 Scene without_ground(Scene scene, double floor = 0);
 
 }  // namespace inhabit

@@ -91,7 +91,8 @@ TEST(ReconstructVerb, RefusesWhatDoesNotFit) {
   refused("--masks", in("mask_00000*.png"), "there is no mask of frame");
   refused("--masks", in("depth_*.npy"), "no PNG image");
   refused("--depth", in("mask_*.png"), "mask_000000.png");
-  expect_refused(line_with() + " --objects " + in("objects") + out, {"meshes and their masks go together"}, folder / "out");
+  expect_refused(line_with() + " --objects " + in("objects") + out, {"meshes and their masks go together"},
+                 folder / "out");
   expect_refused(line_with() + " --objects " + in("object_masks") + " --object-masks " + in("object_masks") + out,
                  {"holds no meshes"}, folder / "out");
   expect_refused(line_with() + " --model " INHABIT_SOURCE_DIR "/models/inbetween-compact.safetensors" + out,
