@@ -45,6 +45,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.scene_dropout", c.training.scene_dropout);
   visit("training.recorded", c.training.recorded);
   visit("training.blocked", c.training.blocked);
+  visit("training.way_around", c.training.way_around);
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
   visit("training.deployed_learning_rate", c.training.deployed_learning_rate);
@@ -180,6 +181,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
   check.within("training.recorded", c.training.recorded, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);
+  check.within("training.way_around", c.training.way_around, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);
   check.within("training.deployed_learning_rate", c.training.deployed_learning_rate, 0, 100);

@@ -45,6 +45,7 @@ Tensor path_curve(const std::vector<PathPoint>& path, const Tensor& roots, const
   const Tensor places = roots.to(torch::kFloat64).contiguous();
   const auto at = places.accessor<double, 2>();
   std::vector<std::pair<double, Eigen::Vector2d>> knots;  // frame, place
+  knots.reserve(keys.size() + path.size());
   for (const int64_t key : keys) knots.emplace_back(key, Eigen::Vector2d(at[key][0], at[key][2]));
   for (const PathPoint& point : path) {
     const double frame = point.seconds * rate;

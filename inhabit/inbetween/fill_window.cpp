@@ -163,9 +163,9 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
   Tensor groups = groups_of(f, window);
   std::vector<int64_t> unreached;
   Tensor moves = torch::zeros({f.config().frames, 2});
-  if (f.options.way_around) moves = detours_of_clip(keys, groups, f.query, f.floor, &unreached);
-  for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   Poses poses = poses_of(keys, f.floor);
+  if (f.options.way_around) moves = detours_of_poses(poses, groups, f.distances, &unreached);
+  for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   for (const refine::JointTarget& contact : f.given.contacts) {
     if (contact.frame <= window.known || contact.frame > window.last) continue;
     const int64_t frame = contact.frame - window.first;

@@ -24,6 +24,8 @@ namespace {
 
 constexpr int64_t kSide = 96;
 constexpr double kCell = 0.1;                  // metres
+constexpr int kLayers = 15;                    // of cells, around the next height
+constexpr double kMiddle = 0.95;               // metres above the floor
 constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a path closer than kWide is blocked; clearance of the new one
 constexpr double kAtEnds = 0.45;               // metres around key frames that may be occupied: somebody sits there
 constexpr double kTurning = 15;                // frames around keys in which the heading comes back to theirs
@@ -71,8 +73,6 @@ bool blocked(const FreeSpace& clearance, const Vector2d& from, const Vector2d& t
 }  // namespace
 
 Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, double height) {
-  constexpr int kLayers = 15;
-  constexpr double kMiddle = 0.95;  // metres above the floor
   const Eigen::Vector3d center(root[0].item<double>(), height + kMiddle, root[2].item<double>());
   const Tensor cells = occupancy_grid(scene.solid(), center, yaw, {{kSide, kLayers, kSide}, kCell});
   return cells.amax(1);
@@ -123,6 +123,26 @@ Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery&
   moves.select(1, 0).copy_(detours.select(1, 0));
   moves.select(1, 2).copy_(detours.select(1, 1));
   return moves.matmul(yaw_matrix(-to_canonical.yaw).t()).index_select(1, torch::tensor({0, 2})).contiguous();
+}
+
+Tensor detours_of_poses(const Poses& keys, const Tensor& groups, const SceneDistances& scene,
+                        std::vector<int64_t>* unreached) {
+  const int64_t frames = keys.frames();
+  const Eigen::Vector3f& start = keys.root(0);
+  Tensor plan = torch::full({kSide, kSide}, -1.0F), root = torch::zeros({frames, 3});
+  auto square = plan.accessor<float, 2>(), place = root.accessor<float, 2>();
+  const auto middle = [](int64_t i, int64_t count) {
+    return static_cast<float>(kCell * (static_cast<double>(i) - 0.5 * static_cast<double>(count - 1)));
+  };
+  for (int64_t x = 0; x < kSide; ++x)
+    for (int64_t z = 0; z < kSide; ++z)
+      for (int64_t y = 0; y < kLayers && square[x][z] < 0; ++y)
+        if (scene.distance({start.x() + middle(x, kSide), static_cast<float>(kMiddle) + middle(y, kLayers),
+                            start.z() + middle(z, kSide)}) < kCell / 2)
+          square[x][z] = 1;
+  for (int64_t t = 0; t < frames; ++t)
+    for (int axis = 0; axis < 3; ++axis) place[t][axis] = keys.root(t)[axis] - start[axis];
+  return detours_around(plan, root, groups, unreached);
 }
 
 std::vector<double> turns_along(const std::vector<Vector2d>& straight, const Tensor& detours,

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "inhabit/inbetween/poses.h"
+#include "inhabit/inbetween/scene_probe.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/query.h"
 
@@ -29,6 +31,11 @@ torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& ro
 /// @param clip read in key frames only. @param groups (T, 25), the first frame a whole key. @param floor metres, height
 torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, const SceneQuery& scene, double floor,
                               std::vector<int64_t>* unreached = nullptr);
+
+/// The same from the distances that a network of residual motion sees, in training and in use.
+/// @param keys (T) poses, read in key frames only
+torch::Tensor detours_of_poses(const Poses& keys, const torch::Tensor& groups, const SceneDistances& scene,
+                               std::vector<int64_t>* unreached = nullptr);
 
 /// Radians that somebody turns by to face along a detour instead of along the straight line, (T); nothing in key
 /// frames, and within half a second of them part of it. @param straight (T) x, z metres of the root without detours.

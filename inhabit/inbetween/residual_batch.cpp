@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "inhabit/inbetween/drawn_keys.h"
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/residual_input.h"
 #include "inhabit/math/random.h"
 
@@ -41,6 +42,7 @@ bool blocked(const PoseWindow& window, const Baseline& baseline) {
 Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
   const bool recorded = data.generated().empty() || (!data.recorded().empty() && chance(random, c.training.recorded));
   const std::vector<int64_t>& windows = recorded ? data.recorded() : data.generated();
+  const bool around = chance(random, c.training.way_around);
   const int draws = chance(random, c.training.blocked) ? kLookedAt : 1;
   std::optional<Example> first;
   for (int i = 0; i < draws; ++i) {
@@ -48,8 +50,11 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     PoseWindow window = data.window(index, chance(random, 0.5));
     const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
     Baseline baseline = baseline_of(window.poses, keys.groups);
-    if (i + 1 == draws || i == 0) first = Example{window, baseline};
-    if (draws == 1 || blocked(window, baseline)) return {std::move(window), std::move(baseline)};
+    const bool taken = draws == 1 || blocked(window, baseline);
+    if (around && (taken || i == 0))
+      baseline = baseline_of(window.poses, keys.groups, detours_of_poses(window.poses, keys.groups, window.scene));
+    if (taken) return {std::move(window), std::move(baseline)};
+    if (i == 0) first = Example{std::move(window), std::move(baseline)};
   }
   return std::move(*first);
 }

@@ -60,6 +60,21 @@ TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
 
+TEST(WaysAround, AreFoundFromDistancesAsFromTheSceneItself) {
+  const Walk w;
+  Clip ends = w.detour.ends;  // beside the table's middle, so that one side is shorter
+  ends.trans = ends.trans + torch::tensor({0.2F, 0.F, 0.F});
+  ends.joints = ends.joints + torch::tensor({0.2F, 0.F, 0.F});
+  const Poses poses = poses_of(ends);
+  const SceneDistances distances(w.detour.room);
+  const Tensor groups = w.keys({0, 120}), found = detours_of_poses(poses, groups, distances),
+               of_scene = detours_of_clip(ends, groups, SceneQuery(w.detour.room), 0);
+  EXPECT_GT(found.abs().max().item<double>(), 0.3);
+  EXPECT_LT((found - of_scene).abs().max().item<double>(), 0.15);
+  const Tensor mirror = detours_of_poses(window_of(poses, 0, 121, true), groups, distances.mirrored());
+  EXPECT_LT((mirror - found * torch::tensor({-1.F, 1.F})).abs().max().item<double>(), 0.15);
+}
+
 TEST(WaysAround, TurnWithThePerson) {
   const Walk w;
   Tensor left = torch::full({96, 96}, -1.F);
