@@ -26,6 +26,7 @@ constexpr int64_t kSide = 96;
 constexpr double kCell = 0.1;                  // metres
 constexpr int kLayers = 15;                    // of cells, around the next height
 constexpr double kMiddle = 0.95;               // metres above the floor
+constexpr float kThrough = 0.07F;              // metres from a cell's middle to a surface that goes through it
 constexpr double kWide = 0.15, kMargin = 0.3;  // metres: a path closer than kWide is blocked; clearance of the new one
 constexpr double kAtEnds = 0.45;               // metres around key frames that may be occupied: somebody sits there
 constexpr double kTurning = 15;                // frames around keys in which the heading comes back to theirs
@@ -138,7 +139,7 @@ Tensor detours_of_poses(const Poses& keys, const Tensor& groups, const SceneDist
     for (int64_t z = 0; z < kSide; ++z)
       for (int64_t y = 0; y < kLayers && square[x][z] < 0; ++y)
         if (scene.distance({start.x() + middle(x, kSide), static_cast<float>(kMiddle) + middle(y, kLayers),
-                            start.z() + middle(z, kSide)}) < kCell / 2)
+                            start.z() + middle(z, kSide)}) < kThrough)
           square[x][z] = 1;
   for (int64_t t = 0; t < frames; ++t)
     for (int axis = 0; axis < 3; ++axis) place[t][axis] = keys.root(t)[axis] - start[axis];
