@@ -88,12 +88,12 @@ std::pair<std::string, std::vector<std::string>> named_settings(const std::strin
 }
 
 /// The interpolations, then the models as they are and with each row's settings. @param config becomes the last
-/// model's.
-std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config) {
+/// model's. @param noisy the keys are
+std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config, bool noisy = false) {
   if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
   std::vector<Method> methods;
   if (!o.options.key_groups.defined())  // they know whole poses only
-    for (const Method& method : inbetween::interpolation_methods()) add_rows(methods, method, o.refine);
+    for (const Method& method : inbetween::interpolation_methods(noisy)) add_rows(methods, method, o.refine);
   for (const std::string& file : o.models) {
     inbetween::Networks networks = inbetween::load_networks(file);
     set_used(networks.config, o.settings, kUse);
@@ -160,7 +160,7 @@ void eval_inbetween(InbetweenOptions& o) {
   if (!o.joints.empty()) o.rows.options.key_groups = inbetween::key_groups(o.joints);
   o.evaluation.key_joints = inbetween::key_joints_of(o.rows.options.key_groups);
   inbetween::Config config;
-  const std::vector<Method> methods = methods_of(o.rows, config);
+  const std::vector<Method> methods = methods_of(o.rows, config, o.evaluation.noise > 0);
   Notes notes;
   const auto windows = o.motions.empty() ? windows_of_data(o, config) : windows_of_files(o, config, notes);
   const inbetween::MotionAutoencoder features =

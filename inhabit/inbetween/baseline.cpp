@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/inbetween/key_smoother.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 
@@ -39,11 +40,13 @@ Around around(const KeyDistance& d, int64_t t) {
   return {t - d.before, t + d.after, static_cast<float>(d.before) / static_cast<float>(d.before + d.after)};
 }
 
-Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joint) {
-  const Quaternionf& world = poses.rotations[Poses::at(frame, joint)];
-  return joint == 0
-             ? world
-             : poses.rotations[Poses::at(frame, standard_parents()[static_cast<size_t>(joint)])].conjugate() * world;
+/// Notes where a key has joint `j`, as seen from the baseline.
+void put_target(Baseline& baseline, const Poses& keys, int64_t t, int64_t j) {
+  const Eigen::AngleAxisf to_heading(-baseline.heading[static_cast<size_t>(t)], Vector3f::UnitY());
+  const Vector3f away = to_heading * (keys.joints[Poses::at(t, j)] - baseline.poses.joints[Poses::at(t, j)]);
+  auto target = baseline.targets.accessor<float, 3>();
+  for (int axis = 0; axis < 3; ++axis) target[t][j][axis] = away[axis];
+  target[t][j][3] = 1;
 }
 
 }  // namespace
@@ -72,6 +75,7 @@ Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch
   out.poses.joints.resize(Poses::at(frames, 0));
   out.poses.rotations.resize(Poses::at(frames, 0));
   out.heading.resize(static_cast<size_t>(frames));
+  out.noise.resize(static_cast<size_t>(frames), 0);
   std::vector<double> turns(whole.size(), 0);
   if (detours.defined()) {
     std::vector<Eigen::Vector2d> straight;
@@ -105,17 +109,38 @@ Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch
     out.heading[frame] = heading_of(out.poses, t, t == 0 ? 0.0F : out.heading[frame - 1]);
   }
   out.targets = torch::zeros({frames, kStandardJoints, 4});
-  auto target = out.targets.accessor<float, 3>();
-  for (int64_t t = 0; t < frames; ++t) {
-    if (whole[static_cast<size_t>(t)] != 0) continue;
-    const Eigen::AngleAxisf to_heading(-out.heading[static_cast<size_t>(t)], Vector3f::UnitY());
+  for (int64_t t = 0; t < frames; ++t)
+    for (int64_t j = 0; j < kStandardJoints; ++j)
+      if (whole[static_cast<size_t>(t)] == 0 && given[t][kJointGroups + j] > 0) put_target(out, keys, t, j);
+  return out;
+}
+
+Baseline baseline_of_noisy(const Poses& keys, const torch::Tensor& groups, const KeyNoise& noise,
+                           const torch::Tensor& detours) {
+  if (noise.level == 0) return baseline_of(keys, groups, detours);
+  const Baseline plain = baseline_of(keys, groups);
+  std::vector<int64_t> whole;
+  std::vector<char> exact;
+  for (int64_t t = 0; t < keys.frames(); ++t) {
+    if (plain.pose_distance[static_cast<size_t>(t)].bridge() > 0) continue;
+    whole.push_back(t);
+    exact.push_back(noise.exact[static_cast<size_t>(t)]);
+  }
+  const Poses smooth = smooth_poses(plain.poses, whole, exact, noise.level, noise.rate);
+  Poses cleaned = keys;
+  for (size_t k = 0; k < whole.size(); ++k) {
+    if (exact[k] != 0) continue;
     for (int64_t j = 0; j < kStandardJoints; ++j) {
-      if (given[t][kJointGroups + j] == 0) continue;
-      const Vector3f away = to_heading * (keys.joints[Poses::at(t, j)] - out.poses.joints[Poses::at(t, j)]);
-      for (int axis = 0; axis < 3; ++axis) target[t][j][axis] = away[axis];
-      target[t][j][3] = 1;
+      const size_t at = Poses::at(whole[k], j);
+      cleaned.joints[at] = smooth.joints[at];
+      cleaned.rotations[at] = smooth.rotations[at];
     }
   }
+  Baseline out = baseline_of(cleaned, groups, detours);
+  for (size_t k = 0; k < whole.size(); ++k)
+    for (int64_t j = 0; j < kStandardJoints && exact[k] == 0; ++j) put_target(out, keys, whole[k], j);
+  for (size_t t = 0; t < out.noise.size(); ++t)
+    if (noise.exact[t] == 0) out.noise[t] = static_cast<float>(noise.level);
   return out;
 }
 

@@ -20,8 +20,9 @@ struct Baseline {
   Poses poses;                 ///< linear + slerp between keys, constant before the first and after the last
   std::vector<float> heading;  ///< (T) radians, of `poses`
   std::vector<KeyDistance> pose_distance, root_distance;  ///< (T) from whole keys, from keys with the root
-  torch::Tensor targets;  ///< (T, 22, 4) metres from the baseline's joint to where a partial key has it, heading frame;
-                          ///< 1 where it has one, else 0
+  std::vector<float> noise;  ///< (T) level of noise on the keys; 0 in frames that are exact
+  torch::Tensor targets;     ///< (T, 22, 4) metres from the baseline's joint to where a partial or a noisy key has it,
+                             ///< heading frame; 1 where it has one, else 0
 };
 
 /// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
@@ -29,5 +30,17 @@ struct Baseline {
 /// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body turns; undefined:
 /// none
 Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {});
+
+/// How noisy keys are.
+struct KeyNoise {
+  double level = 0;         ///< so many degrees and cm, see with_noise
+  std::vector<char> exact;  ///< (T) frames that have no noise
+  double rate = 30;         ///< frames a second
+};
+
+/// The same from noisy keys: the whole ones are smoothed first (key_smoother.h), which leaves targets at their own
+/// joints. Without noise that of baseline_of.
+Baseline baseline_of_noisy(const Poses& keys, const torch::Tensor& groups, const KeyNoise& noise,
+                           const torch::Tensor& detours = {});
 
 }  // namespace inhabit::inbetween

@@ -46,6 +46,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.recorded", c.training.recorded);
   visit("training.blocked", c.training.blocked);
   visit("training.way_around", c.training.way_around);
+  visit("training.noisy", c.training.noisy);
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
   visit("training.deployed_learning_rate", c.training.deployed_learning_rate);
@@ -85,6 +86,7 @@ Config preset(const std::string& name) {
     config.training.feet_weight = 0.5;
     config.training.bfloat16 = true;
     config.training.average = 0.999;
+    config.training.noisy = 0.3;
   } else if (name != "paper") {
     throw Error("preset '" + name + "'", "unknown; there are compact, paper and features");
   }
@@ -182,6 +184,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.recorded", c.training.recorded, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);
   check.within("training.way_around", c.training.way_around, 0, 1);
+  check.within("training.noisy", c.training.noisy, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);
   check.within("training.deployed_learning_rate", c.training.deployed_learning_rate, 0, 100);

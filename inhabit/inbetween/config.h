@@ -76,6 +76,7 @@ struct Config {
     double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
     double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
     double way_around = 0.5;        ///< fraction of windows whose baseline goes around obstacles, as in use (A*)
+    double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
     int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
     double deployed_learning_rate = 1e-4;

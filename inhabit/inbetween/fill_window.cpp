@@ -93,7 +93,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
 
 /// A key frame that comes out as it went in.
 bool exact_key(const Filling& f, int64_t frame) {
-  const bool clean = f.config().t_star == 0 && !f.options.key_groups.defined();
+  const bool clean = !f.noisy() && !f.options.key_groups.defined();
   return (clean || frame == 0 || frame == f.last_frame()) && std::binary_search(f.keys.begin(), f.keys.end(), frame);
 }
 
@@ -158,12 +158,22 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
   return transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
 }
 
+/// How noisy a window's keys are: the ends of the clip and what is filled already have no noise.
+KeyNoise noise_of(const Filling& f, const FillWindow& window) {
+  KeyNoise out{f.options.noise, std::vector<char>(static_cast<size_t>(f.config().frames), 0), f.config().rate};
+  for (int64_t frame = window.first; frame <= window.known; ++frame)
+    out.exact[static_cast<size_t>(frame - window.first)] = 1;
+  if (window.last == f.last_frame()) out.exact[static_cast<size_t>(window.last - window.first)] = 1;
+  return out;
+}
+
 /// The interpolated keys of a window, the root along the path that is given, else around obstacles.
 Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys) {
   Tensor groups = groups_of(f, window);
   std::vector<int64_t> unreached;
   Tensor moves = torch::zeros({f.config().frames, 2});
   Poses poses = poses_of(keys, f.floor);
+  const KeyNoise noise = noise_of(f, window);
   if (f.options.way_around) moves = detours_of_poses(poses, groups, f.distances, &unreached);
   for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   for (const refine::JointTarget& contact : f.given.contacts) {
@@ -179,7 +189,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
     groups[frame][kJointGroups + contact.joint] = 1;
   }
   if (f.given.path.defined()) {
-    const Baseline straight = baseline_of(poses, groups);
+    const Baseline straight = baseline_of_noisy(poses, groups, noise);
     const auto path = f.given.path.accessor<float, 2>();
     auto move = moves.accessor<float, 2>();
     for (int64_t frame = window.known + 1; frame <= window.last; ++frame) {
@@ -189,7 +199,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
       move[frame - window.first][1] = path[frame][1] - root.z();
     }
   }
-  return baseline_of(poses, groups, moves);
+  return baseline_of_noisy(poses, groups, noise, moves);
 }
 
 /// What a network of residual motion says of a window.
@@ -210,11 +220,12 @@ Clip predict_residual(Filling& f, const FillWindow& window, const std::function<
 
 }  // namespace
 
-void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows) {
+void fill_window(Filling& f, const std::vector<FillWindow>& windows, size_t w) {
   const Config& c = f.config();
+  const FillWindow& window = windows[w];
   const auto progress = [&](int64_t done) {
     if (f.options.progress)
-      f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows) * f.steps);
+      f.options.progress(static_cast<int64_t>(w) * f.steps + done, static_cast<int64_t>(windows.size()) * f.steps);
   };
   const uint64_t seed = item_seed(f.options.seed, w);
   const Clip predicted =
@@ -231,9 +242,11 @@ void fill_window(Filling& f, const FillWindow& window, size_t w, size_t windows)
   const int64_t from = w == 0 ? 0 : window.known + 1;
   const std::pair<Tensor&, Tensor&> parts[] = {
       {f.motion.joints, refined.joints}, {f.motion.rotations, refined.rotations}, {f.motion.trans, refined.trans}};
-  for (int64_t frame = from; frame <= window.last; ++frame) {
+  // What the next window fills again keeps its noisy keys.
+  const int64_t to = c.residual && w + 1 < windows.size() ? windows[w + 1].known : window.last;
+  for (int64_t frame = from; frame <= to; ++frame) {
     if (c.residual && exact_key(f, frame)) continue;  // bit by bit
-    for (const auto& [to, source] : parts) to[frame].copy_(source[frame - window.first]);
+    for (const auto& [part, source] : parts) part[frame].copy_(source[frame - window.first]);
   }
 }
 

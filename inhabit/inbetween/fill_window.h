@@ -38,10 +38,12 @@ struct Filling {
   std::vector<int64_t> unreached;  ///< keys that no way around obstacles was found to
 
   const Config& config() const { return networks.config; }
+  /// Keys between the ends are cleaned.
+  bool noisy() const { return config().t_star > 0 || options.noise > 0; }
   int64_t last_frame() const { return motion.frames() - 1; }
 };
 
 /// Samples window number `w` of `windows` and puts it into the clip.
-void fill_window(Filling& filling, const FillWindow& window, size_t w, size_t windows);
+void fill_window(Filling& filling, const std::vector<FillWindow>& windows, size_t w);
 
 }  // namespace inhabit::inbetween

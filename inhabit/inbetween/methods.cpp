@@ -4,6 +4,7 @@
 
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/interpolate_around.h"
+#include "inhabit/inbetween/key_smoother.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/refine_generated.h"
 
@@ -34,13 +35,14 @@ Method model_method(const std::string& name, const std::shared_ptr<const SceneIn
             Options own = options;
             own.keys = task.keys;
             own.seed = seed;
+            if (model->config().residual && model->config().training.noisy > 0) own.noise = task.noise;
             own.standard = true;
             return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
           },
           /*random=*/options.stage != Stage::baseline};
 }
 
-std::vector<Method> interpolation_methods() {
+std::vector<Method> interpolation_methods(bool noisy) {
   using Interpolate = Clip (*)(const Clip&, const std::vector<int64_t>&);
   const auto method = [](const std::string& name, Interpolate interpolate) {
     return Method{name,
@@ -53,8 +55,14 @@ std::vector<Method> interpolation_methods() {
                     return along_way_around(filled, task.window.given, task.keys, SceneQuery(*task.window.scene));
                   }};
   };
-  return {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline),
-          around("slerp + way around", &interpolate_linear), around("spline + way around", &interpolate_spline)};
+  std::vector<Method> out = {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline),
+                             around("slerp + way around", &interpolate_linear),
+                             around("spline + way around", &interpolate_spline)};
+  if (noisy)
+    out.push_back({"smoother", [](const FillTask& task, uint64_t) {
+                     return smooth_keys(task.window.given, task.keys, task.noise);
+                   }});
+  return out;
 }
 
 Clip post_processed(const Clip& motion, const FillTask& task) {

@@ -30,8 +30,9 @@ std::string row_name(const Config& config);
 Method model_method(const std::string& name, const std::shared_ptr<const SceneInbetweener>& model,
                     const Options& options);
 
-/// "linear + slerp", "cubic spline", and both moved onto the way around obstacles (interpolate_around.h).
-std::vector<Method> interpolation_methods();
+/// "linear + slerp", "cubic spline", and both moved onto the way around obstacles (interpolate_around.h). Where keys
+/// are `noisy` also "smoother" (key_smoother.h), which is told how noisy.
+std::vector<Method> interpolation_methods(bool noisy = false);
 
 /// The post-processing that is the same for every method: first the keys are met and what is between changes smoothly
 /// along (refine_generated), then contacts, scene and joint limits with the keys held (refine_clip). Keys with noise

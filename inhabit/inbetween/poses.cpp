@@ -6,6 +6,8 @@
 
 #include "inhabit/body/bones.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quaternion.h"
+#include "inhabit/math/random.h"
 
 namespace inhabit::inbetween {
 
@@ -52,9 +54,7 @@ Clip clip_of(const Poses& poses, const Clip& like, double floor) {
   for (int64_t t = 0; t < frames; ++t)
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const Vector3f& at = poses.joints[Poses::at(t, j)];
-      const Quaternionf& world = poses.rotations[Poses::at(t, j)];
-      const int64_t parent = std::max(0, standard_parents()[static_cast<size_t>(j)]);
-      const Eigen::AngleAxisf local(j == 0 ? world : poses.rotations[Poses::at(t, parent)].conjugate() * world);
+      const Eigen::AngleAxisf local(local_rotation(poses, t, j));
       const Vector3f turn = local.angle() * local.axis();
       for (int axis = 0; axis < 3; ++axis) {
         joints[t][j][axis] = at[axis] + (axis == 1 ? static_cast<float>(floor) : 0);
@@ -86,6 +86,31 @@ Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored
       out.joints.push_back(flipped(poses.joints[Poses::at(t, other)]));
       out.rotations.emplace_back(q.w(), q.x(), -q.y(), -q.z());  // M R M with M = diag(-1, 1, 1)
     }
+  return out;
+}
+
+Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joint) {
+  const Quaternionf& world = poses.rotations[Poses::at(frame, joint)];
+  return joint == 0
+             ? world
+             : poses.rotations[Poses::at(frame, standard_parents()[static_cast<size_t>(joint)])].conjugate() * world;
+}
+
+Poses with_noise(const Poses& poses, double level, std::mt19937_64& random) {
+  Poses out = poses;
+  const auto noise = [&](double sigma) {
+    const double x = sigma * normal(random), y = sigma * normal(random), z = sigma * normal(random);
+    return Eigen::Vector3d(x, y, z);
+  };
+  for (int64_t t = 0; t < poses.frames(); ++t) {
+    out.joints[Poses::at(t, 0)] += noise(level / 100).cast<float>();
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      const Quaternionf local = local_rotation(poses, t, j) * quaternion_of(noise(level * M_PI / 180)).cast<float>();
+      const int parent = standard_parents()[static_cast<size_t>(j)];
+      out.rotations[Poses::at(t, j)] = (j == 0 ? local : out.rotations[Poses::at(t, parent)] * local).normalized();
+    }
+    place_joints(out, t);
+  }
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <random>
 #include <vector>
 
 #include "inhabit/body/skeleton.h"
@@ -28,6 +29,13 @@ Clip clip_of(const Poses& poses, const Clip& like, double floor = 0);
 
 /// Frames [first, first + frames), mirrored left to right (x becomes -x, joints change sides) where `mirrored` is set.
 Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored = false);
+
+/// Relative to the parent, of the root in the world.
+Eigen::Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joint);
+
+/// Every frame with normal noise of `level` degrees on each component of the local rotations and `level` cm on each of
+/// the root's position.
+Poses with_noise(const Poses& poses, double level, std::mt19937_64& random);
 
 /// Joints of `frame` from its root position, its rotations and the offsets.
 void place_joints(Poses& poses, int64_t frame);

@@ -14,7 +14,10 @@ using torch::Tensor;
 namespace {
 
 constexpr double kLeastMove = 0.002, kLeastRotation = 0.01;  // metres, and of a rotation's 6D: least deviations
-constexpr int64_t kSmoothedOver = 5;                         // rows of a table
+// What smoothed keys with noise of level 1 are still off by, in the same units, of a joint by the root of the number of
+// rotations on the chain from the root to it.
+constexpr float kNoisyMove = 0.005F, kNoisyRotation = 0.01F;
+constexpr int64_t kSmoothedOver = 5;  // rows of a table
 
 Quaternionf heading_rotation(float heading) { return Quaternionf(Eigen::AngleAxisf(heading, Vector3f::UnitY())); }
 
@@ -34,6 +37,15 @@ Tensor chains() {
   Tensor out = torch::zeros({kStandardJoints, kStandardJoints});
   for (int j = 0; j < kStandardJoints; ++j)
     for (int k = j; k > 0; k = standard_parents()[static_cast<size_t>(k)]) out[j][k] = 1;
+  return out;
+}
+
+/// (135) what divides residuals at keys with noise of level 1.
+std::vector<float> noise_scale() {
+  std::vector<float> out(3, kNoisyMove);
+  const Tensor rotations = 1 + chains().sum(1);
+  for (int64_t j = 0; j < kStandardJoints; ++j)
+    out.insert(out.end(), 6, kNoisyRotation * std::sqrt(rotations[j].item<float>()));
   return out;
 }
 
@@ -73,7 +85,9 @@ Tensor residual_scale(const Baseline& baseline, const Tensor& table) {
   const Tensor plain = table.to(torch::kFloat32).contiguous();
   const auto rows = plain.accessor<float, 2>();
   auto to = out.accessor<float, 2>();
+  static const std::vector<float> noisy = noise_scale();
   for (int64_t t = 0; t < frames; ++t) {
+    const float level = baseline.noise[static_cast<size_t>(t)];
     const TableRow root = row_of(baseline.root_distance[static_cast<size_t>(t)].bridge()),
                    pose = row_of(baseline.pose_distance[static_cast<size_t>(t)].bridge());
     for (int64_t f = 0; f < kResidualFeatures; ++f) {
@@ -81,7 +95,8 @@ Tensor residual_scale(const Baseline& baseline, const Tensor& table) {
       const std::vector<KeyDistance>& keys = f < 3 ? baseline.root_distance : baseline.pose_distance;
       to[t][f] = keys[static_cast<size_t>(t)].after < 0
                      ? 0
-                     : rows[row.low][f] + row.share * (rows[row.low + 1][f] - rows[row.low][f]);
+                     : std::hypot(rows[row.low][f] + row.share * (rows[row.low + 1][f] - rows[row.low][f]),
+                                  level * noisy[static_cast<size_t>(f)]);
     }
   }
   return out.t().contiguous();

@@ -20,8 +20,8 @@ inline constexpr int64_t kScaleRows = 61;
 /// Of a motion and its baseline, (135, T), not divided.
 torch::Tensor residual_of(const Poses& motion, const Baseline& baseline);
 
-/// What divides them (135, T): rows of `table` (61, 135), interpolated; the root's by its own keys. 0 behind the last
-/// key, where nothing is asked for.
+/// What divides them (135, T): rows of `table` (61, 135), interpolated; the root's by its own keys; and what noise of
+/// keys adds. 0 behind the last key, where nothing is asked for.
 torch::Tensor residual_scale(const Baseline& baseline, const torch::Tensor& table);
 
 /// Deviations by distance from keys, from residuals that come window by window.

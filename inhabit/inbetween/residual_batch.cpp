@@ -17,6 +17,8 @@ namespace {
 constexpr double kFarKeys = 0.5;          // fraction of windows whose keys are 30 to 120 frames apart
 constexpr double kSelfConditioned = 0.5;  // fraction of batches that see an earlier prediction
 constexpr double kNoisiest = 0.2;         // fraction of windows at one of the noisiest tenth of the steps
+constexpr double kMostNoise = 2.5;        // level of noise on keys
+constexpr double kNoisyLast = 0.5;        // fraction of noisy windows whose last key is noisy, too, as in long clips
 constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
 constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
 constexpr int64_t kScaleWindows = 2000;
@@ -39,6 +41,36 @@ bool blocked(const PoseWindow& window, const Baseline& baseline) {
   return false;
 }
 
+/// What a window's noisy keys are; those at the ends have no noise, nor have known frames.
+KeyNoise draw_noise(const DrawnKeys& keys, const Config& c, std::mt19937_64& random) {
+  KeyNoise out;
+  out.rate = c.rate;
+  if (!chance(random, c.training.noisy)) return out;
+  out.level = uniform(random, 0, kMostNoise);
+  const Tensor ends = keys.ends.contiguous();
+  for (int64_t t = 0; t < ends.size(0); ++t) out.exact.push_back(ends.data_ptr<float>()[t] > 0 ? 1 : 0);
+  if (chance(random, kNoisyLast))
+    for (size_t t = out.exact.size(); t-- > 1;)
+      if (out.exact[t] != 0) {
+        out.exact[t] = 0;
+        break;
+      }
+  return out;
+}
+
+/// What the keys of a window are read from: the truth, noisy where it is not exact.
+Poses key_source(const Poses& truth, const KeyNoise& noise, std::mt19937_64& random) {
+  if (noise.level == 0) return truth;
+  Poses out = with_noise(truth, noise.level, random);
+  for (size_t t = 0; t < noise.exact.size(); ++t)
+    for (int64_t j = 0; j < kStandardJoints && noise.exact[t] != 0; ++j) {
+      const size_t at = Poses::at(static_cast<int64_t>(t), j);
+      out.joints[at] = truth.joints[at];
+      out.rotations[at] = truth.rotations[at];
+    }
+  return out;
+}
+
 Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
   const bool recorded = data.generated().empty() || (!data.recorded().empty() && chance(random, c.training.recorded));
   const std::vector<int64_t>& windows = recorded ? data.recorded() : data.generated();
@@ -49,10 +81,12 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const int64_t index = windows[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(windows.size()) - 1))];
     PoseWindow window = data.window(index, chance(random, 0.5));
     const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
-    Baseline baseline = baseline_of(window.poses, keys.groups);
+    const KeyNoise noise = draw_noise(keys, c, random);
+    const Poses given = key_source(window.poses, noise, random);
+    Baseline baseline = baseline_of_noisy(given, keys.groups, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
     if (around && (taken || i == 0))
-      baseline = baseline_of(window.poses, keys.groups, detours_of_poses(window.poses, keys.groups, window.scene));
+      baseline = baseline_of_noisy(given, keys.groups, noise, detours_of_poses(given, keys.groups, window.scene));
     if (taken) return {std::move(window), std::move(baseline)};
     if (i == 0) first = Example{std::move(window), std::move(baseline)};
   }
@@ -74,7 +108,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
     const Tensor fan = kept.back() > 0 ? scene_fan(e.window.scene, e.baseline) : torch::zeros({c.frames, kFanFeatures});
     fixed.push_back(static_features(e.baseline, fan, c.rate));
     bones.push_back(bone_lengths(e.window.poses));
-    weights.push_back(1 + (kTargetWeight - 1) * e.baseline.targets.select(2, 3));
+    const Tensor exact = (torch::tensor(e.baseline.noise) == 0).to(torch::kFloat32).unsqueeze(1);
+    weights.push_back(1 + (kTargetWeight - 1) * e.baseline.targets.select(2, 3) * exact);
     const int last = c.diffusion_steps - 1;
     steps.push_back(chance(random, kNoisiest) ? uniform_int(random, last - last / 10, last)
                                               : uniform_int(random, 0, last));
@@ -116,6 +151,7 @@ Tensor residual_table(const PoseWindows& data, const Config& config, uint64_t se
   ResidualStatistics statistics;
   Config plain = config;
   plain.training.blocked = 0;
+  plain.training.noisy = 0;
   for (int64_t i = 0; i < std::min(kScaleWindows, 20 * data.size()); ++i) {
     const Example e = draw_window(data, plain, random);
     statistics.add(residual_of(e.window.poses, e.baseline), e.baseline);

@@ -25,7 +25,7 @@ float* put_timing(const KeyDistance& d, float* to) {
 
 }  // namespace
 
-Tensor static_features(const Baseline& baseline, const Tensor& fan, double rate, double noise) {
+Tensor static_features(const Baseline& baseline, const Tensor& fan, double rate) {
   const Poses& poses = baseline.poses;
   const int64_t frames = poses.frames();
   Tensor out = torch::empty({frames, kStaticFeatures});
@@ -47,7 +47,7 @@ Tensor static_features(const Baseline& baseline, const Tensor& fan, double rate,
     to = put_timing(baseline.root_distance[static_cast<size_t>(t)], to);
     to = std::copy_n(targets.data_ptr<float>() + t * kTargetFeatures, kTargetFeatures, to);
     to = std::copy_n(scene.data_ptr<float>() + t * kFanFeatures, kFanFeatures, to);
-    *to++ = static_cast<float>(noise);
+    *to++ = baseline.noise[static_cast<size_t>(t)];
   }
   return out.t().contiguous();
 }

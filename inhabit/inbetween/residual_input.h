@@ -11,7 +11,8 @@ namespace inhabit::inbetween {
 // step before (0 at the first), what stays the same at all steps, and the scene at the body as it is now predicted.
 
 /// Numbers of one frame that stay the same: of the baseline 21 joints from the root, root height, velocities of root
-/// and heading; distances from keys; targets of partial keys; the scene's fan; the level of noise on keys.
+/// and heading; distances from keys; targets of partial keys; the scene's fan; the level of noise on keys (0 in exact
+/// frames).
 inline constexpr int64_t kBaselineFeatures = 3 * (kStandardJoints - 1) + 5, kTimingFeatures = 12,
                          kTargetFeatures = 4 * kStandardJoints;
 inline constexpr int64_t kStaticFeatures = kBaselineFeatures + kTimingFeatures + kTargetFeatures + kFanFeatures + 1;
@@ -20,8 +21,8 @@ inline constexpr int64_t kResidualChannels = 2 * kResidualFeatures + kStaticFeat
 /// What is told of the person: the lengths of 21 bones.
 inline constexpr int64_t kBoneFeatures = kStandardJoints - 1;
 
-/// (244, T). @param fan (T, 75) of scene_fan; zeros hide the scene. @param noise level on the keys (features.h)
-torch::Tensor static_features(const Baseline& baseline, const torch::Tensor& fan, double rate, double noise = 0);
+/// (244, T). @param fan (T, 75) of scene_fan; zeros hide the scene.
+torch::Tensor static_features(const Baseline& baseline, const torch::Tensor& fan, double rate);
 
 /// (21) metres.
 torch::Tensor bone_lengths(const Poses& poses);

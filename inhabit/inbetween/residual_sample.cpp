@@ -17,10 +17,9 @@ Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Ba
   const Tensor open = (frames.scale > 0).to(torch::kFloat32), bones = bone_lengths(baseline.poses).unsqueeze(0),
                no_fan = torch::zeros({count, kFanFeatures}), no_points = torch::zeros({1, kPointFeatures, count});
   const Tensor shape = network->embed_shape(bones);
-  const Tensor hidden = static_features(baseline, no_fan, rate, how.noise_level).unsqueeze(0);
-  const Tensor shown = how.guidance == 0
-                           ? hidden
-                           : static_features(baseline, scene_fan(scene, baseline), rate, how.noise_level).unsqueeze(0);
+  const Tensor hidden = static_features(baseline, no_fan, rate).unsqueeze(0);
+  const Tensor shown =
+      how.guidance == 0 ? hidden : static_features(baseline, scene_fan(scene, baseline), rate).unsqueeze(0);
   Tensor before = torch::zeros({1, kResidualFeatures, count});
   const auto denoise = [&](const Tensor& x, int64_t t) {
     const auto predict = [&](const Tensor& fixed, const Tensor& points) {

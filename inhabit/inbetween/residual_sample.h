@@ -15,7 +15,6 @@ struct ResidualSampling {
   Sampler sampler = Sampler::dpm_solver;
   int64_t steps = 1;       ///< evaluations of the denoiser
   double guidance = 1;     ///< w D(scene) + (1 - w) D(no scene); at 0 the scene is not looked at
-  double noise_level = 0;  ///< of the keys between the ends (features.h)
   NoiseSource noise = {};  ///< (1, 135, T)
   std::function<void(int64_t done)> progress = {};  ///< may be empty
 };

@@ -25,16 +25,17 @@ using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kOverlap = 60;      // frames of a window that the one before filled (supplement 8.2)
-constexpr int64_t kLeastOverlap = 8;  // fewer do not tell how fast everything moves
-constexpr double kFootNoise = 0.05;   // metres that a foot of a noisy key may be moved by, at least
-constexpr float kWithinReach = 2.5F;  // metres from the keys that obstacles are looked for
-constexpr int64_t kRedone = 8;        // of a noise-aware model: a window's last key stays as noisy as it was
+constexpr int64_t kOverlap = 60;        // frames of a window that the one before filled (supplement 8.2)
+constexpr int64_t kLeastOverlap = 8;    // fewer do not tell how fast everything moves
+constexpr double kFootNoise = 0.05;     // metres that a foot of a noisy key may be moved by, at least
+constexpr double kMostNoiseAsked = 10;  // degrees and cm
+constexpr float kWithinReach = 2.5F;    // metres from the keys that obstacles are looked for
+constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's last key stays as noisy as it was
 
 /// Footskate cleanup of a filled clip; the feet of clean keys stay, and those that are put somewhere.
 Clip with_clean_feet(const Filling& f, const Clip& motion, const KeyedClip& keyed, const Clip& key_poses) {
   const Tensor& given = f.options.key_groups;
-  const bool noisy = f.config().t_star > 0;
+  const bool noisy = f.noisy();
   const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
   const bool clean_keys = !noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
   std::set<int64_t> fixed = {0, motion.frames() - 1};
@@ -121,6 +122,11 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
     throw Error("controls", "this model takes neither contacts nor a root path");
+  if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
+    throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
+  if (options.noise > 0 && !(c.residual && c.training.noisy > 0))
+    throw Error("noise level", "this model was not trained on noisy key frames");
+  const bool noisy = c.t_star > 0 || options.noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
   const KeyedClip asked = keyed_clip(clip, options, c.rate);
@@ -149,7 +155,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::vector<std::vector<FillWindow>> windows;
   int64_t done_before = 0, all = 0;
   for (const std::vector<int64_t>& keys : passes) {
-    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, c.t_star > 0 ? kRedone : 0));
+    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, noisy ? kRedone : 0));
     all += static_cast<int64_t>(windows.back().size()) * steps;
   }
   Options asking = options;
@@ -185,7 +191,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     Filling& f = *filling;
     for (Tensor* part : {&f.motion.joints, &f.motion.rotations, &f.motion.trans}) *part = part->clone();
     f.motion.betas = body_betas(out.key_poses);
-    for (size_t w = 0; w < windows[pass].size(); ++w) fill_window(f, windows[pass][w], w, windows[pass].size());
+    for (size_t w = 0; w < windows[pass].size(); ++w) fill_window(f, windows[pass], w);
     done_before += static_cast<int64_t>(windows[pass].size()) * steps;
   }
   Filling& f = *filling;
@@ -199,7 +205,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (!options.standard) {
     SourcePoses source = asked.source;
     // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
-    source.exact.assign(source.frames.size(), c.t_star == 0 && !options.key_groups.defined());
+    source.exact.assign(source.frames.size(), !noisy && !options.key_groups.defined());
     source.exact.front() = source.exact.back() = true;
     for (size_t k = 0; k < source.exact.size(); ++k)
       if (!options.controls.key_weights.empty() && options.controls.key_weights[k] < 1) source.exact[k] = false;

@@ -23,7 +23,8 @@ enum class Stage {
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
-  int64_t steps = 0;          ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
+  double noise = 0;   ///< level of noise on whole keys between the ends, so many degrees and cm, which are cleaned
+  int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
   Controls controls;                                        ///< for models of residual motion
@@ -67,13 +68,13 @@ class SceneInbetweener {
   bool has_baseline() const;
 
   /// The motion between the key frames of a clip on any skeleton that maps to the standard one, at any rate; what it
-  /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends of a noise-aware
-  /// model (config().t_star > 0), which it cleans. Longer clips are filled window by window, each going on from the
-  /// last 60 frames of the one before. The same clip, scene and options give the same motion. Feet stand on the scene's
-  /// floor. With Controls::loop the motion is made twice in a row, going on from the first to the second, and both are
-  /// mixed. @param scene as read; without meshes and points a flat floor under the feet is assumed. Throws Error where
-  /// key frames are fewer than two, out of order, outside the clip, not finite or too far apart for the model, or an
-  /// option does not fit it.
+  /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends that have
+  /// noise (Options::noise) or are a noise-aware model's (config().t_star > 0), which are cleaned. Longer clips are
+  /// filled window by window, each going on from the last 60 frames of the one before. The same clip, scene and options
+  /// give the same motion. Feet stand on the scene's floor. With Controls::loop the motion is made twice in a row,
+  /// going on from the first to the second, and both are mixed. @param scene as read; without meshes and points a flat
+  /// floor under the feet is assumed. Throws Error where key frames are fewer than two, out of order, outside the clip,
+  /// not finite or too far apart for the model, or an option does not fit it.
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 
  private:

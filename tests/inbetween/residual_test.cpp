@@ -72,6 +72,57 @@ TEST(Baseline, IsLinearAndSlerp) {
   EXPECT_LT(largest_difference(joints_of(baseline.poses), interpolate_linear(clip, keys).joints), 1e-4);
 }
 
+TEST(Poses, NoiseIsAsLargeAsItsLevelSays) {
+  const Poses poses = poses_of(someone());
+  std::mt19937_64 random(11);
+  const Poses noisy = with_noise(poses, 2, random);
+  double moved = 0, turned = 0;
+  for (int64_t t = 0; t < kFrames; ++t) {
+    moved += static_cast<double>((noisy.root(t) - poses.root(t)).squaredNorm());
+    for (int64_t j = 0; j < kStandardJoints; ++j)
+      turned += std::pow(local_rotation(noisy, t, j).angularDistance(local_rotation(poses, t, j)), 2);
+  }
+  EXPECT_NEAR(std::sqrt(moved / (3 * kFrames)), 0.02, 0.002);
+  EXPECT_NEAR(std::sqrt(turned / (3 * kFrames * kStandardJoints)) * 180 / M_PI, 2, 0.1);
+}
+
+// Noisy keys are open, exact ones are not; what the truth does beyond the smoothed keys is told whole.
+TEST(Baseline, OfNoisyKeysIsSmoothAndLeavesThemOpen) {
+  const Poses truth = poses_of(someone());
+  std::mt19937_64 random(12);
+  Poses keys = with_noise(truth, 1, random);
+  KeyNoise noise{1, std::vector<char>(kFrames, 0), 30};
+  for (const int64_t end : {0, 120}) {
+    noise.exact[static_cast<size_t>(end)] = 1;
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      keys.joints[Poses::at(end, j)] = truth.joints[Poses::at(end, j)];
+      keys.rotations[Poses::at(end, j)] = truth.rotations[Poses::at(end, j)];
+    }
+  }
+  const Tensor groups = whole_keys(key_frames("every:3", kFrames));
+  const Baseline plain = baseline_of(keys, groups), smooth = baseline_of_noisy(keys, groups, noise);
+  const auto error = [&](const Baseline& baseline) {
+    return (joints_of(baseline.poses) - joints_of(truth)).norm(2, {2}).mean().item<double>();
+  };
+  EXPECT_LT(error(smooth), 0.95 * error(plain));
+  EXPECT_EQ(smooth.noise[0], 0);
+  EXPECT_EQ(smooth.noise[61], 1);
+  EXPECT_TRUE(smooth.poses.rotations[Poses::at(120, 5)].coeffs() == truth.rotations[Poses::at(120, 5)].coeffs());
+  const Tensor scale = residual_scale(
+      smooth, torch::rand({kScaleRows, kResidualFeatures}) * (torch::arange(kScaleRows) > 0).unsqueeze(1));
+  EXPECT_EQ(scale.select(1, 120).abs().max().item<double>(), 0);
+  EXPECT_GT(scale.select(1, 60).min().item<double>(), 0.001);
+  // The key's own joints are told as targets.
+  const size_t wrist = Poses::at(60, 21);
+  const Vector3f away =
+      AngleAxisf(-smooth.heading[60], Vector3f::UnitY()) * (keys.joints[wrist] - smooth.poses.joints[wrist]);
+  EXPECT_EQ(smooth.targets[60][21][3].item<float>(), 1);
+  EXPECT_EQ(smooth.targets[120][21][3].item<float>(), 0);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(smooth.targets[60][21][axis].item<float>(), away[axis], 1e-6);
+  const Poses back = motion_of(residual_of(truth, smooth), torch::ones({kResidualFeatures, kFrames}), smooth);
+  EXPECT_LT(largest_distance(back, truth), 1e-3F);
+}
+
 TEST(Baseline, KnowsHowFarKeysAre) {
   const Baseline baseline = baseline_of(poses_of(someone()), whole_keys({0, 40, 80}));
   EXPECT_EQ(baseline.pose_distance[10].bridge(), 7.5F) << "10 * 30 / 40";

@@ -272,6 +272,30 @@ TEST(SceneInbetweener, OfResidualMotionPassesThroughItsKeys) {
   EXPECT_GT(largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints, filled.joints), 1e-3);
 }
 
+TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(161, 1.1, 0.8, 1, 2, -1);  // of two windows
+  Options r = request("every:20", 161);
+  r.clean_feet = false;
+  r.noise = 1;
+  const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
+  for (const int64_t key : r.keys)
+    if (key == 0 || key == 160)
+      EXPECT_TRUE(torch::equal(filled.rotations[key], clip.rotations[key])) << key << ": bit by bit";
+    else
+      EXPECT_GT(largest_difference(filled.joints[key], clip.joints[key]), 1e-3) << key << ": changed";
+  // The second window goes on from the first.
+  const torch::Tensor step = (filled.trans.slice(0, 1) - filled.trans.slice(0, 0, 160)).norm(2, {1});
+  EXPECT_LT(step.slice(0, 100, 120).max().item<double>(), 0.5);
+  r.noise = -1;
+  EXPECT_THAT(refusal_of([&] { inbetweener.run(clip, floor_scene(), r); }), HasSubstr("noise level"));
+  r.noise = 1;
+  Networks untold = residual_networks();
+  untold.config.training.noisy = 0;
+  EXPECT_THAT(refusal_of([&] { SceneInbetweener(untold).run(clip, floor_scene(), r); }),
+              HasSubstr("was not trained on noisy key frames"));
+}
+
 TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   Networks seeing = residual_networks(), blind = seeing;
   blind.config.inference.guidance = 0;
