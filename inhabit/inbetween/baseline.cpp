@@ -49,16 +49,8 @@ void put_target(Baseline& baseline, const Poses& keys, int64_t t, int64_t j) {
   target[t][j][3] = 1;
 }
 
-}  // namespace
-
-float KeyDistance::bridge() const {
-  if (before < 0 || after < 0) return static_cast<float>(std::max(before, after));
-  return before == 0 || after == 0
-             ? 0
-             : static_cast<float>(before) * static_cast<float>(after) / static_cast<float>(before + after);
-}
-
-Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours) {
+/// The baseline of keys as they are.
+Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours) {
   const int64_t frames = keys.frames();
   const torch::Tensor plain = groups.to(torch::kFloat32).contiguous();
   const auto given = plain.accessor<float, 2>();
@@ -115,10 +107,19 @@ Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch
   return out;
 }
 
-Baseline baseline_of_noisy(const Poses& keys, const torch::Tensor& groups, const KeyNoise& noise,
-                           const torch::Tensor& detours) {
-  if (noise.level == 0) return baseline_of(keys, groups, detours);
-  const Baseline plain = baseline_of(keys, groups);
+}  // namespace
+
+float KeyDistance::bridge() const {
+  if (before < 0 || after < 0) return static_cast<float>(std::max(before, after));
+  return before == 0 || after == 0
+             ? 0
+             : static_cast<float>(before) * static_cast<float>(after) / static_cast<float>(before + after);
+}
+
+Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours,
+                     const KeyNoise& noise) {
+  if (noise.level == 0) return baseline_through(keys, groups, detours);
+  const Baseline plain = baseline_through(keys, groups, {});
   std::vector<int64_t> whole;
   std::vector<char> exact;
   for (int64_t t = 0; t < keys.frames(); ++t) {
@@ -128,15 +129,9 @@ Baseline baseline_of_noisy(const Poses& keys, const torch::Tensor& groups, const
   }
   const Poses smooth = smooth_poses(plain.poses, whole, exact, noise.level, noise.rate);
   Poses cleaned = keys;
-  for (size_t k = 0; k < whole.size(); ++k) {
-    if (exact[k] != 0) continue;
-    for (int64_t j = 0; j < kStandardJoints; ++j) {
-      const size_t at = Poses::at(whole[k], j);
-      cleaned.joints[at] = smooth.joints[at];
-      cleaned.rotations[at] = smooth.rotations[at];
-    }
-  }
-  Baseline out = baseline_of(cleaned, groups, detours);
+  for (size_t k = 0; k < whole.size(); ++k)
+    if (exact[k] == 0) copy_frame(smooth, whole[k], cleaned);
+  Baseline out = baseline_through(cleaned, groups, detours);
   for (size_t k = 0; k < whole.size(); ++k)
     for (int64_t j = 0; j < kStandardJoints && exact[k] == 0; ++j) put_target(out, keys, whole[k], j);
   for (size_t t = 0; t < out.noise.size(); ++t)

@@ -25,22 +25,19 @@ struct Baseline {
                              ///< heading frame; 1 where it has one, else 0
 };
 
-/// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
-/// or positions of joints and with the pelvis's the root. The first frame must be a whole key. @param detours (T, 2)
-/// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body turns; undefined:
-/// none
-Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {});
-
 /// How noisy keys are.
 struct KeyNoise {
   double level = 0;         ///< so many degrees and cm, see with_noise
-  std::vector<char> exact;  ///< (T) frames that have no noise
+  std::vector<char> exact;  ///< (T) frames that have no noise; not looked at where the level is 0
   double rate = 30;         ///< frames a second
 };
 
-/// The same from noisy keys: the whole ones are smoothed first (key_smoother.h), which leaves targets at their own
-/// joints. Without noise that of baseline_of.
-Baseline baseline_of_noisy(const Poses& keys, const torch::Tensor& groups, const KeyNoise& noise,
-                           const torch::Tensor& detours = {});
+/// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
+/// or positions of joints and with the pelvis's the root. The first frame must be a whole key. @param detours (T, 2)
+/// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body turns; undefined:
+/// none. @param noise whole keys that have some are smoothed first (key_smoother.h), which leaves targets at their own
+/// joints
+Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {},
+                     const KeyNoise& noise = {});
 
 }  // namespace inhabit::inbetween

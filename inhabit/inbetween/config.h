@@ -94,6 +94,8 @@ struct Config {
     bool operator==(const Inference&) const = default;
   } inference;
 
+  /// Whether the level of noise on the keys can be told (Options::noise).
+  bool takes_noise() const { return residual && training.noisy > 0; }
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
   bool operator==(const Config&) const = default;

@@ -93,7 +93,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
 
 /// A key frame that comes out as it went in.
 bool exact_key(const Filling& f, int64_t frame) {
-  const bool clean = !f.noisy() && !f.options.key_groups.defined();
+  const bool clean = !f.noisy && !f.options.key_groups.defined();
   return (clean || frame == 0 || frame == f.last_frame()) && std::binary_search(f.keys.begin(), f.keys.end(), frame);
 }
 
@@ -189,7 +189,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
     groups[frame][kJointGroups + contact.joint] = 1;
   }
   if (f.given.path.defined()) {
-    const Baseline straight = baseline_of_noisy(poses, groups, noise);
+    const Baseline straight = baseline_of(poses, groups, {}, noise);
     const auto path = f.given.path.accessor<float, 2>();
     auto move = moves.accessor<float, 2>();
     for (int64_t frame = window.known + 1; frame <= window.last; ++frame) {
@@ -199,7 +199,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
       move[frame - window.first][1] = path[frame][1] - root.z();
     }
   }
-  return baseline_of_noisy(poses, groups, noise, moves);
+  return baseline_of(poses, groups, moves, noise);
 }
 
 /// What a network of residual motion says of a window.

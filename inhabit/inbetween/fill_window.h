@@ -29,6 +29,7 @@ struct Filling {
   const SceneQuery& query;
   const Options& options;
   const std::vector<int64_t>& keys;
+  bool noisy = false;  ///< keys between the ends are cleaned
   int64_t steps = 1;
   torch::Tensor body_shape;         ///< (1, 7)
   double floor = 0;                 ///< metres, height
@@ -38,8 +39,6 @@ struct Filling {
   std::vector<int64_t> unreached;  ///< keys that no way around obstacles was found to
 
   const Config& config() const { return networks.config; }
-  /// Keys between the ends are cleaned.
-  bool noisy() const { return config().t_star > 0 || options.noise > 0; }
   int64_t last_frame() const { return motion.frames() - 1; }
 };
 

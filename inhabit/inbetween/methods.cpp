@@ -35,7 +35,7 @@ Method model_method(const std::string& name, const std::shared_ptr<const SceneIn
             Options own = options;
             own.keys = task.keys;
             own.seed = seed;
-            if (model->config().residual && model->config().training.noisy > 0) own.noise = task.noise;
+            if (model->config().takes_noise()) own.noise = task.noise;
             own.standard = true;
             return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
           },

@@ -114,6 +114,12 @@ Poses with_noise(const Poses& poses, double level, std::mt19937_64& random) {
   return out;
 }
 
+void copy_frame(const Poses& from, int64_t frame, Poses& to) {
+  const auto first = static_cast<std::ptrdiff_t>(Poses::at(frame, 0));
+  std::copy_n(from.joints.begin() + first, kStandardJoints, to.joints.begin() + first);
+  std::copy_n(from.rotations.begin() + first, kStandardJoints, to.rotations.begin() + first);
+}
+
 void place_joints(Poses& poses, int64_t frame) {
   const size_t first = Poses::at(frame, 0);
   for (size_t j = 1; j < kStandardJoints; ++j) {

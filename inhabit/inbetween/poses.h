@@ -37,6 +37,9 @@ Eigen::Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joi
 /// the root's position.
 Poses with_noise(const Poses& poses, double level, std::mt19937_64& random);
 
+/// Puts a frame of `from` into the same frame of `to`.
+void copy_frame(const Poses& from, int64_t frame, Poses& to);
+
 /// Joints of `frame` from its root position, its rotations and the offsets.
 void place_joints(Poses& poses, int64_t frame);
 

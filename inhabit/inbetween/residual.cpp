@@ -14,8 +14,8 @@ using torch::Tensor;
 namespace {
 
 constexpr double kLeastMove = 0.002, kLeastRotation = 0.01;  // metres, and of a rotation's 6D: least deviations
-// What smoothed keys with noise of level 1 are still off by, in the same units, of a joint by the root of the number of
-// rotations on the chain from the root to it.
+// What residuals at keys with noise of level 1 are divided by, in the same units: about half of the noise. That of a
+// joint grows with the root of the number of rotations on the chain from the root to it.
 constexpr float kNoisyMove = 0.005F, kNoisyRotation = 0.01F;
 constexpr int64_t kSmoothedOver = 5;  // rows of a table
 

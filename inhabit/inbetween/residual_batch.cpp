@@ -63,11 +63,7 @@ Poses key_source(const Poses& truth, const KeyNoise& noise, std::mt19937_64& ran
   if (noise.level == 0) return truth;
   Poses out = with_noise(truth, noise.level, random);
   for (size_t t = 0; t < noise.exact.size(); ++t)
-    for (int64_t j = 0; j < kStandardJoints && noise.exact[t] != 0; ++j) {
-      const size_t at = Poses::at(static_cast<int64_t>(t), j);
-      out.joints[at] = truth.joints[at];
-      out.rotations[at] = truth.rotations[at];
-    }
+    if (noise.exact[t] != 0) copy_frame(truth, static_cast<int64_t>(t), out);
   return out;
 }
 
@@ -83,10 +79,10 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
     const KeyNoise noise = draw_noise(keys, c, random);
     const Poses given = key_source(window.poses, noise, random);
-    Baseline baseline = baseline_of_noisy(given, keys.groups, noise);
+    Baseline baseline = baseline_of(given, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
     if (around && (taken || i == 0))
-      baseline = baseline_of_noisy(given, keys.groups, noise, detours_of_poses(given, keys.groups, window.scene));
+      baseline = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
     if (taken) return {std::move(window), std::move(baseline)};
     if (i == 0) first = Example{std::move(window), std::move(baseline)};
   }

@@ -35,16 +35,15 @@ constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's la
 /// Footskate cleanup of a filled clip; the feet of clean keys stay, and those that are put somewhere.
 Clip with_clean_feet(const Filling& f, const Clip& motion, const KeyedClip& keyed, const Clip& key_poses) {
   const Tensor& given = f.options.key_groups;
-  const bool noisy = f.noisy();
   const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
-  const bool clean_keys = !noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
+  const bool clean_keys = !f.noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
   std::set<int64_t> fixed = {0, motion.frames() - 1};
   if (clean_keys) fixed.insert(keyed.keys.begin(), keyed.keys.end());
   for (const refine::JointTarget& contact : f.given.contacts)
     if (contact.frame < motion.frames() && std::set<int>{7, 8, 10, 11}.count(contact.joint) > 0)
       fixed.insert(contact.frame);
   const std::vector<int64_t> stay(fixed.begin(), fixed.end());
-  if (!noisy || given.defined()) return clean_feet(motion, stay, f.floor);
+  if (!f.noisy || given.defined()) return clean_feet(motion, stay, f.floor);
   const Tensor missed = frames_at(motion, keyed.keys).joints - key_poses.joints;
   return clean_feet(motion, stay, f.floor, keyed.keys,
                     std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
@@ -124,7 +123,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     throw Error("controls", "this model takes neither contacts nor a root path");
   if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
     throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
-  if (options.noise > 0 && !(c.residual && c.training.noisy > 0))
+  if (options.noise > 0 && !c.takes_noise())
     throw Error("noise level", "this model was not trained on noisy key frames");
   const bool noisy = c.t_star > 0 || options.noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
@@ -181,6 +180,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
                             query,
                             asking,
                             passes[pass],
+                            noisy,
                             steps,
                             body_shape,
                             floor,

@@ -100,7 +100,7 @@ TEST(Baseline, OfNoisyKeysIsSmoothAndLeavesThemOpen) {
     }
   }
   const Tensor groups = whole_keys(key_frames("every:3", kFrames));
-  const Baseline plain = baseline_of(keys, groups), smooth = baseline_of_noisy(keys, groups, noise);
+  const Baseline plain = baseline_of(keys, groups), smooth = baseline_of(keys, groups, {}, noise);
   const auto error = [&](const Baseline& baseline) {
     return (joints_of(baseline.poses) - joints_of(truth)).norm(2, {2}).mean().item<double>();
   };
