@@ -71,6 +71,7 @@ Clip post_processed(const Clip& motion, const FillTask& task) {
   refine::Options options;
   options.name = task.window.name;
   options.standard = true;
+  options.generated = true;
   for (const int64_t key : task.keys) {
     const bool exact = whole || key == 0 || key + 1 == motion.frames();
     if (exact) options.keep_frames.push_back(key);

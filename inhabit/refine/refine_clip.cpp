@@ -21,9 +21,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What a clean recording's noise is taken for: less is none, and no motion is believed more closely than this, as what
-// contacts ask for must be possible.
-constexpr double kLeastAngle = 0.3 * kDegree, kLeastPlace = 0.003;
+/// How closely a motion is believed, and what is taken for a contact in it.
+struct Belief {
+  // Less noise than this is none, and no motion is believed more closely, as what contacts ask for must be possible.
+  double angle, place;      // radians of each rotation, metres of the root
+  double foothold;          // metres: how near a contact stays to where it was found
+  ContactDetection detect;  // of balls of the feet
+};
+constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, {}};
+constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, {0.07, 0.9, 1.2, 0.15, 0.13}};
+
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
 constexpr double kKept = 0.0001;                          // metres
@@ -36,6 +43,8 @@ constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
 double squared(double x) { return x * x; }
+
+constexpr ContactDetection kHeel = {0.03, 0.2, 0.3, 0.03, 0.1};
 
 bool is_ball(int joint) { return joint >= 10; }
 
@@ -81,6 +90,11 @@ Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, i
   };
   pick(problem.places, out.places);
   pick(problem.planes, out.planes);
+  for (const HoldTerm& hold : problem.holds) {
+    if (hold.frame < first || hold.frame + 1 >= last) continue;
+    out.holds.push_back(hold);
+    out.holds.back().frame -= first;
+  }
   return out;
 }
 
@@ -89,6 +103,7 @@ class Refinement {
   Refinement(Clip clip, const Scene& scene, const Options& options)
       : clip_(std::move(clip)),
         options_(options),
+        belief_(options.generated ? kGenerated : kRecorded),
         surroundings_(scene),
         balls_(body_balls(builtin_body(), clip_.betas)) {}
 
@@ -140,16 +155,16 @@ class Refinement {
     problem_.stay_near.rotations.resize(frames * kStandardJoints);
     problem_.stay_near.root.resize(frames);
     for (size_t j = 0; j < kStandardJoints; ++j) {
-      const double sigma = std::max(kLeastAngle, noise_.rotations[j]);
-      noisy[j] = 1 - squared(kLeastAngle / sigma);
+      const double sigma = std::max(belief_.angle, noise_.rotations[j]);
+      noisy[j] = 1 - squared(belief_.angle / sigma);
       for (size_t t = 0; t < frames; ++t)
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
-    const double root = std::max(kLeastPlace, noise_.root);
+    const double root = std::max(belief_.place, noise_.root);
     for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
-      const double from_root = smooth * (1 - squared(kLeastPlace / root)) * weight_of(kPlaceJerk);
+      const double from_root = smooth * (1 - squared(belief_.place / root)) * weight_of(kPlaceJerk);
       problem_.smoothness.push_back({3, 0, smooth * weight_of(kRotationJerk), {}, false, noisy});
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
@@ -192,9 +207,8 @@ class Refinement {
       for (double& f : foot.floor)
         if (std::isnan(f)) f = flat;
       foot.standing = standing_height(foot.track, foot.floor);
-      ContactDetection detection;
-      if (!is_ball(joint)) detection = {0.03, 0.2, 0.3, 0.03, 0.1};
-      foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detection);
+      const ContactDetection& detect = is_ball(joint) ? belief_.detect : kHeel;
+      foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detect);
       feet_.push_back(std::move(foot));
     }
   }
@@ -240,18 +254,21 @@ class Refinement {
     return out;
   }
 
+  /// A contact holds its joint at one place, near to where it was found: the scene may push it aside as a whole.
   void add_footholds() {
     const double per_frame = 30 / clip_.rate;
     for (const Foot& foot : feet_) {
-      const double sigma = is_ball(foot.joint) ? kContact : kHeelContact;
+      const double still = is_ball(foot.joint) ? kContact : kHeelContact, near = std::max(still, belief_.foothold);
       for (const Contact& contact : foot.contacts) {
         const std::vector<Vector3d> places = footholds(contact, foot);
         for (int64_t t = contact.first; t <= contact.last; ++t)
           problem_.places.push_back({t,
                                      foot.joint,
                                      places[static_cast<size_t>(t - contact.first)],
-                                     Vector3d::Constant(per_frame * weight_of(sigma)),
+                                     Vector3d::Constant(per_frame * weight_of(near)),
                                      {}});
+        for (int64_t t = contact.first; near > still && t < contact.last; ++t)
+          problem_.holds.push_back({t, foot.joint, Vector3d::Constant(per_frame * weight_of(still))});
       }
     }
   }
@@ -298,6 +315,7 @@ class Refinement {
 
   Clip clip_;
   const Options& options_;
+  const Belief& belief_;
   Surroundings surroundings_;
   std::vector<BodyBall> balls_;
   Problem problem_;
