@@ -47,7 +47,7 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
                   "'guidance 0: inference.guidance=0'; way_around=false: the baseline goes straight; may be repeated")
       ->check(not_empty);
   verb.add_flag_callback(
-      "--no-refine", [&o] { o.refine = false; }, "Leave away the rows after the post-processing common to all methods");
+      "--no-refine", [&o] { o.refine = false; }, "Leave away the interpolations after the refinement that ours has");
 }
 
 /// A method, and the same after the post-processing that is common to all.
@@ -56,7 +56,7 @@ void add_rows(std::vector<Method>& methods, const Method& method, bool refine) {
   if (refine) methods.push_back(with_refine(method));
 }
 
-/// Rows of a model: what it starts from, what its network says, and the motion that it gives in the end.
+/// Rows of a model: what it starts from, what its network says, and the refined motion that it gives in the end.
 /// @param settings further ones: of the configuration, and way_around of how it is asked
 void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::Networks networks, const ModelRows& o,
               std::vector<std::string> settings) {
@@ -72,7 +72,7 @@ void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::
     methods.push_back(model_method(name + ", input", model, options));
   }
   options.stage = inbetween::Stage::network;
-  add_rows(methods, model_method(name + ", raw", model, options), o.refine);
+  methods.push_back(model_method(name + ", raw", model, options));
   options.stage = inbetween::Stage::finished;
   methods.push_back(model_method(name, model, options));
 }
@@ -209,8 +209,6 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween
       ->add_option("--t-star", o->rows.t_star, "T* of noise-aware models, rows each (default: the one of training)")
       ->check(CLI::Range(1, 1000));
-  inbetween->add_flag_callback(
-      "--loose-feet", [o] { o->rows.options.clean_feet = false; }, "Leave feet as the networks move them");
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

@@ -127,7 +127,7 @@ void add_inbetween(CLI::App& app) {
       ->capture_default_str();
   add_controls(*verb, o->options.controls);
   verb->add_flag_callback(
-      "--loose-feet", [o] { o->options.clean_feet = false; }, "Leave feet as the network moves them");
+      "--no-refine", [o] { o->options.refine = false; }, "Leave the motion as the network makes it");
   verb->add_flag_callback(
       "--straight", [o] { o->options.way_around = false; },
       "The network alone goes around obstacles: its baseline is the straight line between keys");

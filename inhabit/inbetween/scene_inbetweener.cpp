@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "inhabit/body/body_model.h"
@@ -14,9 +13,9 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/metrics/collision.h"
-#include "inhabit/motion/feet.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
+#include "inhabit/refine/refine_clip.h"
 #include "inhabit/scene/floor.h"
 
 namespace inhabit::inbetween {
@@ -27,26 +26,38 @@ namespace {
 
 constexpr int64_t kOverlap = 60;        // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;    // fewer do not tell how fast everything moves
-constexpr double kFootNoise = 0.05;     // metres that a foot of a noisy key may be moved by, at least
 constexpr double kMostNoiseAsked = 10;  // degrees and cm
 constexpr float kWithinReach = 2.5F;    // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's last key stays as noisy as it was
 
-/// Footskate cleanup of a filled clip; the feet of clean keys stay, and those that are put somewhere.
-Clip with_clean_feet(const Filling& f, const Clip& motion, const KeyedClip& keyed, const Clip& key_poses) {
-  const Tensor& given = f.options.key_groups;
-  const Tensor feet = torch::tensor({7, 8, 10, 11}) + kJointGroups;
-  const bool clean_keys = !f.noisy && (!given.defined() || given.index_select(0, feet).any().item<bool>());
-  std::set<int64_t> fixed = {0, motion.frames() - 1};
-  if (clean_keys) fixed.insert(keyed.keys.begin(), keyed.keys.end());
-  for (const refine::JointTarget& contact : f.given.contacts)
-    if (contact.frame < motion.frames() && std::set<int>{7, 8, 10, 11}.count(contact.joint) > 0)
-      fixed.insert(contact.frame);
-  const std::vector<int64_t> stay(fixed.begin(), fixed.end());
-  if (!f.noisy || given.defined()) return clean_feet(motion, stay, f.floor);
-  const Tensor missed = frames_at(motion, keyed.keys).joints - key_poses.joints;
-  return clean_feet(motion, stay, f.floor, keyed.keys,
-                    std::max(kFootNoise, 3 * missed.norm(2, {2}).mean().item<double>()));
+int64_t frame_of(double seconds, double rate, int64_t last) {
+  return std::min<int64_t>(last, std::llround(seconds * rate));
+}
+
+/// The filled clip after refine/: exact keys stay, and what partial keys and contacts put somewhere.
+Clip refined(const Filling& f, const KeyedClip& asked, const Result& result, const std::string& name) {
+  const Tensor& groups = f.options.key_groups;
+  const int64_t last = f.motion.frames() - 1;
+  refine::Options options;
+  options.generated = true;
+  options.standard = true;
+  options.name = name;
+  const std::vector<int64_t> joints = key_joints_of(groups);
+  for (size_t k = 0; k < asked.keys.size(); ++k) {
+    const int64_t frame = asked.keys[k];
+    if (frame == 0 || frame == last || !(f.noisy || groups.defined())) {
+      options.keep_frames.push_back(frame);
+      continue;
+    }
+    for (const refine::JointTarget& target :
+         refine::joint_targets(result.key_poses, static_cast<int64_t>(k), frame, joints))
+      options.given.push_back({target.joint, target.offset, target.place, frame, frame});
+  }
+  for (const JointContact& contact : asked.controls.contacts)
+    options.given.push_back(
+        {contact.joint, contact.offset, contact.place, frame_of(contact.from, f.motion.rate, last),
+         frame_of(contact.to, f.motion.rate, last)});
+  return refine::refine(f.motion, result.scene, options).clip;
 }
 
 /// What is given frame by frame.
@@ -61,8 +72,8 @@ Given given_of(const KeyedClip& keyed, const Tensor& key_groups, double rate) {
       out.groups[key].fill_(1);
   }
   for (const JointContact& contact : keyed.controls.contacts) {
-    const auto last = std::min(frames - 1, static_cast<int64_t>(std::llround(contact.to * rate)));
-    for (int64_t frame = std::llround(contact.from * rate); frame <= last; ++frame) {
+    const int64_t last = frame_of(contact.to, rate, frames - 1);
+    for (int64_t frame = frame_of(contact.from, rate, frames - 1); frame <= last; ++frame) {
       refine::JointTarget target;
       target.frame = frame;
       target.joint = contact.joint;
@@ -196,8 +207,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   }
   Filling& f = *filling;
   if (options.controls.loop) f.motion = folded(f.motion);
-  if (options.clean_feet && options.stage == Stage::finished)
-    f.motion = with_clean_feet(f, f.motion, asked, out.key_poses);
+  if (options.refine && options.stage == Stage::finished) f.motion = refined(f, asked, out, options.name);
   for (const int64_t key : f.unreached)
     if (std::binary_search(out.keys.begin(), out.keys.end(), key)) out.unreached.push_back(key);
   f.motion.betas = clip.betas;

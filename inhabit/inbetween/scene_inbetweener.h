@@ -15,7 +15,7 @@ namespace inhabit::inbetween {
 
 /// What of a model's work is wanted; less than all of it is for measuring what each part does.
 enum class Stage {
-  finished,  ///< brought to the keys, feet cleaned
+  finished,  ///< brought to the keys, refined
   network,   ///< as the network says it, not imposed at the keys either
   baseline   ///< what the network starts from and adds to: the keys' interpolation, around obstacles where it does so
 };
@@ -28,7 +28,7 @@ struct Options {
   Sampler sampler = Sampler::dpm_solver;
   uint64_t seed = 1;
   Controls controls;                                        ///< for models of residual motion
-  bool clean_feet = true;                                   ///< footskate cleanup (motion/feet.h)
+  bool refine = true;                                       ///< feet stand, nobody is inside the scene (refine/)
   Stage stage = Stage::finished;                            ///< how far the model's work is done
   bool way_around = true;                                   ///< the baseline goes around obstacles (A*)
   bool collisions = false;                                  ///< Result::collides is found
@@ -71,7 +71,7 @@ class SceneInbetweener {
   /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends that have
   /// noise (Options::noise) or are a noise-aware model's (config().t_star > 0), which are cleaned. Longer clips are
   /// filled window by window, each going on from the last 60 frames of the one before. The same clip, scene and options
-  /// give the same motion. Feet stand on the scene's floor. With Controls::loop the motion is made twice in a row,
+  /// give the same motion. With Controls::loop the motion is made twice in a row,
   /// going on from the first to the second, and both are mixed. @param scene as read; without meshes and points a flat
   /// floor under the feet is assumed. Throws Error where key frames are fewer than two, out of order, outside the clip,
   /// not finite or too far apart for the model, or an option does not fit it.

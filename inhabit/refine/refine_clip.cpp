@@ -182,10 +182,14 @@ class Refinement {
     problem_.limit_weight = per_frame * weight_of(kLimit);
     const Poses poses = posed(problem_.bones, problem_.start);
     for (const GivenContact& contact : options_.given) {
-      problem_.points.push_back({Attachment{contact.joint, 1, contact.offset}});
+      int point = contact.joint;
+      if (!contact.offset.isZero()) {
+        point = static_cast<int>(problem_.points.size());
+        problem_.points.push_back({Attachment{contact.joint, 1, contact.offset}});
+      }
       for (int64_t t = contact.first; t <= contact.last; ++t)
         problem_.places.push_back({t,
-                                   static_cast<int>(problem_.points.size()) - 1,
+                                   point,
                                    contact.place,
                                    Vector3d::Constant(per_frame * weight_of(kContact)),
                                    {}});

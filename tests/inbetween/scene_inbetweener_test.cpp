@@ -260,7 +260,7 @@ TEST(SceneInbetweener, OfResidualMotionPassesThroughItsKeys) {
   const SceneInbetweener inbetweener(residual_networks());
   const Clip clip = walker(161, 1.1, 0.8, 1, 2, -1);  // of two windows
   Options r = request("every:40", 161);
-  r.clean_feet = false;
+  r.refine = false;
   const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
   for (const int64_t key : r.keys) {
     EXPECT_TRUE(torch::equal(filled.rotations[key], clip.rotations[key])) << key << ": bit by bit";
@@ -276,7 +276,7 @@ TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
   const SceneInbetweener inbetweener(residual_networks());
   const Clip clip = walker(161, 1.1, 0.8, 1, 2, -1);  // of two windows
   Options r = request("every:20", 161);
-  r.clean_feet = false;
+  r.refine = false;
   r.noise = 1;
   const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
   for (const int64_t key : r.keys)
@@ -301,7 +301,7 @@ TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   blind.config.inference.guidance = 0;
   const Clip clip = walker(121, 1.1, 0, 1);
   Options r = request("ends", 121);
-  r.clean_feet = false;
+  r.refine = false;
   r.way_around = false;  // what the network sees, not what the baseline goes around
   const auto difference = [&](const Networks& networks) {
     const SceneInbetweener inbetweener(networks);
@@ -360,7 +360,7 @@ TEST(SceneInbetweener, AKeyCountsByItsWeight) {
   clip.rotations[40][16][2] += 1;  // an arm raised
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   Options r = request("0,40,90", 91), without = request("ends", 91);
-  r.clean_feet = without.clean_feet = false;
+  r.refine = without.refine = false;
   const Tensor free = inbetweener.run(clip, floor_scene(), without).motion.joints[40], key = clip.joints[40];
   const auto at = [&](double weight) {
     r.controls.key_weights = {1, weight, 1};
