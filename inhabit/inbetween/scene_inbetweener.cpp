@@ -54,9 +54,8 @@ Clip refined(const Filling& f, const KeyedClip& asked, const Result& result, con
       options.given.push_back({target.joint, target.offset, target.place, frame, frame});
   }
   for (const JointContact& contact : asked.controls.contacts)
-    options.given.push_back(
-        {contact.joint, contact.offset, contact.place, frame_of(contact.from, f.motion.rate, last),
-         frame_of(contact.to, f.motion.rate, last)});
+    options.given.push_back({contact.joint, contact.offset, contact.place, frame_of(contact.from, f.motion.rate, last),
+                             frame_of(contact.to, f.motion.rate, last)});
   return refine::refine(f.motion, result.scene, options).clip;
 }
 

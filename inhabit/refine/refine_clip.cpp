@@ -26,10 +26,11 @@ struct Belief {
   // Less noise than this is none, and no motion is believed more closely, as what contacts ask for must be possible.
   double angle, place;      // radians of each rotation, metres of the root
   double foothold;          // metres: how near a contact stays to where it was found
+  double tolerance;         // of the last steps, see SolveOptions
   ContactDetection detect;  // of balls of the feet
 };
-constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, {}};
-constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, {0.07, 0.9, 1.2, 0.15, 0.13}};
+constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
+constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 5e-3, {0.07, 0.9, 1.2, 0.15, 0.13}};
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
@@ -114,7 +115,7 @@ class Refinement {
     std::vector<double> sorted = noise_.rotations;
     std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
     out.noise_rotations = sorted[11];
-    Trajectory found = solve_windows({2, 1e-3});  // smooth enough to see contacts in
+    Trajectory found = smoothed_ ? solve_windows({2, 1e-3}) : problem_.start;  // smooth enough to see contacts in
     if (options_.contacts) {
       find_contacts(posed(problem_.bones, found));
       lift_to_floor(found);
@@ -127,7 +128,7 @@ class Refinement {
       const Poses poses = posed(problem_.bones, found);
       problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, weight_of(kOutside));
       add_clearance(poses);
-      found = solve_windows({5, 1e-3});
+      found = solve_windows({5, belief_.tolerance});
     }
     out.before = clip_;
     out.clip = clip_of(found, clip_);
@@ -161,6 +162,7 @@ class Refinement {
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
     const double root = std::max(belief_.place, noise_.root);
+    smoothed_ = root > belief_.place || std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
     for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
@@ -188,11 +190,7 @@ class Refinement {
         problem_.points.push_back({Attachment{contact.joint, 1, contact.offset}});
       }
       for (int64_t t = contact.first; t <= contact.last; ++t)
-        problem_.places.push_back({t,
-                                   point,
-                                   contact.place,
-                                   Vector3d::Constant(per_frame * weight_of(kContact)),
-                                   {}});
+        problem_.places.push_back({t, point, contact.place, Vector3d::Constant(per_frame * weight_of(kContact)), {}});
     }
     for (const int joint : options_.keep_joints)
       for (size_t t = 0; t < frames; ++t)
@@ -324,6 +322,7 @@ class Refinement {
   std::vector<BodyBall> balls_;
   Problem problem_;
   NoiseLevel noise_;
+  bool smoothed_ = false;  // there is noise to be taken away
   std::vector<Foot> feet_;
 };
 
