@@ -52,7 +52,7 @@ void add_forecast(CLI::App& app) {
       ->check(CLI::Range(16, 60000));
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
   verb->add_flag_callback(
-      "--loose-feet", [o] { o->forecast.clean_feet = false; }, "Leave feet as the network moves them");
+      "--no-refine", [o] { o->forecast.refine = false; }, "Leave the motion as the network makes it");
   verb->add_flag("--standard", o->forecast.standard,
                  "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   verb->add_option("-o,--out", o->outputs,

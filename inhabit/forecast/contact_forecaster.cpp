@@ -1,5 +1,6 @@
 #include "inhabit/forecast/contact_forecaster.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "inhabit/body/fit.h"
@@ -8,29 +9,32 @@
 #include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
-#include "inhabit/motion/feet.h"
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
+#include "inhabit/refine/refine_clip.h"
 #include "inhabit/scene/floor.h"
-#include "inhabit/scene/query.h"
 #include "inhabit/scene/sampling.h"
 
 namespace inhabit::forecast {
 namespace {
 
-constexpr double kStep = 0.1;  // metres below the feet observed: who puts them there sat with feet up, or steps down
+constexpr int64_t kLed = 10;  // observed frames that refinement goes on from
 
-/// The prediction with clean feet, which go on from where they were observed.
-Clip with_clean_feet(const Clip& past, const Clip& prediction, const SceneQuery& scene) {
+/// The prediction refined (refine_clip.h): it goes on from the last observed frames, which stay as they are.
+Clip refined(const Clip& past, const Clip& prediction, const Scene& scene) {
+  const Clip led = slice(past, std::max<int64_t>(0, past.frames() - kLed), past.frames());
   Clip whole = prediction;
-  whole.joints = torch::cat({past.joints, prediction.joints});
-  whole.rotations = torch::cat({past.rotations, prediction.rotations});
-  whole.trans = torch::cat({past.trans, prediction.trans});
-  std::vector<int64_t> observed(static_cast<size_t>(past.frames()));
-  std::iota(observed.begin(), observed.end(), 0);
-  const double before = floor_under(past, scene), after = floor_under(prediction, scene);
-  return slice(clean_feet(whole, observed, after < before - kStep ? after : before), past.frames(), whole.frames());
+  whole.joints = torch::cat({led.joints, prediction.joints});
+  whole.rotations = torch::cat({led.rotations, prediction.rotations});
+  whole.trans = torch::cat({led.trans, prediction.trans});
+  refine::Options options;
+  options.generated = true;
+  options.standard = true;
+  options.name = "the prediction";
+  options.keep_frames.resize(static_cast<size_t>(led.frames()));
+  std::iota(options.keep_frames.begin(), options.keep_frames.end(), 0);
+  return slice(refine::refine(whole, scene, options).clip, led.frames(), whole.frames());
 }
 
 /// The body of the observed person in predicted joints (T, 22, 3).
@@ -114,7 +118,7 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
   const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), out.forecast.joints}));
   out.prediction = slice(whole, 1, whole.frames());
-  if (options.clean_feet) out.prediction = with_clean_feet(out.past, out.prediction, SceneQuery(out.scene));
+  if (options.refine) out.prediction = refined(out.past, out.prediction, out.scene);
   if (!options.standard)
     out.on_source =
         going_on(clip, options.start < 0 ? clip.frames() : options.start, slice(whole, 0, 1), out.prediction);

@@ -24,14 +24,14 @@ struct Options {
   int64_t start = -1;           ///< first predicted frame, counted in the clip; -1: its end
   int64_t points = 0;           ///< scene points looked at; 0: as the model was trained
   uint64_t seed = 1;            ///< draws the points
-  bool clean_feet = true;       ///< feet stand and are lifted (motion/feet.h); `forecast` stays as the network says
+  bool refine = true;           ///< feet stand, nobody is inside the scene (refine_clip.h); `forecast` stays raw
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the prediction is wanted on the standard skeleton alone
 };
 
 struct Result {
   Clip past;        ///< P frames
-  Clip prediction;  ///< T frames: the network's joints, feet cleaned where asked for; rotations, trans and
+  Clip prediction;  ///< T frames: the network's joints, refined where asked for; rotations, trans and
                     ///< betas of the body fitted to them
   Clip on_source;   ///< the prediction on the clip's own skeleton, at its rate (motion/transfer.h); empty where
                     ///< Options::standard is set

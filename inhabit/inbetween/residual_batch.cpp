@@ -21,6 +21,7 @@ constexpr double kMostNoise = 2.5;        // level of noise on keys
 constexpr double kNoisyLast = 0.5;        // fraction of noisy windows whose last key is noisy, too, as in long clips
 constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
 constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
+constexpr int kAcross = 8;                // parts of the line from a baseline's root to the true one
 constexpr int64_t kScaleWindows = 2000;
 constexpr double kTargetWeight = 10;  // of joints that partial keys constrain
 
@@ -38,6 +39,20 @@ bool blocked(const PoseWindow& window, const Baseline& baseline) {
           window.scene.distance(window.poses.joints[at]) > -kInside)
         return true;
     }
+  return false;
+}
+
+/// Whether what the truth does beyond the baseline leads through obstacles: they go around on different sides. Seen at
+/// every fourth frame from knee to chest.
+bool on_other_side(const PoseWindow& window, const Baseline& baseline) {
+  for (int64_t t = 2; t < window.poses.frames(); t += 4)
+    for (int i = 1; i < kAcross; ++i)
+      for (const float height : {0.5F, 0.8F, 1.1F}) {
+        const float part = static_cast<float>(i) / kAcross;
+        Eigen::Vector3f place = (1 - part) * baseline.poses.root(t) + part * window.poses.root(t);
+        place.y() = height;
+        if (window.scene.distance(place) < -kInside) return true;
+      }
   return false;
 }
 
@@ -81,8 +96,11 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const Poses given = key_source(window.poses, noise, random);
     Baseline baseline = baseline_of(given, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
-    if (around && (taken || i == 0))
-      baseline = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
+    if (around && (taken || i == 0)) {
+      // In use the way is settled when it is found: a truth on the other side would teach to cut across.
+      Baseline way = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
+      if (!on_other_side(window, way)) baseline = std::move(way);
+    }
     if (taken) return {std::move(window), std::move(baseline)};
     if (i == 0) first = Example{std::move(window), std::move(baseline)};
   }

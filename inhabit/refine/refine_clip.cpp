@@ -12,6 +12,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/refine/contacts.h"
+#include "inhabit/refine/noise.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/weights.h"
@@ -29,10 +30,12 @@ struct Belief {
   double tolerance;         // of the last steps, see SolveOptions
   ContactDetection detect;  // of balls of the feet
 };
-constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
+constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.01, 1e-3, {}};
 constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 5e-3, {0.07, 0.9, 1.2, 0.15, 0.13}};
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
+constexpr double kUsualJerk = 77;                         // m/s^3: the jerk found where kPlaceJerk is right
+constexpr double kCalm = 7. / 6, kLively = 2;             // how far the motion's own jerk is followed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
 constexpr double kKept = 0.0001;                          // metres
 constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
@@ -111,8 +114,8 @@ class Refinement {
   Result run() {
     base();
     Result out;
-    out.noise_root = noise_.root;
-    std::vector<double> sorted = noise_.rotations;
+    out.noise_root = levels_.root;
+    std::vector<double> sorted = levels_.rotations;
     std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
     out.noise_rotations = sorted[11];
     Trajectory found = smoothed_ ? solve_windows({2, 1e-3}) : problem_.start;  // smooth enough to see contacts in
@@ -146,28 +149,31 @@ class Refinement {
     problem_.start = trajectory_of(clip_);
     problem_.points = joint_points(kStandardJoints);
     for (const BodyBall& ball : balls_) problem_.points.push_back(ball.point);
-    noise_ = noise_of(problem_.start);
+    levels_ = levels_of(problem_.bones, problem_.start, clip_.rate);
     const auto frames = static_cast<size_t>(clip_.frames());
     problem_.fixed.assign(frames, 0);
     for (const int64_t frame : options_.keep_frames) problem_.fixed[static_cast<size_t>(frame)] = 1;
     const double per_frame = 30 / clip_.rate;  // sums over frames stand for integrals over time
-    // Smoothing counts as much as there is noise to be taken away.
+    problem_.stay_near.rotations.resize(frames * kStandardJoints);
+    problem_.stay_near.root.resize(frames);
+    // Smoothing counts as much as there is noise to be taken away, and the less the livelier the motion is.
+    const double liveliness = std::clamp(levels_.jerk / kUsualJerk, kCalm, kLively);
     std::vector<double> noisy(kStandardJoints);
     problem_.stay_near.rotations.resize(frames * kStandardJoints);
     problem_.stay_near.root.resize(frames);
     for (size_t j = 0; j < kStandardJoints; ++j) {
-      const double sigma = std::max(belief_.angle, noise_.rotations[j]);
+      const double sigma = std::max(belief_.angle, levels_.rotations[j]);
       noisy[j] = 1 - squared(belief_.angle / sigma);
       for (size_t t = 0; t < frames; ++t)
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
-    const double root = std::max(belief_.place, noise_.root);
+    const double root = std::max(belief_.place, levels_.root);
     smoothed_ = root > belief_.place || std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
     for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
-      const double from_root = smooth * (1 - squared(belief_.place / root)) * weight_of(kPlaceJerk);
-      problem_.smoothness.push_back({3, 0, smooth * weight_of(kRotationJerk), {}, false, noisy});
+      const double from_root = smooth * (1 - squared(belief_.place / root)) * weight_of(liveliness * kPlaceJerk);
+      problem_.smoothness.push_back({3, 0, smooth * weight_of(liveliness * kRotationJerk), {}, false, noisy});
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
       problem_.smoothness.push_back({3, from_root, 0, {}, false, free});
@@ -321,7 +327,7 @@ class Refinement {
   Surroundings surroundings_;
   std::vector<BodyBall> balls_;
   Problem problem_;
-  NoiseLevel noise_;
+  Levels levels_;
   bool smoothed_ = false;  // there is noise to be taken away
   std::vector<Foot> feet_;
 };

@@ -9,14 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Standard deviation of a component whose third differences have these lengths.
-double deviation(std::vector<double> lengths) {
-  if (lengths.empty()) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle / (1.538 * std::sqrt(20.0));  // the median of three components; 1 + 9 + 9 + 1
-}
-
 bool same(const FramePose& a, const FramePose& b) {
   for (size_t j = 0; j < a.local.size(); ++j)
     if (a.local[j].coeffs() != b.local[j].coeffs()) return false;
@@ -73,27 +65,6 @@ Clip clip_of(const Trajectory& trajectory, const Clip& like) {
     }
     for (int i = 0; i < 3; ++i) x[frame][i] = static_cast<float>(trajectory[t].trans[i]);
   }
-  return out;
-}
-
-NoiseLevel noise_of(const Trajectory& trajectory) {
-  NoiseLevel out;
-  const size_t frames = trajectory.size(), joints = trajectory.front().local.size();
-  out.rotations.assign(joints, 0);
-  if (frames < 4) return out;
-  std::vector<double> lengths(frames - 3);
-  for (size_t j = 0; j < joints; ++j) {
-    std::vector<Vector3d> steps;
-    for (size_t t = 0; t + 1 < frames; ++t)
-      steps.push_back(axis_angle_of(trajectory[t].local[j].conjugate() * trajectory[t + 1].local[j]));
-    for (size_t t = 0; t < lengths.size(); ++t) lengths[t] = (steps[t + 2] - 2 * steps[t + 1] + steps[t]).norm();
-    out.rotations[j] = deviation(lengths);
-  }
-  for (size_t t = 0; t < lengths.size(); ++t)
-    lengths[t] =
-        (trajectory[t + 3].trans - 3 * trajectory[t + 2].trans + 3 * trajectory[t + 1].trans - trajectory[t].trans)
-            .norm();
-  out.root = deviation(lengths);
   return out;
 }
 

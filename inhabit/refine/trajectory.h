@@ -16,12 +16,4 @@ using Track = std::vector<Eigen::Vector3d>;  ///< places of one point, a frame e
 Poses posed(const Bones& bones, const Trajectory& trajectory);
 Track track_of(const Poses& poses, int joint);
 
-/// White noise of a motion, standard deviation of each component, from its third differences, which motion itself
-/// hardly has: radians of every joint's rotation, metres of the root.
-struct NoiseLevel {
-  std::vector<double> rotations;
-  double root = 0;
-};
-NoiseLevel noise_of(const Trajectory& trajectory);
-
 }  // namespace inhabit::refine

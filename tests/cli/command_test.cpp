@@ -22,7 +22,7 @@ TEST(Command, AWrongVerbOrNameIsSaidWithWhatThereIs) {
               HasSubstr("--sampler: is foo, which is none of ddim, ddpm, dpm\n"));
   EXPECT_THAT(said("convert a.bvh b.bvh --up w"), HasSubstr("--up: is w, which is none of y, z\n"));
   EXPECT_THAT(said("train forecast --data a --out b --preset foo"), HasSubstr("foo"));
-  EXPECT_THAT(run_command("inbetween --help").out, AllOf(HasSubstr("--loose-feet "), ::testing::Not(HasSubstr("{"))));
+  EXPECT_THAT(run_command("inbetween --help").out, AllOf(HasSubstr("--no-refine "), ::testing::Not(HasSubstr("{"))));
 }
 
 TEST(Command, VersionNamesLibTorch) {

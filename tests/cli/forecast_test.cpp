@@ -100,7 +100,7 @@ TEST(Forecast, FeetThatAreWrittenStand) {
       EXPECT_EQ(r.exit_code, 0) << r.err;
       return foot_skating(read_clip(folder / "f.npz")).skating;
     };
-    EXPECT_GT(skating(" --standard --loose-feet"), 4) << "as the network moves them";
+    EXPECT_GT(skating(" --standard --no-refine"), 4) << "as the network moves them";
     EXPECT_LT(skating(" --standard"), 3);
     EXPECT_LT(skating(""), 3);
   }

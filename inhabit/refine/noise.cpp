@@ -1,0 +1,107 @@
+#include "inhabit/refine/noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "inhabit/math/quaternion.h"
+
+namespace inhabit::refine {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLongest = 256;  // differences in a piece of which a periodogram is taken
+constexpr double kQuiet = 0.55;   // from this part of the highest frequency on there is noise alone
+
+/// Third differences at each frequency: what noise of a unit gives, and what is there, in the mean of the components.
+struct Spectrum {
+  std::vector<double> of_unit, power;
+};
+
+/// Adds the periodogram of differences [first, last) under a Hann window, frequency 0 left out.
+void add_periodogram(const Track& z, size_t first, size_t last, Spectrum& to) {
+  const size_t count = last - first;
+  const auto whole = static_cast<double>(count);
+  std::vector<double> cosines, sines, window;
+  double weight = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const double turn = 2 * M_PI * static_cast<double>(i) / whole;
+    cosines.push_back(std::cos(turn));
+    sines.push_back(std::sin(turn));
+    window.push_back(1 - std::cos(turn + M_PI / whole));
+    weight += window.back() * window.back();
+  }
+  for (size_t k = 1; k <= count / 2; ++k) {
+    Vector3d real = Vector3d::Zero(), imaginary = Vector3d::Zero();
+    for (size_t t = 0, i = 0; t < count; ++t, i = (i + k) % count) {
+      real += cosines[i] * window[t] * z[first + t];
+      imaginary += sines[i] * window[t] * z[first + t];
+    }
+    to.of_unit.push_back(std::pow(2 * std::sin(M_PI * static_cast<double>(k) / whole), 6));
+    to.power.push_back((real.squaredNorm() + imaginary.squaredNorm()) / (3 * weight));
+  }
+}
+
+Track third_differences(const Track& track) {
+  Track out;
+  for (size_t t = 0; t + 3 < track.size(); ++t)
+    out.push_back(track[t + 3] - 3 * track[t + 2] + 3 * track[t + 1] - track[t]);
+  return out;
+}
+
+}  // namespace
+
+Level level_of(const Track& z, double rate) {
+  if (z.size() < 2) return {};
+  const auto pieces = static_cast<size_t>(std::ceil(static_cast<double>(z.size()) / kLongest));
+  Spectrum seen;
+  for (size_t i = 0; i < pieces; ++i) add_periodogram(z, i * z.size() / pieces, (i + 1) * z.size() / pieces, seen);
+  const double high = std::pow(2 * std::sin(M_PI / 2 * kQuiet), 6);
+  double noise = 0, quiet = 0;
+  for (size_t k = 0; k < seen.power.size(); ++k) {
+    if (seen.of_unit[k] < high) continue;
+    noise += seen.power[k] / seen.of_unit[k];
+    ++quiet;
+  }
+  if (noise <= 0) return {};
+  noise /= quiet;  // variance
+  // Smoothing with white jerk of variance q leaves q / (q + n) of each frequency. Its risk is known but for a constant.
+  Level best{std::sqrt(noise), 0};
+  double least = std::numeric_limits<double>::infinity();
+  for (double log_ratio = -6; log_ratio <= 3; log_ratio += 0.125) {
+    const double q = std::pow(10, log_ratio) * noise;
+    double risk = 0;
+    for (size_t k = 0; k < seen.power.size(); ++k) {
+      const double n = noise * seen.of_unit[k];
+      risk += n * seen.power[k] / ((q + n) * (q + n)) + 2 * q / (q + n);
+    }
+    if (risk >= least) continue;
+    least = risk;
+    best.jerk = std::sqrt(q) * rate * rate * rate;
+  }
+  return best;
+}
+
+Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) {
+  Levels out;
+  std::vector<double> jerks;
+  const Poses poses = posed(bones, trajectory);
+  for (size_t j = 0; j < trajectory.front().local.size(); ++j) {
+    Track steps, bends;  // third differences of a rotation are second ones of its steps
+    for (size_t t = 0; t + 1 < trajectory.size(); ++t)
+      steps.push_back(axis_angle_of(trajectory[t].local[j].conjugate() * trajectory[t + 1].local[j]));
+    for (size_t t = 0; t + 2 < steps.size(); ++t) bends.push_back(steps[t + 2] - 2 * steps[t + 1] + steps[t]);
+    out.rotations.push_back(level_of(bends, rate).noise);
+    jerks.push_back(level_of(third_differences(track_of(poses, static_cast<int>(j))), rate).jerk);
+  }
+  const auto middle = jerks.begin() + static_cast<std::ptrdiff_t>(jerks.size() / 2);
+  std::nth_element(jerks.begin(), middle, jerks.end());
+  out.jerk = *middle;
+  Track root;
+  for (const FramePose& pose : trajectory) root.push_back(pose.trans);
+  out.root = level_of(third_differences(root), rate).noise;
+  return out;
+}
+
+}  // namespace inhabit::refine

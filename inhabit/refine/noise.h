@@ -1,0 +1,28 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "inhabit/refine/trajectory.h"
+
+namespace inhabit::refine {
+
+/// White noise on each component of a track, and the jerk that the motion itself has, as standard deviations: metres
+/// and m/s^3, or radians and rad/s^3.
+struct Level {
+  double noise = 0, jerk = 0;
+};
+
+/// The level of a track, from its third differences in time. Noise n shows as n^2 (2 sin(w / 2))^6 in their spectrum
+/// and is all that there is at the highest frequencies. The jerk is that with which a smoother of white jerk has the
+/// least risk (Stein's unbiased estimate). Fewer than two differences tell nothing: zeros.
+Level level_of(const Track& third_differences, double rate);
+
+/// Noise of every joint's local rotation (radians) and of the root's translation (metres); the median of the jerks of
+/// the joints' places (m/s^3).
+struct Levels {
+  std::vector<double> rotations;
+  double root = 0, jerk = 0;
+};
+Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate);
+
+}  // namespace inhabit::refine
