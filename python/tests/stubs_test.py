@@ -11,9 +11,9 @@ PYTHON = os.path.join(os.environ["INHABIT_SOURCE"], "python")
 
 
 def test_stubs_are_those_of_the_module():
-    made = runpy.run_path(os.path.join(PYTHON, "make_stubs.py"))["stubs"]()
+    made = runpy.run_path(os.path.join(PYTHON, "tools/make_stubs.py"))["stubs"]()
     with open(os.path.join(PYTHON, "inhabit/__init__.pyi")) as file:
-        assert file.read() == made, "run: PYTHONPATH=build/release/python python3 python/make_stubs.py > python/inhabit/__init__.pyi"
+        assert file.read() == made, "run: PYTHONPATH=build/release/python python3 python/tools/make_stubs.py > python/inhabit/__init__.pyi"
 
 
 def test_stubs_are_python():

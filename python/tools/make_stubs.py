@@ -9,7 +9,7 @@ import re
 import inhabit
 from inhabit import _core
 
-HEAD = '''# Made by python/make_stubs.py from the module.
+HEAD = '''# Made by python/tools/make_stubs.py from the module.
 import os
 import pathlib
 from typing import Any, Callable, Dict, Iterator, List, Optional, Protocol, Sequence, Tuple, Union
