@@ -41,8 +41,8 @@ PYBIND11_MODULE(_core, m) {
       "package, or in share/inhabit/models above it.");
   add_clips(m);
   add_scenes(m);
+  add_motion(m);  // Body, which files are read with
   add_files(m);
-  add_motion(m);
   add_queries(m);
   add_forecast(m);
   add_anticipate(m);

@@ -62,8 +62,11 @@ def signature(doc):
         elif name == "self":
             out.append("self")
         else:
-            kind, default, _ = rest.strip().partition(" = ")
-            out.append(f"{name}: {type_of(kind, True)}" + (" = ..." if default else ""))
+            kind, _, default = rest.strip().partition(" = ")
+            kind = type_of(kind, True)
+            if default == "None" and not kind.startswith(("Optional", "Any")):  # a pointer
+                kind = f"Optional[{kind}]"
+            out.append(f"{name}: {kind}" + (" = ..." if default else ""))
     return ", ".join(out), type_of(result, False)
 
 
