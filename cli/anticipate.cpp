@@ -1,11 +1,10 @@
-#include "inhabit/anticipate/intention_anticipator.h"
+#include "inhabit/anticipate/anticipation_page.h"
 
 #include <filesystem>
 #include <memory>
 
-#include "inhabit/view/futures_page.h"
+#include "inhabit/io/shipped_model.h"
 #include "inputs.h"
-#include "models.h"
 #include "outputs.h"
 #include "verbs.h"
 
@@ -19,14 +18,6 @@ struct AnticipateArguments {
   std::vector<std::string> outputs;
   inhabit::anticipate::Options anticipate;
 };
-
-inhabit::Page page_of(const inhabit::anticipate::Result& a, const std::string& title) {
-  std::vector<torch::Tensor> labels;
-  for (int64_t s = 0; a.labels.defined() && s < a.labels.size(0); ++s) labels.push_back(a.labels[s]);
-  inhabit::Page page = inhabit::futures_page(a.past, a.futures, labels);
-  page.title = title;
-  return page;
-}
 
 }  // namespace
 
@@ -68,7 +59,8 @@ void add_anticipate(CLI::App& app) {
     const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
     write_outputs(
-        o->outputs, [&] { return page_of(a, "Futures of " + fs::path(o->motion).filename().string()); },
+        o->outputs,
+        [&] { return anticipate::anticipation_page(a, "Futures of " + fs::path(o->motion).filename().string()); },
         [&](const std::string& out) {
           const bool standard = o->anticipate.standard;
           write_motions(out, standard ? a.futures : a.on_source,

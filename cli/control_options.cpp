@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "inhabit/body/palm.h"
-#include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
 #include "numbers.h"
 
@@ -13,28 +11,15 @@ namespace {
 
 using namespace inhabit;
 
-constexpr int kWrists = 20;  // left, then right
-
 /// "left_hand,1.2,2.0,0.4,1.1,-0.3": joint, from, to, x, y, z.
 inbetween::JointContact contact_of(const std::string& text) {
   const std::string option = "--contact " + text, name = text.substr(0, text.find(','));
-  inbetween::JointContact out;
-  const std::vector<std::string>& names = standard_joint_names();
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (name == "left_hand" || name == "right_hand") {
-    const int side = name == "left_hand" ? 0 : 1;
-    out.joint = kWrists + side;
-    out.offset = palm_offset(side).cast<double>();
-  } else if (found != names.end()) {
-    out.joint = static_cast<int>(found - names.begin());
-  } else {
-    throw Error(option, "\"" + name + "\" is no joint of the standard skeleton, nor left_hand or right_hand");
-  }
   const std::vector<double> n = numbers(text.substr(std::min(text.size(), name.size() + 1)), 5, option);
-  out.from = n[0];
-  out.to = n[1];
-  out.place = {n[2], n[3], n[4]};
-  return out;
+  try {
+    return inbetween::joint_contact(name, n[0], n[1], {n[2], n[3], n[4]});
+  } catch (const Error& e) {
+    throw Error(option, e.what());
+  }
 }
 
 }  // namespace

@@ -11,8 +11,8 @@
 #include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/scene_file.h"
+#include "inhabit/io/shipped_model.h"
 #include "inputs.h"
-#include "models.h"
 #include "outputs.h"
 #include "progress.h"
 #include "settings.h"
@@ -41,8 +41,8 @@ void add_eval_forecast(CLI::App& verb) {
   forecast->add_option("--json", o->json, "Also write the table as JSON");
   forecast->callback([o] {
     if (!o->json.empty()) require_writable(o->json);
-    inhabit::forecast::Networks model =
-        inhabit::forecast::load_networks(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    inhabit::forecast::Networks model = inhabit::forecast::load_networks(
+        o->model.empty() ? inhabit::shipped_model("forecast-compact.safetensors") : o->model);
     set_used(model.config, o->settings, {"points=", "radius=", "contact_threshold="});
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     if (data.size() == 0)

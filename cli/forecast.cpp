@@ -1,12 +1,11 @@
-#include "inhabit/forecast/contact_forecaster.h"
+#include "inhabit/forecast/forecast_page.h"
 
 #include <filesystem>
 #include <memory>
 
 #include "inhabit/io/files.h"
-#include "inhabit/view/page.h"
+#include "inhabit/io/shipped_model.h"
 #include "inputs.h"
-#include "models.h"
 #include "outputs.h"
 #include "verbs.h"
 
@@ -19,22 +18,6 @@ struct ForecastArguments {
   std::vector<std::string> outputs;
   inhabit::forecast::Options forecast;
 };
-
-inhabit::Page forecast_page(const inhabit::forecast::Result& clips, const std::string& title) {
-  using Role = inhabit::PagePerson::Role;
-  inhabit::Page page;
-  page.title = title;
-  page.note =
-      "Grey: the second that was observed. Blue: the next two seconds as predicted. Orange: what really happened.";
-  page.scene = &clips.scene;
-  const double now = clips.past.seconds();
-  page.people.push_back({clips.past, "observed", Role::past, 0, nullptr});
-  if (clips.truth) page.people.push_back({*clips.truth, "truth", Role::truth, now, nullptr});
-  page.people.push_back({clips.prediction, "prediction", Role::prediction, now, nullptr});
-  page.contacts = inhabit::PageContacts{
-      clips.forecast.points, clips.forecast.contact_maps.clamp(0, 1), {}, clips.prediction.rate, 0};
-  return page;
-}
 
 }  // namespace
 
@@ -72,7 +55,9 @@ void add_forecast(CLI::App& app) {
     say(notes);
     write_outputs(
         o->outputs,
-        [&] { return forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string()); },
+        [&] {
+          return forecast::forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string());
+        },
         [&](const std::string& out) { write_clip(out, o->forecast.standard ? r.prediction : r.on_source, &r.scene); });
   });
 }

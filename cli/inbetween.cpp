@@ -8,13 +8,12 @@
 
 #include "control_options.h"
 #include "inhabit/error.h"
+#include "inhabit/inbetween/inbetween_page.h"
 #include "inhabit/inbetween/keyframes.h"
-#include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
-#include "inhabit/view/page.h"
+#include "inhabit/io/shipped_model.h"
 #include "inputs.h"
-#include "models.h"
 #include "outputs.h"
 #include "progress.h"
 #include "sampler_option.h"
@@ -75,26 +74,6 @@ void warn_of_blocked_keys(const inbetween::Result& r) {
   for (const int64_t key : r.unreached)
     std::fprintf(stderr, "inhabit: warning: no way around what stands before the key at %.2f s was found\n",
                  static_cast<double>(key) / r.motion.rate);
-}
-
-Page inbetween_page(const std::vector<inbetween::Result>& results, const InbetweenArguments& o) {
-  const inbetween::Result& r = results.front();
-  Page page;
-  page.title = "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string();
-  page.note =
-      std::string("Blue: key poses. Purple: filled in. Prints on the floor: where a foot stands. ") +
-      (r.scene.meshes.empty() ? "The scene is points, which have no inside." : "Red: the body is inside the scene.");
-  page.scene = &r.scene;
-  for (size_t s = 0; s < results.size(); ++s) {
-    PagePerson person{results[s].motion, results.size() == 1 ? "filled in" : fmt::format("sample {}", s + 1),
-                      PagePerson::Role::filled};
-    person.keys = r.keys;
-    if (o.noisy || o.options.key_groups.defined()) person.given = r.key_poses;
-    person.given_joints = inbetween::key_joints_of(o.options.key_groups);
-    person.collides = results[s].collides;
-    page.people.push_back(person);
-  }
-  return page;
 }
 
 }  // namespace
@@ -171,7 +150,12 @@ void add_inbetween(CLI::App& app) {
     warn_of_blocked_keys(r);
     say(notes);
     write_outputs(
-        o->outputs, [&] { return inbetween_page(results, *o); },
+        o->outputs,
+        [&] {
+          return inbetween::inbetween_page(
+              results, o->noisy, o->options.key_groups,
+              "In-betweening of " + std::filesystem::path(o->motions[0]).filename().string());
+        },
         [&](const std::string& out) {
           std::vector<Clip> motions;
           for (const inbetween::Result& result : results)

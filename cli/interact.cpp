@@ -6,14 +6,14 @@
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
-#include "inhabit/interact/chair_interactor.h"
 #include "inhabit/interact/contact_area.h"
+#include "inhabit/interact/interaction_page.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/shipped_model.h"
 #include "inhabit/scene/sampling.h"
 #include "inputs.h"
-#include "models.h"
 #include "numbers.h"
 #include "outputs.h"
 #include "verbs.h"
@@ -80,18 +80,6 @@ std::vector<HandContacts> script_of(const std::string& path, const interact::Cha
     out.push_back(contacts);
   }
   return out;
-}
-
-Page interact_page(const std::vector<interact::Result>& results, const Scene& scene) {
-  Page page;
-  page.title = "Sitting on " + results.front().chair.name;
-  page.note = "Handles: where the hands were to go.";
-  page.scene = &scene;
-  for (size_t i = 0; i < results.size(); ++i) {
-    page.people.push_back({results[i].motion, results.size() == 1 ? "motion" : fmt::format("sample {}", i + 1),
-                           PagePerson::Role::motion});
-  }
-  return page;
 }
 
 /// Contacts painted on the scene: a heap about each, for both hands together.
@@ -189,7 +177,7 @@ void add_interact(CLI::App& app) {
     for (const interact::Result& r : results)
       motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
     write_outputs(
-        o->outputs, [&] { return interact_page(results, scene); },
+        o->outputs, [&] { return interact::interaction_page(results, scene); },
         [&](const std::string& out) { write_motions(out, motions, {}, &scene); });
   });
 }

@@ -6,7 +6,7 @@
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/refine_depth.h"
-#include "inhabit/view/page.h"
+#include "inhabit/view/refined_page.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "verbs.h"
@@ -24,18 +24,6 @@ struct RefineArguments {
   double depth_scale = 1;
   std::vector<double> camera;
 };
-
-inhabit::Page refined_page(const inhabit::Clip& before, const inhabit::Clip& after, const inhabit::Scene& scene,
-                           const std::string& title) {
-  using Role = inhabit::PagePerson::Role;
-  inhabit::Page page;
-  page.title = title;
-  page.note = "Grey: the motion as it was. Blue: as it was refined.";
-  page.scene = &scene;
-  page.people.push_back({before, "before", Role::past, 0, nullptr});
-  page.people.push_back({after, "refined", Role::prediction, 0, nullptr});
-  return page;
-}
 
 void write_refined(const RefineArguments& o, const inhabit::Clip& before, const inhabit::Clip& after,
                    const inhabit::Clip& on_source, const inhabit::Scene& scene) {

@@ -3,9 +3,9 @@
 #include <memory>
 
 #include "inhabit/error.h"
+#include "inhabit/io/shipped_model.h"
 #include "inhabit/serve/server.h"
 #include "inputs.h"
-#include "models.h"
 #include "verbs.h"
 
 namespace {
@@ -20,7 +20,7 @@ struct ServeArguments {
 std::string model_if_there(const std::string& given, const std::string& name) {
   if (!given.empty()) return given;
   try {
-    return shipped_model(name);
+    return inhabit::shipped_model(name);
   } catch (const inhabit::Error&) {
     return "";
   }

@@ -3,8 +3,9 @@
 # usage: scripts/dependencies.sh [test|coverage]     also what only the tests and checks, or their coverage, use
 set -euo pipefail
 packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libgloo-dev libopenblas-dev libboost-dev libembree-dev libnanoflann-dev libeigen3-dev
-  libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libpng-dev libbenchmark-dev)
-[ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium clang-format clang-tidy git)
+  libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libpng-dev libbenchmark-dev
+  python3-dev pybind11-dev python3-numpy)
+[ -n "${1:-}" ] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium clang-format clang-tidy git python3-pytest python3-mypy python3-torch)
 [ "${1:-}" = coverage ] && packages+=(lcov)
 # A Node.js from elsewhere brings its own npm; Debian's comes as two packages.
 command -v node >/dev/null && packages=("${packages[@]/nodejs/}")

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "inhabit/interruption.h"
 #include "inhabit/nn/gru_kernel.h"
 #include "inhabit/nn/parallel_chunks.h"
 
@@ -75,6 +76,7 @@ void FastFutures::decode(const float* code, const float* z, const float* pose, c
     }
   }
   for (int64_t t = 0; t < frames; ++t) {
+    interruption_point();
     for (int64_t s = 0; s < samples && ahead > 0; ++s) {
       // One-hot labels pick columns of the temporal convolution.
       float* seen = x.data() + s * width + kFeatures;

@@ -4,6 +4,7 @@
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/retarget.h"
@@ -81,6 +82,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   if (!options.standard) out.on_source.resize(out.futures.size());
   const int64_t first = options.start < 0 ? clip.frames() : options.start;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
+    interruption_point();
     const torch::NoGradGuard none;
     const auto i = static_cast<size_t>(s);
     const Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose

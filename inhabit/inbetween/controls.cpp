@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "inhabit/body/palm.h"
 #include "inhabit/error.h"
 #include "inhabit/math/natural_spline.h"
 #include "inhabit/motion/canonical.h"
@@ -14,6 +15,26 @@
 namespace inhabit::inbetween {
 
 using torch::Tensor;
+
+JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place) {
+  constexpr int kWrists = 20;  // left, then right
+  JointContact out;
+  const std::vector<std::string>& names = standard_joint_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (name == "left_hand" || name == "right_hand") {
+    const int side = name == "left_hand" ? 0 : 1;
+    out.joint = kWrists + side;
+    out.offset = palm_offset(side).cast<double>();
+  } else if (found != names.end()) {
+    out.joint = static_cast<int>(found - names.begin());
+  } else {
+    throw Error("\"" + name + "\" is no joint of the standard skeleton, nor left_hand or right_hand");
+  }
+  out.from = from;
+  out.to = to;
+  out.place = place;
+  return out;
+}
 
 void check(const Controls& controls, size_t keys, double seconds) {
   const std::vector<double>& weights = controls.key_weights;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "inhabit/motion/clip.h"
@@ -15,6 +16,10 @@ struct JointContact {
   double from = 0, to = 0;                           ///< seconds, both included
   Eigen::Vector3d place = Eigen::Vector3d::Zero();   ///< metres
 };
+
+/// The contact of a standard joint by name, or of the palm of "left_hand" or "right_hand". Throws Error where `name` is
+/// none of these.
+JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place);
 
 /// Where the root is above the floor at a time.
 struct PathPoint {

@@ -12,6 +12,7 @@
 #include "inhabit/interact/fit_contacts.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
+#include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
@@ -95,6 +96,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
   size_t present = 0;
   bool left = false;
   for (int64_t t = 1; t < frames; ++t) {
+    interruption_point();
     person.step();
     take.poses.push_back(person.pose());
     const State& state = person.state();

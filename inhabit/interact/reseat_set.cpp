@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <exception>
 #include <filesystem>
 #include <optional>
 
@@ -14,6 +13,7 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/synth/chairs.h"
+#include "inhabit/synth/each_item.h"
 
 namespace inhabit::interact {
 namespace {
@@ -178,21 +178,10 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
   result.dataset.rate = source.rate;
   result.dataset.provenance = provenance_of(source, options);
   std::vector<Made> made(clips.size());
-  std::exception_ptr failed;
-  int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < clips.size(); ++i) {
-    try {
-      const torch::NoGradGuard no_gradient;
-      made[i] = job.make(clips[i], static_cast<int64_t>(i));
-    } catch (...) {
-#pragma omp critical(inhabit_reseat)
-      failed = std::current_exception();
-    }
-#pragma omp critical(inhabit_reseat)
-    if (options.progress) options.progress(++done, static_cast<int64_t>(clips.size()));
-  }
-  if (failed) std::rethrow_exception(failed);
+  each_item(static_cast<int64_t>(clips.size()), options.progress, [&](int64_t i) {
+    const torch::NoGradGuard no_gradient;
+    made[static_cast<size_t>(i)] = job.make(clips[static_cast<size_t>(i)], i);
+  });
   collect(made, result);
   if (result.dataset.clips.empty()) {
     std::error_code ignored;

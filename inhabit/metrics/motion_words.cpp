@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/math/rotation.h"
 
 namespace inhabit {
@@ -83,6 +84,7 @@ Tensor WordIndex::nearest(const Tensor& queries) const {
   int64_t* found = out.data_ptr<int64_t>();
   Tensor products = torch::empty({kBlock, count});
   for (int64_t first = 0; first < asked.size(0); first += kBlock) {
+    interruption_point();
     const int64_t some = std::min(kBlock, asked.size(0) - first);
     Tensor block = products.slice(0, 0, some);
     at::mm_out(block, low.slice(0, first, first + some), low_);

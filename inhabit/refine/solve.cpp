@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/refine/depth_terms.h"
 #include "inhabit/refine/terms.h"
@@ -101,6 +102,7 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
   Solution out{problem.initial.empty() ? problem.start : problem.initial, 0, 0, 0};
   double damping = 1e-6;
   for (int round = 0; round < options.iterations && damping < 1e6; ++round) {
+    interruption_point();
     out.cost = linearise(problem, unknowns, out.trajectory, equations);
     require(std::isfinite(out.cost), "the cost is not finite");
     if (round == 0) out.start_cost = out.cost;

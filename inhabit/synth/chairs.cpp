@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/person.h"
 #include "inhabit/synth/seat.h"
 
@@ -180,20 +180,10 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   out.provenance = provenance_of(options, subjects);
   out.clips.resize(jobs.size());
   const auto chairs = std::min(options.chairs, static_cast<int64_t>(jobs.size()));
-  std::exception_ptr failed;
-  int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    try {
-      out.clips[i] = make_clip(out, subjects, options, jobs[i], static_cast<int64_t>(i), chairs);
-    } catch (...) {
-#pragma omp critical(inhabit_chairs)
-      failed = std::current_exception();
-    }
-#pragma omp critical(inhabit_chairs)
-    if (options.progress) options.progress(++done, static_cast<int64_t>(jobs.size()));
-  }
-  if (failed) std::rethrow_exception(failed);
+  each_item(static_cast<int64_t>(jobs.size()), options.progress, [&](int64_t i) {
+    const auto job = static_cast<size_t>(i);
+    out.clips[job] = make_clip(out, subjects, options, jobs[job], i, chairs);
+  });
   write_index(out);
   return out;
 }

@@ -11,6 +11,7 @@
 #include "inhabit/motion/mirror.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/person.h"
 
@@ -177,17 +178,13 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   Dataset out = create_dataset(folder, fitted_actions());
   std::vector<Furnished> made(recordings.size());
   std::exception_ptr failed;
-  int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < recordings.size(); ++i) {
-    try {
-      furnish_recording(out, recordings[i], i, options, made[i]);
-    } catch (...) {
-#pragma omp critical(inhabit_fit)
-      failed = std::current_exception();
-    }
-#pragma omp critical(inhabit_fit)
-    if (options.progress) options.progress(++done, static_cast<int64_t>(recordings.size()));
+  try {
+    each_item(static_cast<int64_t>(recordings.size()), options.progress, [&](int64_t i) {
+      const auto recording = static_cast<size_t>(i);
+      furnish_recording(out, recordings[recording], recording, options, made[recording]);
+    });
+  } catch (...) {
+    failed = std::current_exception();
   }
   double seconds = 0, kept = 0;
   nlohmann::json sources = nlohmann::json::array();

@@ -1,10 +1,9 @@
 #include "inhabit/synth/generate.h"
 
-#include <exception>
-
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/layout.h"
 #include "inhabit/synth/life_plan.h"
 #include "inhabit/synth/person.h"
@@ -52,38 +51,27 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   out.clips.resize(static_cast<size_t>(options.clips));
   const BodyModel& body = builtin_body();
-  std::exception_ptr failed;
-  int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (int64_t i = 0; i < options.clips; ++i) {
-    try {
-      const int64_t number = i / options.clips_per_room;
-      std::mt19937_64 room_random(item_seed(options.seed, 2 * static_cast<uint64_t>(number)));
-      std::mt19937_64 random(item_seed(options.seed, 2 * static_cast<uint64_t>(i) + 1));
-      const Room room = make_room(room_random);
-      DatasetClip& entry = out.clips[static_cast<size_t>(i)];
-      entry.file = numbered("clips/", i, ".npz");
-      entry.scene = numbered("scenes/room_", number, ".glb");
-      entry.split = split_of_room(number, rooms);
-      if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
-      const Clip life = live(room, body, random, {options.seconds});
-      if (options.chords.share > 0) {
-        const Room own = with_pieces_on_chords(room, life, options.chords,
-                                               item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
-        if (own.furniture.size() > room.furniture.size()) {
-          entry.scene = numbered("scenes/own_", i, ".glb");
-          write_scene(out, entry.scene, own.scene());
-        }
+  each_item(options.clips, options.progress, [&](int64_t i) {
+    const int64_t number = i / options.clips_per_room;
+    std::mt19937_64 room_random(item_seed(options.seed, 2 * static_cast<uint64_t>(number)));
+    std::mt19937_64 random(item_seed(options.seed, 2 * static_cast<uint64_t>(i) + 1));
+    const Room room = make_room(room_random);
+    DatasetClip& entry = out.clips[static_cast<size_t>(i)];
+    entry.file = numbered("clips/", i, ".npz");
+    entry.scene = numbered("scenes/room_", number, ".glb");
+    entry.split = split_of_room(number, rooms);
+    if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
+    const Clip life = live(room, body, random, {options.seconds});
+    if (options.chords.share > 0) {
+      const Room own = with_pieces_on_chords(room, life, options.chords,
+                                             item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
+      if (own.furniture.size() > room.furniture.size()) {
+        entry.scene = numbered("scenes/own_", i, ".glb");
+        write_scene(out, entry.scene, own.scene());
       }
-      write_clip(out, entry, life);
-    } catch (...) {
-#pragma omp critical(inhabit_generate)
-      failed = std::current_exception();
     }
-#pragma omp critical(inhabit_generate)
-    if (options.progress) options.progress(++done, options.clips);
-  }
-  if (failed) std::rethrow_exception(failed);
+    write_clip(out, entry, life);
+  });
   write_index(out);
   return out;
 }

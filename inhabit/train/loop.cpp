@@ -150,7 +150,7 @@ class TrainLoop {
         report(done, losses);
         if (done % options_.validate_every == 0 || done == options_.steps) validate(done);
       }
-      if (!options_.ranks) stop_now = stop_requested != 0;  // also one that came while validating
+      if (!options_.ranks) stop_now = stop_requested != 0 || told_to_stop_;  // also one that came while validating
       if (stop_now && done < options_.steps) {
         save(done);
         if (rank_ == 0) spdlog::info("{} stopped at step {}; --resume goes on from there", task_.name, done);
@@ -241,7 +241,7 @@ class TrainLoop {
     optimizer_.zero_grad();
     Losses losses = losses_of_batch();
     losses.front().second.backward();
-    stop_now = stop_requested != 0;
+    stop_now = stop_requested != 0 || told_to_stop_;
     if (options_.ranks) stop_now = average_gradients(*task_.module, *options_.ranks, stop_now);
     torch::nn::utils::clip_grad_norm_(task_.module->parameters(), 1.0);
     optimizer_.step();
@@ -266,12 +266,19 @@ class TrainLoop {
       text += fmt::format("  {} {:.5g}", name, v);
     }
     if (log_) log_ << line.dump() << std::endl;
+    if (options_.listener) {
+      TrainReport heard{task_.name, done, options_.steps, seconds()};
+      for (const auto& [name, value] : losses) heard.losses.emplace_back(name, value.item<double>());
+      tell(heard);
+    }
     if (!aloud) return;
     spdlog::info("{} {}/{}{}  {:.1f} samples/s  left {}", task_.name, done, options_.steps, text, per_second,
                  clock_text(static_cast<double>((options_.steps - done) * batch) / per_second));
     restart_report(done);
     last_report_ = reported_seconds_;
   }
+
+  void tell(const TrainReport& report) { told_to_stop_ = !options_.listener(report) || told_to_stop_; }
 
   void restart_report(int64_t done) {
     reported_seconds_ = seconds();
@@ -295,6 +302,7 @@ class TrainLoop {
       log_
           << nlohmann::json{{"stage", task_.name}, {"step", done}, {"validation", value}, {"best", result_.best}}.dump()
           << std::endl;
+    if (options_.listener) tell({task_.name, done, options_.steps, seconds(), {}, value, result_.best});
     restart_report(done);  // validation is not training time
     last_report_ = reported_seconds_;
   }
@@ -308,6 +316,7 @@ class TrainLoop {
   std::optional<WeightAverage> average_;
   std::map<std::string, torch::Tensor> no_average_;
   TrainResult result_;
+  bool told_to_stop_ = false;  // by the listener
   int64_t first_step_ = 0;
   double seconds_before_ = 0;  // that a resumed run had taken
   Clock::time_point start_;

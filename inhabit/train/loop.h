@@ -17,6 +17,17 @@ namespace inhabit {
 /// Named scalar losses; the first is the one that is minimised.
 using Losses = std::vector<std::pair<std::string, torch::Tensor>>;
 
+/// How a training goes: its losses every 20 steps, or a validation.
+struct TrainReport {
+  std::string stage;
+  int64_t step = 0, steps = 0;                         ///< done, and in all
+  double seconds = 0;                                  ///< of this run and the ones it resumed
+  std::vector<std::pair<std::string, double>> losses;  ///< empty: a validation
+  double validation = 0, best = 0;                     ///< of a validation: its value, and the lowest so far
+};
+/// Called in the loop's thread; false stops the training as SIGINT does.
+using TrainListener = std::function<bool(const TrainReport&)>;
+
 /// A step of a training, passed to the functions that make its batch and its losses.
 struct TrainStep {
   int64_t number = 0;            ///< 0 is the first
@@ -69,13 +80,14 @@ struct TrainOptions {
   std::string log;                      ///< JSON lines
   bool append_log = false;              ///< append to an existing log
   std::shared_ptr<DataParallel> ranks;  ///< the processes that train together; none: this one alone
+  TrainListener listener;               ///< may be empty; of the process of rank 0
 };
 
 struct TrainResult {
   double best = 0;  ///< lowest validation value
   int64_t best_step = 0;
   double seconds = 0;        ///< of this run and the ones it resumed
-  bool interrupted = false;  ///< SIGINT or SIGTERM came: the checkpoint holds everything
+  bool interrupted = false;  ///< SIGINT or SIGTERM came, or the listener said so: the checkpoint holds everything
 };
 
 /// AdamW with a cosine schedule after a linear warm-up. Every epoch is a permutation drawn from (seed, epoch), every

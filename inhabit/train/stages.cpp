@@ -107,6 +107,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.validate_every = std::clamp<int64_t>(stage.steps / stage.validations, 1, kValidateEvery);
     options.seed = run.seed;
     options.ranks = run.ranks;
+    options.listener = run.listener;
     options.resume = run.resume && s == first;
     options.checkpoint = checkpoint_of(run.out);
     options.log = run.out + ".log.jsonl";

@@ -19,6 +19,7 @@ struct TrainRun {
   uint64_t seed = 1;
   torch::Device device = torch::kCPU;
   std::shared_ptr<DataParallel> ranks;  ///< none: this process alone
+  TrainListener listener;               ///< hears how it goes and may stop it; may be empty
 };
 
 /// One stage: a network, or several that are trained together.

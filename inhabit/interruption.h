@@ -1,0 +1,35 @@
+#pragma once
+#include <functional>
+#include <utility>
+
+namespace inhabit {
+
+// Long work looks now and then whether it is still wanted, so that who calls it can end it (Python's Ctrl-C) without
+// asking for it in every signature.
+
+/// What interruption_point() calls in this thread; empty: nothing.
+inline std::function<void()>& interruption_check() {
+  thread_local std::function<void()> check;
+  return check;
+}
+
+/// While it lives, interruption points that this thread reaches call `check`, which throws to end the work.
+class Interruptible {
+ public:
+  explicit Interruptible(std::function<void()> check)
+      : before_(std::exchange(interruption_check(), std::move(check))) {}
+  ~Interruptible() { interruption_check() = std::move(before_); }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  std::function<void()> before_;
+};
+
+/// A place where work may end by an exception: between steps of a second or less, and in no parallel region that an
+/// exception would leave.
+inline void interruption_point() {
+  if (const auto& check = interruption_check()) check();
+}
+
+}  // namespace inhabit

@@ -1,0 +1,62 @@
+#include "calls.h"
+#include "inhabit/anticipate/intention_anticipator.h"
+#include "inhabit/error.h"
+
+namespace inhabit::python {
+
+using anticipate::IntentionAnticipator;
+using Futures = anticipate::Result;
+
+void add_anticipate(py::module_& m) {
+  py::class_<Futures>(m, "Futures", "What Anticipator.run returns: futures of one observation, in its world.")
+      .def_readonly("past", &Futures::past, "What was observed, a Clip on the person's own bones.")
+      .def_readonly("clips", &Futures::futures, "S Clips of T frames on the standard skeleton, at the model's rate.")
+      .def_readonly("on_source", &Futures::on_source,
+                    "The same on the clip's own skeleton, at its rate; empty where standard=True.")
+      .def_property_readonly(
+          "joints",
+          [](const Futures& r) {
+            std::vector<torch::Tensor> joints;
+            for (const Clip& clip : r.futures) joints.push_back(clip.joints);
+            return torch::stack(joints);
+          },
+          "(S, T, 22, 3) float32, metres: the joints of all futures (a copy).")
+      .def_property_readonly(
+          "labels", [](const Futures& r) { return r.labels; },
+          "(S, T) int64 intentions, or None for a model without them.")
+      .def_property_readonly(
+          "labels_on_source", [](const Futures& r) { return r.labels_on_source; },
+          "(S, T') int64 intentions of on_source.")
+      .def("__len__", [](const Futures& r) { return r.futures.size(); });
+
+  py::class_<IntentionAnticipator>(
+      m, "Anticipator",
+      "Intention-driven anticipation: a motion in, many plausible futures of any length out.\n"
+      "Safe to use from several threads.")
+      .def(py::init([](const std::optional<Path>& model) {
+             const std::string file = model_file(model, "anticipate-cmu.safetensors");
+             return released([&] { return std::make_unique<IntentionAnticipator>(IntentionAnticipator::load(file)); });
+           }),
+           "model"_a = py::none(), "model: a model file; left out, the one that ships.")
+      .def_property_readonly(
+          "config", [](const IntentionAnticipator& a) { return python_of(to_json(a.config())).cast<py::dict>(); },
+          "The model's configuration.")
+      .def(
+          "run",
+          [](const IntentionAnticipator& anticipator, const Clip& clip, const std::optional<Scene>& scene,
+             std::optional<int64_t> start, int64_t samples, double seconds, uint64_t seed, bool standard, bool solve,
+             const std::string& name) {
+            if (start && *start < 0) throw Error("start", "is under 0");
+            const anticipate::Options options{start.value_or(-1), samples, seconds, seed, name, standard, solve};
+            return released([&, clip] { return anticipator.run(clip, scene.value_or(Scene()), options); });
+          },
+          "clip"_a, "scene"_a = py::none(), py::kw_only(), "start"_a = py::none(), "samples"_a = 10, "seconds"_a = 4.0,
+          "seed"_a = 1, "standard"_a = false, "solve"_a = false, "name"_a = "motion",
+          "Observes up to two seconds before frame `start` of a clip (left out: its end) and draws `samples` futures "
+          "of\n"
+          "`seconds`. The networks see no scene: it is there as in every system's call.\n\n"
+          "solve: joint rotations are found over all frames together, a second a future. standard: on_source is not\n"
+          "wanted. name: what errors call the clip.");
+}
+
+}  // namespace inhabit::python

@@ -1,0 +1,85 @@
+#pragma once
+#include <pybind11/functional.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arrays.h"
+#include "inhabit/interruption.h"
+#include "inhabit/io/read_options.h"
+
+namespace inhabit::python {
+
+namespace py = pybind11;
+using namespace py::literals;
+using Path = std::filesystem::path;  ///< str or os.PathLike
+
+/// Throws what Python's Ctrl-C (or another signal's handler) raises, where one came. Asks ten times a second at most.
+void check_signals();
+
+/// Long work without the GIL. Ctrl-C ends it at its next interruption point, or, where it has none, as soon as it is
+/// done.
+template <class Work>
+auto released(Work&& work) {
+  const py::gil_scoped_release none;
+  const Interruptible here(check_signals);
+  return work();
+}
+
+using Progress = std::function<void(int64_t done, int64_t all)>;
+
+/// A Python function, or None, as what library code calls from any thread, without the GIL. What it raises ends the
+/// work, and so does Ctrl-C.
+Progress progress_of(const py::object& callback);
+
+/// A Python object that is copied and let go of in any thread, without the GIL.
+std::shared_ptr<py::object> shared_object(const py::object& object);
+
+/// Dictionaries, lists and numbers of JSON.
+py::object python_of(const std::string& json);
+
+/// "training.batch=16" of {"training.batch": 16}, or a list of such texts as it is.
+std::vector<std::string> settings_of(const py::object& settings);
+
+/// Lines that the library would print for people go to Python's logger "inhabit".
+void say(const Notes& notes);
+void log_to_python();
+
+/// Paths as the library takes them.
+std::vector<std::string> texts_of(const std::vector<Path>& paths);
+
+/// A given model file, or the one that ships.
+std::string model_file(const std::optional<Path>& given, const std::string& shipped);
+
+/// "up", "scale", "rate" and "asf" of Python as reading options.
+ClipReadOptions reading_of(const std::optional<std::string>& up, std::optional<double> scale,
+                           std::optional<double> rate, const std::optional<Path>& asf);
+UpAxis up_axis(const std::optional<std::string>& up);
+
+// Each adds its part of the module.
+void add_clips(py::module_& m);
+void add_scenes(py::module_& m);
+void add_files(py::module_& m);
+void add_queries(py::module_& m);
+void add_motion(py::module_& m);
+void add_forecast(py::module_& m);
+void add_anticipate(py::module_& m);
+void add_inbetween(py::module_& m);
+void add_interact(py::module_& m);
+void add_refine(py::module_& m);
+void add_score(py::module_& m);
+void add_data(py::module_& m);
+void add_synth(py::module_& m);
+void add_train(py::module_& m);
+void add_page(py::module_& m);
+
+}  // namespace inhabit::python

@@ -1,0 +1,136 @@
+#include "inhabit/io/files.h"
+
+#include "calls.h"
+#include "inhabit/error.h"
+#include "inhabit/io/clip_npz.h"
+#include "inhabit/io/convert.h"
+#include "inhabit/io/describe.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/io/smpl_model.h"
+
+namespace inhabit::python {
+namespace {
+
+using Text = std::optional<std::string>;
+using Number = std::optional<double>;
+
+/// `read(path, options, notes)` with what Python says about the file, notes to the log with its name.
+template <class Read>
+auto read_with(const Path& path, ClipReadOptions options, const BodyModel* body, const Read& read) {
+  Notes notes;
+  options.body = body;
+  auto out = released([&] { return read(path.string(), options, &notes); });
+  for (std::string& note : notes) note.insert(0, path.string() + ": ");
+  say(notes);
+  return out;
+}
+
+Scene read_scene(const Path& path, const Text& up, Number scale) {
+  SceneReadOptions options;
+  options.up = up_axis(up);
+  options.scale = scale;
+  if (scale && !(*scale > 0 && *scale < 1e12)) throw Error("scale", "is not a number over 0");
+  SceneFile read = released([&] { return read_scene_file(path.string(), options); });
+  if (read.report.up_detected || read.report.scale_detected) say({path.string() + ": " + describe(read.report)});
+  read.scene.name = path.string();
+  return std::move(read.scene);
+}
+
+constexpr const char* kReading =
+    "\n\nup: 'y' or 'z', scale: metres per unit, rate: frames a second, whatever the file says (each is detected or "
+    "read\n"
+    "where it is left out); asf: skeleton of an .amc (else the .asf beside it); body: the Body of an SMPL-family "
+    "file.\n"
+    "What was detected is logged to logging.getLogger('inhabit').";
+
+}  // namespace
+
+void add_files(py::module_& m) {
+  static const std::string read_clip_doc =
+      std::string("A motion from any file inhabit reads: .bvh .amc .txt .npz .npy .json, on the file's own skeleton.") +
+      kReading;
+  m.def(
+      "read_clip",
+      [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf,
+         const BodyModel* body) {
+        return read_with(path, reading_of(up, scale, rate, asf), body,
+                         [](const auto&... given) { return read_clip(given...); });
+      },
+      "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
+      "body"_a = py::none(), read_clip_doc.c_str());
+  m.def(
+      "read_clips",
+      [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf,
+         const BodyModel* body) {
+        return read_with(path, reading_of(up, scale, rate, asf), body,
+                         [](const auto&... given) { return read_clips(given...); });
+      },
+      "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
+      "body"_a = py::none(),
+      "Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures.");
+  m.def(
+      "write_clip",
+      [](const Path& path, const Clip& clip, const std::optional<Scene>& scene) {
+        released([&, clip] { write_clip(path.string(), clip, scene ? &*scene : nullptr); });
+      },
+      "path"_a, "clip"_a, "scene"_a = py::none(),
+      "Writes a motion as its extension says: .npz, .json, .bvh or .glb; only a .glb holds the scene. A clip of "
+      "positions\n"
+      "alone is fitted first for .bvh and .glb.");
+  m.def(
+      "write_clips",
+      [](const Path& path, const std::vector<Clip>& clips) {
+        released([&] { write_clips_npz(path.string(), clips); });
+      },
+      "path"_a, "clips"_a, "Writes several motions of one person, of equal length, to one .npz.");
+  m.def("read_scene", &read_scene, "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(),
+        "A scene from a mesh (.obj .ply .glb .gltf .off .stl) or a point cloud (.ply .pcd .xyz .npz .npy), in metres "
+        "with\n"
+        "+Y up. up: 'y' or 'z', scale: metres per unit; both are detected where they are left out, and logged to\n"
+        "logging.getLogger('inhabit').");
+  m.def(
+      "write_scene",
+      [](const Path& path, const Scene& scene) { released([&, scene] { write_scene(path.string(), scene); }); },
+      "path"_a, "scene"_a,
+      "Writes a scene as .glb (meshes with names and colours, points) or .ply (one mesh, or points).");
+  m.def(
+      "convert",
+      [](const Path& source, const Path& target, Number rate, bool retarget, const Text& up, Number scale,
+         Number input_rate, const std::optional<Path>& asf, const std::string& out_up, const std::optional<Path>& scene,
+         const std::optional<Path>& body) {
+        ConvertOptions options;
+        options.reading = reading_of(up, scale, input_rate, asf);
+        if (rate && !(*rate >= 0.1 && *rate <= 1000)) throw Error("rate", "is not in [0.1, 1000]");
+        options.rate = rate.value_or(0);
+        options.retarget = retarget;
+        options.up = up_axis(out_up);
+        if (scene) options.scene = scene->string();
+        if (body) options.body = body->string();
+        Notes notes;
+        const std::string written =
+            released([&] { return convert_file(source.string(), target.string(), options, &notes); });
+        say(notes);
+        return written;
+      },
+      "source"_a, "target"_a, py::kw_only(), "rate"_a = py::none(), "retarget"_a = false, "up"_a = py::none(),
+      "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(), "out_up"_a = "y",
+      "scene"_a = py::none(), "body"_a = py::none(),
+      "Writes a motion or a scene in another format, told by the extensions; returns a line that says what was "
+      "written.\n"
+      "rate: frames a second of the output; retarget: onto the standard 22 joints; out_up: 'z' for .bvh and .npz; "
+      "scene: a\n"
+      "file to put into a .glb beside the motion; body: SMPL-family model file (.npz).");
+  m.def(
+      "info",
+      [](const Path& path, const Text& up, Number scale, Number rate) {
+        const ClipReadOptions options = reading_of(up, scale, rate, std::nullopt);
+        const std::string facts = released([&] {
+          return describe_file(path.string(), options).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        });
+        return python_of(facts).cast<py::dict>();
+      },
+      "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
+      "What a motion, scene, model or data set holds, as a dictionary: lengths in metres, times in seconds.");
+}
+
+}  // namespace inhabit::python

@@ -1,0 +1,26 @@
+#pragma once
+#include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/interact/chair_interactor.h"
+#include "inhabit/refine/refine_clip.h"
+
+// Results of the library with what else their pages show.
+
+namespace inhabit::python {
+
+struct InbetweenResult {
+  inbetween::Result result;
+  bool cleaned = false;      ///< keys were noisy
+  torch::Tensor key_groups;  ///< inbetween::Options
+};
+
+struct InteractResult {
+  interact::Result result;
+  Scene scene;
+};
+
+struct RefineResult {
+  refine::Result result;
+  Scene scene;
+};
+
+}  // namespace inhabit::python

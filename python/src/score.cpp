@@ -1,0 +1,152 @@
+#include "calls.h"
+#include "inhabit/error.h"
+#include "inhabit/metrics/collision.h"
+#include "inhabit/metrics/dynamics.h"
+#include "inhabit/metrics/foot_skating.h"
+#include "inhabit/metrics/frechet.h"
+#include "inhabit/metrics/penetration.h"
+#include "inhabit/metrics/score_motions.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
+
+namespace inhabit::python {
+namespace {
+
+using Clips = std::vector<Clip>;
+
+/// Motions on the standard skeleton at the score's rate.
+std::vector<NamedMotion> standard_motions(const Clips& clips, double rate, const std::string& what) {
+  if (clips.empty()) throw Error(what, "holds no clip");
+  std::vector<NamedMotion> out;
+  for (size_t i = 0; i < clips.size(); ++i) {
+    const std::string name = what + " " + std::to_string(i);
+    out.push_back({name, resample(retarget(clips[i], name), rate, name).joints});
+  }
+  return out;
+}
+
+/// The clip as scores of poses want it: on the standard skeleton with rotations.
+Clip posed(const Clip& clip) {
+  const bool standard =
+      clip.skeleton.names == standard_joint_names() && clip.rotations.defined() && clip.trans.defined();
+  return standard ? clip : retarget(clip, "clip");
+}
+
+py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int64_t kappa, int64_t observed,
+                 bool world) {
+  if (kappa < 2) throw Error("kappa", "is under 2");
+  if (observed < 0) throw Error("observed", "is under 0");
+  NdmsOptions options;
+  options.rate = rate;
+  options.kappa = kappa;
+  options.observed = observed;
+  options.in_world = world;
+  const NdmsScore score = released([&] {
+    return score_ndms(standard_motions(motions, rate, "motion"), standard_motions(reference, rate, "reference"),
+                      options);
+  });
+  py::list by_motion;
+  for (const NdmsOfMotion& of : score.motions)
+    by_motion.append(py::dict("ndms"_a = of.ndms, "words"_a = of.words, "by_second"_a = of.by_second));
+  return py::dict("ndms"_a = score.ndms, "words"_a = score.words, "reference_words"_a = score.reference_words,
+                  "motions"_a = by_motion);
+}
+
+py::dict collisions_of(const Clip& clip, const Scene& scene) {
+  struct Found {
+    Collision collision;
+    Penetration deepest;
+  };
+  const Found found = released([&] {
+    const Clip motion = posed(clip);
+    return Found{CollisionMeter(builtin_body(), scene).measure(motion),
+                 deepest_penetration(motion, builtin_body(), scene)};
+  });
+  return py::dict("depth"_a = array_of(found.collision.depth), "vertices"_a = array_of(found.collision.vertices),
+                  "frame_ratio"_a = found.collision.frame_ratio(), "deepest"_a = found.deepest.depth,
+                  "deepest_frame"_a = found.deepest.frame,
+                  "deepest_joint"_a = found.deepest.joint < 0
+                                          ? std::string()
+                                          : standard_joint_names().at(static_cast<size_t>(found.deepest.joint)),
+                  "deepest_object"_a = found.deepest.object);
+}
+
+}  // namespace
+
+void add_score(py::module_& m) {
+  m.def("score_ndms", &ndms_of, "motions"_a, "reference"_a, py::kw_only(), "rate"_a = 25.0, "kappa"_a = 8,
+        "observed"_a = 0, "world"_a = false,
+        "Normalised directional motion similarity (Eq. 10-12 of the anticipation paper) of clips with real ones: 1 is "
+        "motion\n"
+        "that people make. A dictionary of ndms, words, reference_words and the same of each motion.\n\n"
+        "rate: frames a second to score at; kappa: frames of a word; observed: frames (at rate) at each start that do "
+        "not\n"
+        "count; world: words of the motion as it is, not of poses that know neither place nor heading.");
+  m.def(
+      "score_npss",
+      [](const Clips& motions, const Clips& truth, double rate) {
+        return released([&] {
+          return score_npss(standard_motions(motions, rate, "motion"), standard_motions(truth, rate, "truth"));
+        });
+      },
+      "motions"_a, "truth"_a, py::kw_only(), "rate"_a = 25.0,
+      "Mean normalised power spectrum similarity of clips, each with what came true; 0 is equal.");
+  m.def(
+      "score_apd",
+      [](const Clips& futures, double rate) {
+        if (futures.size() < 2) throw Error("futures", "are fewer than two");
+        return released([&] { return score_apd(standard_motions(futures, rate, "future")); });
+      },
+      "futures"_a, py::kw_only(), "rate"_a = 25.0,
+      "Average pairwise distance of futures of one observation by frame: (T) float32, metres.");
+  m.def(
+      "score_error",
+      [](const Clips& futures, const Clip& truth, double rate) {
+        const PoseError error = released([&] {
+          return score_error(standard_motions(futures, rate, "future"), standard_motions({truth}, rate, "truth"));
+        });
+        return py::dict("mean"_a = array_of(error.mean), "best"_a = array_of(error.best), "overall"_a = error.overall,
+                        "best_overall"_a = error.best_overall);
+      },
+      "futures"_a, "truth"_a, py::kw_only(), "rate"_a = 25.0,
+      "Joint error of futures against the one that came true, metres: by frame (T) of all ('mean') and of the best "
+      "future\n"
+      "of each horizon ('best'), and both over all frames ('overall', 'best_overall').");
+  m.def(
+      "foot_skating",
+      [](const Clip& clip, double height, double distance) {
+        const FootSkating found = released([&, clip] { return foot_skating(posed(clip), height, distance); });
+        return found.fraction();
+      },
+      "clip"_a, "height"_a = 0.05, "distance"_a = 0.025,
+      "Fraction of frames in which a foot joint is less than `height` metres above the floor y = 0 and moves more "
+      "than\n"
+      "`distance` metres by the next frame.");
+  m.def(
+      "dynamics",
+      [](const Clip& clip) {
+        const Dynamics found = released([&, clip] { return dynamics(clip); });
+        return py::dict("frames"_a = found.frames, "speed"_a = found.speed, "acceleration"_a = found.acceleration,
+                        "jerk"_a = found.jerk);
+      },
+      "clip"_a,
+      "Means over frames: speed of the root over the ground (m/s), acceleration (m/s^2) and jerk (m/s^3) of the "
+      "joints.");
+  m.def("collisions", &collisions_of, "clip"_a, "scene"_a,
+        "The built-in body in the clip's poses against a scene's meshes; floors do not count. A dictionary: depth (T) "
+        "metres\n"
+        "that the deepest vertex that collides is inside, vertices (T) fraction that collides, frame_ratio, and "
+        "deepest:\n"
+        "metres that a limb is inside what is not sat on, deepest_frame, deepest_joint, deepest_object.");
+  m.def(
+      "frechet_distance",
+      [](const Floats& first, const Floats& second) {
+        for (const Floats* features : {&first, &second})
+          if (features->dim() != 2 || features->size(0) < 2 || features->size(1) != first.size(-1))
+            throw Error("features", "are not (N, D) and (M, D) with N, M over 1");
+        return released([&] { return frechet_distance(feature_gaussian(first), feature_gaussian(second)); });
+      },
+      "first"_a, "second"_a, "Squared Frechet distance (FID) of features (N, D) and (M, D).");
+}
+
+}  // namespace inhabit::python

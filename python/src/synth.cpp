@@ -1,0 +1,142 @@
+#include "calls.h"
+#include "inhabit/error.h"
+#include "inhabit/interact/reseat_set.h"
+#include "inhabit/synth/chairs.h"
+#include "inhabit/synth/check.h"
+#include "inhabit/synth/fit.h"
+#include "inhabit/synth/generate.h"
+
+namespace inhabit::python {
+namespace {
+
+using Files = std::vector<Path>;
+
+/// Opens as Python's Dataset what was made.
+py::object opened(const Path& folder) { return py::module_::import("inhabit").attr("Dataset")(folder); }
+
+Path reseat(const Path& data, const Path& folder, const std::variant<std::string, Files>& chairs,
+            const std::string& split, bool frame_by_frame, uint64_t seed, const py::object& progress) {
+  interact::ReseatOptions options;
+  if (const auto* kind = std::get_if<std::string>(&chairs)) {
+    if (*kind != "procedural" && *kind != "rescaled")
+      throw Error("chairs", "is '" + *kind + "', which is none of procedural, rescaled, and no list of files");
+    options.chairs = *kind == "procedural" ? interact::NewChairs::procedural : interact::NewChairs::rescaled;
+  } else {
+    options.chairs = interact::NewChairs::files;
+    options.files = texts_of(std::get<Files>(chairs));
+  }
+  options.split = split;
+  options.frame_by_frame = frame_by_frame;
+  options.seed = seed;
+  options.progress = progress_of(progress);
+  const auto made = released([&] { return interact::reseat_dataset(data.string(), folder.string(), options); });
+  say({summary(made)});
+  return folder;
+}
+
+}  // namespace
+
+void add_synth(py::module_& m) {
+  m.def(
+      "synth_rooms",
+      [](const Path& folder, int64_t clips, uint64_t seed, double seconds, int clips_per_room, double on_chord,
+         const py::object& progress) {
+        GenerateOptions options;
+        options.clips = clips;
+        options.seed = seed;
+        options.seconds = seconds;
+        options.clips_per_room = clips_per_room;
+        options.chords.share = on_chord;
+        options.progress = progress_of(progress);
+        released([&] { return generate_rooms(folder.string(), options); });
+        return opened(folder);
+      },
+      "folder"_a, py::kw_only(), "clips"_a = 100, "seed"_a = 1, "seconds"_a = 12.0, "clips_per_room"_a = 4,
+      "on_chord"_a = 0.0, "progress"_a = py::none(),
+      "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
+      "length of\n"
+      "each clip. on_chord: share of straight lines between poses that furniture is tried on. progress(done, all) is "
+      "called\n"
+      "after each clip. Returns the Dataset.");
+  m.def(
+      "synth_chairs",
+      [](const Path& folder, double minutes, int subjects, int64_t chairs, uint64_t seed, const py::object& progress) {
+        ChairsOptions options;
+        options.minutes = minutes;
+        options.subjects = subjects;
+        options.chairs = chairs;
+        options.seed = seed;
+        options.progress = progress_of(progress);
+        released([&] { return generate_chairs(folder.string(), options); });
+        return opened(folder);
+      },
+      "folder"_a, py::kw_only(), "minutes"_a = 180.0, "subjects"_a = 6, "chairs"_a = 240, "seed"_a = 1,
+      "progress"_a = py::none(),
+      "A data set of people who walk up to chairs and sit on them, in `folder`. progress(done, all) is called after "
+      "each\n"
+      "clip. Returns the Dataset.");
+  m.def(
+      "synth_fit",
+      [](const Path& folder, const Files& train, const Files& val, const Files& test, int rooms_per_clip,
+         double seconds, bool mirrored, double stretches, double on_chord, bool only_on_chord, uint64_t seed,
+         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate,
+         const py::object& progress) {
+        FittingOptions options;
+        options.train = texts_of(train);
+        options.val = texts_of(val);
+        options.test = texts_of(test);
+        options.rooms_per_clip = rooms_per_clip;
+        options.seconds = seconds;
+        options.mirrored = mirrored;
+        options.stretches = stretches;
+        options.chords.share = on_chord;
+        options.only_on_chords = only_on_chord;
+        options.seed = seed;
+        options.reading = reading_of(up, scale, rate, std::nullopt);
+        options.progress = progress_of(progress);
+        released([&] { return fit_recordings(folder.string(), options); });
+        return opened(folder);
+      },
+      "folder"_a, "train"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
+      "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().share,
+      "only_on_chord"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
+      "progress"_a = py::none(),
+      "A data set of rooms fitted around recorded motion, in `folder`. train, val, test: motion files. seconds: "
+      "longest piece\n"
+      "of a recording. mirrored: every second room of training is around the mirror image. up, scale, rate: how the "
+      "files are\n"
+      "read. progress(done, all) is called after each recording. Returns the Dataset.");
+  m.def(
+      "synth_reseat",
+      [](const Path& data, const Path& folder, const std::variant<std::string, Files>& chairs, const std::string& split,
+         bool frame_by_frame, uint64_t seed, const py::object& progress) {
+        return opened(reseat(data, folder, chairs, split, frame_by_frame, seed, progress));
+      },
+      "data"_a, "folder"_a, py::kw_only(), "chairs"_a = "procedural", "split"_a = "train", "frame_by_frame"_a = false,
+      "seed"_a = 1, "progress"_a = py::none(),
+      "The clips of a data set in which somebody sits, carried over to other chairs, as a data set in `folder`. "
+      "chairs:\n"
+      "'procedural', 'rescaled', or a list of files of a chair each. Returns the Dataset; what was left out is "
+      "logged.");
+  py::class_<Bar>(m, "Bar", "One measure of a data set's motion and the range it must lie in.")
+      .def_readonly("name", &Bar::name, "What is measured.")
+      .def_readonly("unit", &Bar::unit, "Its unit.")
+      .def_readonly("low", &Bar::low, "Lowest value that passes.")
+      .def_readonly("high", &Bar::high, "Highest value that passes.")
+      .def_readonly("value", &Bar::value, "Over the whole data set.")
+      .def_readonly("clips", &Bar::clips, "Clips that it could be measured on.")
+      .def_readonly("worst_clip", &Bar::worst_clip, "File of the clip farthest out.")
+      .def_readonly("worst", &Bar::worst, "Its value.")
+      .def_readonly("where", &Bar::where, "The place in that clip, where there is one.")
+      .def_property_readonly("passes", &Bar::pass, "Whether the value lies in the range.");
+  m.def(
+      "check_motion",
+      [](const Path& folder, const std::string& split) {
+        return released([&] { return check_motion(open_dataset(folder.string()), split); });
+      },
+      "folder"_a, "split"_a = "all",
+      "Measures a data set's motion: skating, speed, acceleration, jerk, joint limits, penetration, contacts. A list "
+      "of Bar.");
+}
+
+}  // namespace inhabit::python

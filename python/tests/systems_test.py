@@ -1,0 +1,147 @@
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import inhabit
+
+SOURCE = os.environ["INHABIT_SOURCE"]
+DATA = os.path.join(SOURCE, "examples/data")
+
+
+def walk():
+    return inhabit.read_clip(os.path.join(DATA, "walk.npz"))
+
+
+def room():
+    return inhabit.read_scene(os.path.join(DATA, "walk_room.glb"))
+
+
+def test_forecast_is_the_commands(tmp_path):
+    out = tmp_path / "future.npz"
+    subprocess.run(
+        [os.environ["INHABIT_COMMAND"], "forecast", f"{DATA}/walk.npz", "--scene", f"{DATA}/walk_room.glb", "--start", "60",
+         "-o", out], check=True, capture_output=True)
+    result = inhabit.Forecaster().run(walk(), room(), start=60)
+    assert result.clip.joints.shape == (60, 22, 3) and result.contact_maps.shape[:2] == (90, 22)
+    assert np.abs(result.on_source.joints - inhabit.read_clip(out).joints).max() < 1e-4
+    html = inhabit.page(result)._repr_html_()
+    assert html.startswith("<iframe srcdoc=") and "&quot;" in html
+
+
+def test_futures_labels_and_horizon():
+    futures = inhabit.Anticipator().run(walk(), samples=3, seconds=2)
+    assert len(futures) == 3 and futures.joints.shape == (3, 50, 22, 3)
+    assert futures.labels.shape == (3, 50) and futures.labels.dtype == np.int64
+    assert inhabit.score_apd(futures.clips).shape == (50,)
+
+
+def test_inbetween_meets_its_keys_and_reports():
+    heard = []
+    clip = inhabit.retarget(walk())
+    result = inhabit.Inbetweener().run(clip, room(), keys=[0, 45, 89], progress=lambda done, all: heard.append((done, all)))
+    assert result.keys == [0, 45, 89] and heard and heard[-1][0] == heard[-1][1]
+    assert np.abs(result.clip.joints[45] - clip.joints[45]).max() < 0.02
+
+
+def test_an_exception_in_a_callback_comes_out():
+    def fail(done, all):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        inhabit.Inbetweener().run(walk(), keys="ends", progress=fail)
+
+
+def test_sitting_down():
+    scene = inhabit.read_scene(f"{DATA}/sit_room.glb")
+    chair = inhabit.find_chairs(scene)[0]
+    x, y, z = chair.seat
+    start = inhabit.standing_clip(x + 1.5 * np.sin(chair.heading), z + 1.5 * np.cos(chair.heading), chair.heading)
+    result = inhabit.Interactor().run(start, scene, chair=chair.name, seconds=8)
+    assert result.clip.frames == 240 and result.chair.name == chair.name and result.seated is not None
+
+
+def test_refining_takes_noise_away():
+    clip = inhabit.retarget(walk())
+    noisy = clip.copy()
+    noisy.rotations = clip.rotations + np.random.default_rng(1).normal(scale=0.03, size=clip.rotations.shape)
+    noisy.joints = inhabit.forward_kinematics(noisy.skeleton, noisy.rotations, noisy.trans)
+    result = inhabit.refine(noisy, room())
+    assert result.noise_rotations > 0.01
+    assert inhabit.dynamics(result.clip)["jerk"] < 0.7 * inhabit.dynamics(noisy)["jerk"]
+
+
+def test_queries_of_a_box():
+    vertices = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
+             [1, 5, 7], [1, 7, 3]]
+    query = inhabit.SceneQuery(inhabit.Scene([inhabit.Mesh(vertices, faces, name="box")]))
+    assert np.allclose(query.signed_distance([[0.5, 0.5, 0.5], [0.5, 2.0, 0.5]]), [-0.5, 1.0], atol=1e-5)
+    assert query.inside([[0.5, 0.5, 0.5], [2, 2, 2]]).tolist() == [True, False]
+    hits = query.cast([[0.5, 3, 0.5]], [[0, -2, 0]])
+    assert hits.hit[0] and abs(hits.distances[0] - 2) < 1e-5
+    with pytest.raises(inhabit.Error, match="^points: are not"):
+        query.inside([1.0, 2.0])
+    with pytest.raises(inhabit.Error, match="name a vertex that is not there"):
+        inhabit.Mesh(vertices, [[0, 1, 8]])
+
+
+@pytest.mark.parametrize("call, said", [
+    (lambda: inhabit.read_clip("nowhere.bvh"), "^nowhere.bvh: "),
+    (lambda: inhabit.Forecaster().run(walk(), start=3), "^motion: "),
+    (lambda: inhabit.Forecaster("nowhere.safetensors"), "nowhere.safetensors"),
+    (lambda: inhabit.preset("forecast", "compact", {"nothing": 1}), "nothing"),
+    (lambda: inhabit.read_clip("a.bvh", up="x"), "^up: is 'x'"),
+    (lambda: inhabit.page(), "^page: "),
+])
+def test_errors_are_one_line(call, said):
+    with pytest.raises(inhabit.Error, match=said) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_other_threads_run_meanwhile():
+    ticks, over = [], threading.Event()
+
+    def tick():
+        while not over.wait(0.002):
+            ticks.append(1)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    inhabit.Anticipator().run(walk(), samples=20, seconds=10)
+    over.set()
+    thread.join()
+    assert len(ticks) > 5
+
+
+def test_ctrl_c_ends_long_work(tmp_path):
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        inhabit.synth_rooms(tmp_path / "rooms", clips=100000)
+
+
+def test_data_sets_feed_a_loader_and_a_training(tmp_path):
+    made = inhabit.synth_rooms(tmp_path / "rooms", clips=10, clips_per_room=1, seconds=4)
+    assert len(made) == 10 and made[0].frames == 120 and not made.scene(0).empty
+    windows = inhabit.Windows([tmp_path / "rooms"], frames=90, stride=30)
+    assert windows[0]["joints"].shape == (90, 22, 3) and len(list(windows)) == len(windows)
+    samples = inhabit.ForecastWindows([tmp_path / "rooms"], settings={"points": 64})
+    assert samples[0]["points"].shape == (64, 3)
+    heard = []
+
+    def stop(report):
+        heard.append(report)
+        return False
+
+    done = inhabit.train("forecast", [str(tmp_path / "rooms")], tmp_path / "m.safetensors", stages=["ltd"],
+                         settings={"training.motion_steps": 60, "training.motion_batch": 2, "points": 64}, callback=stop)
+    assert not done and heard[0]["stage"] == "ltd" and heard[0]["step"] < 60
+    assert (tmp_path / "m.safetensors.checkpoint.safetensors").exists()
+    torch = pytest.importorskip("torch")
+    batch = next(iter(torch.utils.data.DataLoader(windows, batch_size=3)))
+    assert batch["joints"].shape == (3, 90, 22, 3)
