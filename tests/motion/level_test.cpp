@@ -29,10 +29,6 @@ Clip tilted(Clip clip, double degrees, double toward) {
   return clip;
 }
 
-double angle_between(const Vector3d& a, const Vector3d& b) {
-  return std::acos(std::min(1.0, a.normalized().dot(b.normalized()))) * 180 / M_PI;
-}
-
 /// How far off, in degrees, the slope of `clip` is found when it is tilted by 8 degrees in six directions: at worst,
 /// seen from what is found of it untilted.
 double worst_error(const Clip& clip) {
@@ -48,7 +44,7 @@ double worst_error(const Clip& clip) {
     // Up to a rotation about the vertical and a shift: heights, seen from the mean, are the same.
     const auto heights = [](const Clip& c) { return c.joints.select(2, 1) - c.joints.select(2, 1).mean(); };
     const double off = (heights(sloping) - heights(upright)).abs().max().item<double>();
-    const Tensor spread = (clip.joints - clip.joints.mean({0, 1})).norm(2, 2).max();
+    const Tensor spread = (clip.joints - clip.joints.flatten(0, 1).mean(0)).norm(2, 2).max();
     worst = std::max(worst, std::asin(std::min(1.0, off / spread.item<double>())) * 180 / M_PI);
   }
   return worst;
