@@ -23,7 +23,7 @@ torch::nn::Sequential two_layers(int64_t inputs, int64_t hidden, int64_t outputs
 ReleasedPoseNetworkImpl::ReleasedPoseNetworkImpl(const Config& c, int64_t features) {
   encoder = part(*this, "pose_encoder")->register_module("gru", GRU(GRUOptions(features, c.hidden).batch_first(true)));
   const auto own = part(*this, "pose_decoder");
-  decoder = torch::nn::GRUCell(features + c.intention_features, c.hidden + c.noise);
+  decoder = GRU(GRUOptions(features + c.intention_features, c.hidden + c.noise).batch_first(true));
   own->register_module("gru", decoder);
   look_ahead =
       part(*own, "decode_labels")
@@ -33,14 +33,16 @@ ReleasedPoseNetworkImpl::ReleasedPoseNetworkImpl(const Config& c, int64_t featur
 
 Tensor ReleasedPoseNetworkImpl::forward(const Tensor& past, const Tensor& z, const Tensor& labels, int64_t frames) {
   const Tensor ahead = look_ahead->forward(labels.transpose(1, 2)).transpose(1, 2);  // (B, T, E)
-  Tensor state = torch::cat({std::get<1>(encoder->forward(past))[0], z}, 1);
-  for (int64_t t = kPast - kWarmUp; t < kPast - 1; ++t)
-    state = decoder->forward(torch::cat({past.select(1, t), ahead.select(1, t)}, 1), state);
+  Tensor state = torch::cat({std::get<1>(encoder->forward(past))[0], z}, 1).unsqueeze(0);
+  const auto step = [&](const Tensor& pose, int64_t t) {
+    state = std::get<1>(decoder->forward(torch::cat({pose, ahead.select(1, t)}, 1).unsqueeze(1), state));
+  };
+  for (int64_t t = kPast - kWarmUp; t < kPast - 1; ++t) step(past.select(1, t), t);
   Tensor pose = past.select(1, kPast - 1);
   std::vector<Tensor> poses;
   for (int64_t t = 0; t < frames; ++t) {
-    state = decoder->forward(torch::cat({pose, ahead.select(1, kPast + t)}, 1), state);
-    pose = pose + out->forward(state);
+    step(pose, kPast + t);
+    pose = pose + out->forward(state[0]);
     poses.push_back(pose);
   }
   return torch::stack(poses, 1);

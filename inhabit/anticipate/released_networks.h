@@ -21,8 +21,7 @@ struct ReleasedPoseNetworkImpl : torch::nn::Module {
   /// on. @return (B, frames, F)
   torch::Tensor forward(const torch::Tensor& past, const torch::Tensor& z, const torch::Tensor& labels, int64_t frames);
 
-  torch::nn::GRU encoder{nullptr};
-  torch::nn::GRUCell decoder{nullptr};
+  torch::nn::GRU encoder{nullptr}, decoder{nullptr};
   torch::nn::Conv1d look_ahead{nullptr};
   torch::nn::Linear out{nullptr};
 };
