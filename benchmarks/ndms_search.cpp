@@ -27,11 +27,7 @@ const Words& words() {
     generate_rooms(folder.string(), options);
     const Dataset data = open_dataset(folder.string());
     std::vector<Tensor> all;
-    for (const DatasetClip& entry : data.clips)
-      all.push_back(
-          placed_words(motion_words(load_clip(data, entry).joints.index_select(1, torch::tensor(word_joints())), 8), 0,
-                       1)
-              .flatten(1));
+    for (const DatasetClip& entry : data.clips) all.push_back(pose_words(load_clip(data, entry).joints, 8).flatten(1));
     std::filesystem::remove_all(folder);
     const Tensor joined = torch::cat(all);
     return Words{joined.slice(0, 0, 100000).contiguous(), joined.slice(0, 100000, 110000).contiguous()};

@@ -17,6 +17,7 @@
 #include "progress.h"
 #include "settings.h"
 #include "verbs.h"
+#include "word_kind.h"
 
 namespace {
 
@@ -54,21 +55,72 @@ void add_eval_forecast(CLI::App& verb) {
   });
 }
 
-void add_eval_anticipate(CLI::App& verb) {
-  struct Options {
-    std::string data, split = "test", model, json;
-    std::vector<std::string> settings;
-    inhabit::anticipate::Evaluation evaluation;
+struct AnticipateOptions {
+  std::string data, split = "test", json;
+  std::vector<std::string> models, settings;
+  inhabit::anticipate::Evaluation evaluation;
+};
+
+/// The recordings of `split` for a model, or of a model's fold, and all others that it may remember.
+inhabit::anticipate::Fold fold_of(const std::vector<inhabit::ActionMotion>& motions, const std::string& source,
+                                  const std::string& split, inhabit::anticipate::Networks networks) {
+  using namespace inhabit;
+  const double rate = networks.config.rate;
+  if (networks.skeleton.size() == 0) networks.skeleton = anticipate::training_skeleton(motions, source);
+  const auto of = [&](const std::string& name) {
+    return anticipate::sequences_of(motions, name, networks.skeleton, rate);
   };
+  anticipate::Fold fold{networks, of(split), {}};
+  if (split == "train") return fold;
+  fold.training = of("train");
+  if (split != "val")
+    for (anticipate::Sequence& s : of("val")) fold.training.push_back(std::move(s));
+  return fold;
+}
+
+std::vector<inhabit::anticipate::Fold> folds_of(const AnticipateOptions& o, inhabit::Notes& notes) {
+  using namespace inhabit;
+  const bool by_turns = o.split == "left-out";
+  std::vector<anticipate::Networks> networks;
+  std::vector<std::string> files = o.models;
+  if (files.empty() && !by_turns) files = {shipped_model("anticipate-cmu.safetensors")};
+  for (const std::string& file : files) {
+    networks.push_back(anticipate::load_networks(file));
+    set_used(networks.back().config, o.settings, {"inference."});
+    if (by_turns && networks.back().config.training.folds == 0)
+      throw Error(file, "was trained on every recording: --split left-out takes models trained with training.folds");
+    if (networks.back().config.rate != networks.front().config.rate)
+      throw Error(file, "has another frame rate than " + files.front());
+  }
+  if (!by_turns && files.size() > 1) throw Error("--model", "several are for --split left-out, one for each fold");
+  const double rate = networks.empty() ? anticipate::Config().rate : networks.front().config.rate;
+  const std::vector<ActionMotion> motions = read_motion_set(o.data, anticipate::kDatabaseStride * rate, &notes);
+  std::vector<anticipate::Fold> out;
+  if (by_turns && networks.empty())  // rows that need no training: each recording by itself
+    for (int64_t folds = single_folds(motions), fold = 0; fold < folds; ++fold)
+      out.push_back(fold_of(left_out_fold(motions, folds, fold), o.data, "left_out", {}));
+  for (const anticipate::Networks& each : networks) {
+    const auto& training = each.config.training;
+    out.push_back(by_turns ? fold_of(left_out_fold(motions, training.folds, training.fold), o.data, "left_out", each)
+                           : fold_of(motions, o.data, o.split, each));
+  }
+  return out;
+}
+
+void add_eval_anticipate(CLI::App& verb) {
   CLI::App* anticipate = verb.add_subcommand(
       "anticipate",
       "NDMS, NPSS, joint error and diversity of intention-driven anticipation and of what it is compared with");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<AnticipateOptions>();
   anticipate->add_option("--data", o->data, "cmu:FOLDER, h36m:FOLDER or a native data set folder")->required();
-  anticipate->add_option("--split", o->split, "train, val or test")
-      ->check(CLI::IsMember({"train", "val", "test"}))
+  anticipate
+      ->add_option("--split", o->split,
+                   "train, val, test, or left-out: each recording but those of test, of models that were trained "
+                   "without it (training.folds); without --model the rows that need no training")
+      ->check(CLI::IsMember({"train", "val", "test", "left-out"}))
       ->capture_default_str();
-  anticipate->add_option("--model", o->model, "Model file (default: the one that ships)");
+  anticipate->add_option("--model", o->models,
+                         "Model file (default: the one that ships); of left-out recordings one for each fold");
   anticipate->add_option("--samples", o->evaluation.samples, "Futures of each observation")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
@@ -82,18 +134,14 @@ void add_eval_anticipate(CLI::App& verb) {
   anticipate->add_option("--seed", o->evaluation.seed, "Seed of the futures")
       ->check(whole_number)
       ->capture_default_str();
+  add_word_kind(*anticipate, o->evaluation.words);
   add_settings(*anticipate, o->settings);
   anticipate->add_option("--json", o->json, "Also write the table as JSON");
   anticipate->callback([o] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
-    anticipate::Networks networks =
-        anticipate::load_networks(o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
-    set_used(networks.config, o->settings, {"inference."});
     Notes notes;
-    const auto sequences =
-        anticipate::sequences_of(read_motion_set(o->data, networks.config.rate, &notes), o->split, networks.skeleton);
-    const anticipate::Table table = anticipate::evaluate(networks, sequences, o->evaluation);
+    const anticipate::Table table = anticipate::evaluate(folds_of(*o, notes), o->evaluation);
     if (table.actions.empty()) throw Error(o->data, "has no recording long enough in split " + o->split);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     say(notes);

@@ -29,6 +29,7 @@ void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::s
       ->check(positive_number);
   verb.add_option("--input-rate", reading.rate, "Frames a second of " + what + ", whatever its file says")
       ->check(frame_rate);
+  verb.add_flag("--level", reading.level, "Make the floor under the feet of " + what + " level");
   verb.add_option("--asf", reading.asf, "Skeleton of an .amc (default: the .asf beside it)");
 }
 

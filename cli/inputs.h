@@ -20,7 +20,7 @@ void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise =
 /// is added to it
 inhabit::Scene read_scene(const SceneInput& scene, inhabit::Notes& notes);
 
-/// Adds --up, --scale, --input-rate and --asf: how a verb's user wants its motion files understood.
+/// Adds --up, --scale, --input-rate, --level and --asf: how a verb's user wants its motion files understood.
 void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& what = "the motion");
 
 /// The motion in a file. @param notes what was detected and assumed is added to it

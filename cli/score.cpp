@@ -8,10 +8,12 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 #include "inhabit/metrics/score_motions.h"
+#include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "outputs.h"
 #include "verbs.h"
+#include "word_kind.h"
 
 namespace {
 
@@ -19,15 +21,19 @@ using namespace inhabit;
 
 struct Score {
   std::vector<std::string> motion, reference, truth;
-  std::string json, words = "local";
+  std::string json;
   NdmsOptions ndms;
 };
 
-/// Every motion in the files on the standard skeleton at the score's rate.
-std::vector<NamedMotion> standard_motions(const std::vector<std::string>& paths, double rate) {
+/// Every motion in the files on the standard skeleton at the score's rate. @param bones of whom; undefined: their own
+std::vector<NamedMotion> standard_motions(const std::vector<std::string>& paths, double rate,
+                                          const Skeleton& bones = {}) {
   std::vector<NamedMotion> out;
   for (const std::string& path : paths)
-    for (const Clip& clip : read_clips(path)) out.push_back({path, resample(retarget(clip, path), rate, path).joints});
+    for (const Clip& clip : read_clips(path)) {
+      const Clip standard = retarget(resample(clip, rate, path), path);
+      out.push_back({path, bones.size() == 0 ? standard.joints : on_skeleton(standard, bones).joints});
+    }
   return out;
 }
 
@@ -48,16 +54,25 @@ nlohmann::ordered_json at_seconds(const torch::Tensor& by_frame, double rate, do
 }
 
 void report_ndms(const Score& given) {
-  NdmsOptions options = given.ndms;
-  options.in_world = given.words == "world";
-  const NdmsScore score = score_ndms(standard_motions(given.motion, options.rate),
-                                     standard_motions(given.reference, options.rate), options);
+  const NdmsOptions& options = given.ndms;
+  // All on the bones of the first reference, as `eval anticipate` has them on those of the training data.
+  const std::string& first = given.reference.front();
+  const Skeleton bones = retarget(read_clips(first).front(), first).skeleton;
+  const auto reference =
+      standard_motions(given.reference, options.rate * static_cast<double>(options.reference_stride), bones);
+  const NdmsScore score = score_ndms(standard_motions(given.motion, options.rate, bones), reference, options);
   nlohmann::ordered_json by_file = nlohmann::ordered_json::array();
   for (const NdmsOfMotion& of : score.motions)
-    by_file.push_back({{"file", of.name}, {"ndms", of.ndms}, {"words", of.words}, {"by_second", of.by_second}});
-  report(
-      given,
-      {{"ndms", score.ndms}, {"words", score.words}, {"reference_words", score.reference_words}, {"files", by_file}});
+    by_file.push_back({{"file", of.name},
+                       {"ndms", of.ndms},
+                       {"ndms_as_coded", of.coded},
+                       {"words", of.words},
+                       {"by_second", of.by_second}});
+  report(given, {{"ndms", score.ndms},
+                 {"ndms_as_coded", score.coded},
+                 {"words", score.words},
+                 {"reference_words", score.reference_words},
+                 {"files", by_file}});
 }
 
 void report_npss(const Score& given) {
@@ -72,6 +87,7 @@ void report_apd(const Score& given) {
   if (futures.size() < 2) throw Error("--motion", "APD needs two futures or more");
   const torch::Tensor apd = score_apd(futures);
   report(given, {{"apd_m", apd.mean().item<double>()},
+                 {"sequence_apd_m", score_sequence_apd(futures)},
                  {"futures", futures.size()},
                  {"by_horizon", at_seconds(apd, given.ndms.rate, 1)}});
 }
@@ -116,11 +132,7 @@ void add_score(CLI::App& app) {
   ndms->add_option("--kappa", given->ndms.kappa, "Frames of a motion word")
       ->check(CLI::Range(2, 1000))
       ->capture_default_str();
-  ndms->add_option(
-          "--words", given->words,
-          "Poses that know neither place nor heading (local), or the motion, each word moved by its first frame")
-      ->check(CLI::IsMember({"local", "world"}))
-      ->capture_default_str();
+  add_word_kind(*ndms, given->ndms.words);
   add("npss", "Normalised power spectrum similarity with what came true", report_npss)
       ->add_option("--truth", given->truth, "What came true, a file for each motion")
       ->required();

@@ -18,11 +18,14 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("labels", c.labels);
   visit("clusters", c.clusters);
   visit("naive_clusters", c.naive_clusters);
+  visit("released", c.released);
   visit("intention", c.intention);
   visit("intention_hidden", c.intention_hidden);
   visit("hidden", c.hidden);
   visit("noise", c.noise);
   visit("intention_features", c.intention_features);
+  visit("training.folds", c.training.folds);
+  visit("training.fold", c.training.fold);
   visit("training.steps", c.training.steps);
   visit("training.batch", c.training.batch);
   visit("training.learning_rate", c.training.learning_rate);
@@ -60,8 +63,28 @@ Config config_from_json(const std::string& text, const std::string& subject) {
 }
 
 Config preset(const std::string& name) {
-  if (name != "compact") throw Error("preset '" + name + "'", "unknown; there is compact");
-  return {};
+  Config c;
+  if (name == "paper") {
+    c.preset = name;
+    c.released = true;
+    c.hidden = 1024;
+    c.noise = 32;
+    c.intention_hidden = 12;
+    c.intention_features = 32;
+    c.future = 100;
+    c.training.steps = 10000;
+    c.training.batch = 64;
+    c.training.learning_rate = 1e-4;
+    c.training.average = 0;
+    c.training.label_frames = 100;
+    c.training.discriminator_hidden = 512;
+    c.baselines.seq2seq_hidden = 1024;
+    c.baselines.ltd_hidden = 256;
+    c.baselines.ltd_blocks = 12;
+  } else if (name != "compact") {
+    throw Error("preset '" + name + "'", "unknown; there are compact and paper");
+  }
+  return c;
 }
 
 void set_fields(Config& config, const std::vector<std::string>& settings) {
@@ -77,6 +100,9 @@ void validate(const Config& c, const std::string& subject) {
   for (const auto& [name, steps] :
        {std::pair("training.steps", c.training.steps), {"baselines.steps", c.baselines.steps}})
     check.within(name, steps, 1, 1e8);
+  check.within("training.folds", c.training.folds, 0, 1000);
+  if (c.training.folds == 1) throw Error(subject, "training.folds is 0 or at least 2");
+  check.within("training.fold", c.training.fold, 0, c.training.folds > 0 ? c.training.folds - 1 : 1000);
   check.within("training.batch", c.training.batch, 1, 100'000);
   check.within("training.learning_rate", c.training.learning_rate, 0, 100);
   check.within("baselines.learning_rate", c.baselines.learning_rate, 0, 100);
@@ -101,6 +127,11 @@ void validate(const Config& c, const std::string& subject) {
   check.within("inference.label_temperature", c.inference.label_temperature, 0, 10);
   check.within("training.label_discriminator_weight", c.training.label_discriminator_weight, 0, 1000);
   check.within("training.diversity_weight", c.training.diversity_weight, 0, 1000);
+  if (c.released) {  // what its labels and poses need
+    check.within("observed", c.observed, 50, 2000);
+    check.within("future", c.future, 100, 2000);
+    if (c.rate != 25) throw Error(subject, "the released networks know 25 frames a second");
+  }
   check_schedule(check, c.training.schedule);
   check.within("baselines.ltd_past", c.baselines.ltd_past, 1, c.observed);
   check.within("baselines.ltd_future", c.baselines.ltd_future, 1, c.future);

@@ -18,6 +18,7 @@ struct Config {
   int labels = 8;               ///< |C|, intention labels
   int clusters = 24;            ///< pose clusters that cycles are found among
   bool naive_clusters = false;  ///< the labels are pose clusters themselves
+  bool released = false;        ///< networks, labels and losses of the authors' training code (released_networks.h)
   bool intention = true;        ///< the pose decoder sees the intention
   int intention_hidden = 96;    ///< width of the intention encoder and decoder
   int hidden = 160;             ///< width of the pose decoder's three layers
@@ -26,6 +27,8 @@ struct Config {
 
   /// How the networks are trained.
   struct Training {
+    int folds = 0;  ///< over 0: recordings are left out by turns, one fold in each training (data/motion_set.h), and
+    int fold = 0;   ///< this one in this; the test split is not opened (`eval anticipate --split left-out`)
     int steps = 1600;
     int batch = 32;
     double learning_rate = 5e-4;
@@ -67,7 +70,8 @@ struct Config {
   bool operator==(const Config&) const = default;
 };
 
-/// "compact": one that trains in half an hour on two CPU cores. Throws Error for other names.
+/// "compact": one that trains in half an hour on two CPU cores. "paper": the networks, labels and losses of the
+/// authors' training code at their sizes. Throws Error for other names.
 Config preset(const std::string& name);
 
 std::string to_json(const Config& config);

@@ -1,24 +1,33 @@
 #pragma once
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/metrics/motion_words.h"
 #include "inhabit/metrics/score_table.h"
 
 namespace inhabit::anticipate {
 
-/// One method on one action, or over all of them. Curves have a value a horizon; NaN where the recordings end earlier.
+/// One method on one action, or over all of them. Curves have a value a horizon; NaN where the recordings end earlier,
+/// and where a row has none.
 struct Scores {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
   std::string method;
   std::vector<double> ndms;        ///< Eq. 9 over the words that end in the 0.4 s up to the horizon
+  std::vector<double> coded;       ///< the same in the form of the authors' code (NdmsForm::coded)
+  std::vector<double> share;       ///< ndms over that of real motion
   std::vector<double> error;       ///< mm, mean joint error at the horizon, all futures
   std::vector<double> best_error;  ///< mm, of the future nearest to what came true over its known part
   std::vector<double> apd;         ///< metres; deterministic methods have 0
   std::vector<double> root_error;  ///< mm, of the root's place on the ground
-  double npss = 0;                 ///< over the known part of 2 to 4 s; NaN where there is none
-  double speed_ratio = 0;          ///< mean joint speed of 4 s to the end over that of the real motion
+  double npss = kNone;             ///< over 2 to 4 s of all windows that know them, as one batch
+  double sequence_apd = kNone;     ///< Table 5: metres, of whole futures of 4 s
+  double speed_ratio = kNone;      ///< mean joint speed of 4 s to the end over that of the real motion
+  double late_share = kNone;       ///< mean of `share` from 1.6 s on
 };
 
 struct Table {
@@ -27,9 +36,11 @@ struct Table {
   struct Action {
     std::string name;
     int64_t windows = 0, words = 0;  ///< observations, words in the database
+    int64_t training_words = 0;      ///< of real motion; 0: the action has no other recording
     std::vector<Scores> rows;
   };
   std::vector<Action> actions;        ///< then their mean, named "mean"
+  std::vector<Action> apart;          ///< actions without any other recording, of which the mean knows nothing
   std::vector<std::string> left_out;  ///< actions without a test window
 };
 
@@ -38,12 +49,22 @@ struct Evaluation {
   int64_t windows = 8;  ///< of each action
   double seconds = 30;  ///< longest horizon
   uint64_t seed = 1;
+  WordKind words = WordKind::poses;  ///< the package's take futures in the world
+};
+
+/// What is scored together: networks, the recordings that they are tested on, and all others, which rows that remember
+/// and that of real motion are made of.
+struct Fold {
+  Networks networks;  ///< none of them need be there
+  std::vector<Sequence> test;
+  std::vector<Sequence> training = {};  ///< empty: no such rows, and no action stands apart
 };
 
 /// The paper's protocol (4, 4.2, 5): futures of every test window scored against the motion words of the test
-/// recordings of the same action, for ours and those it is compared with. Poses are local; root motion is
-/// scored by itself.
-Table evaluate(const Networks& networks, const std::vector<Sequence>& test, const Evaluation& options);
+/// recordings of the same action, for ours and those it is compared with. Poses are local; root motion is scored by
+/// itself. "real motion", the ceiling, is what the words of the other recordings of the action score. Windows of
+/// several folds (recordings left out by turns) count as those of one, each against its own fold's database.
+Table evaluate(const std::vector<Fold>& folds, const Evaluation& options);
 
 std::string table_text(const Table& table);
 nlohmann::ordered_json table_json(const Table& table);

@@ -2,6 +2,10 @@
 
 #include <cmath>
 
+#include "inhabit/anticipate/fast_futures.h"
+#include "inhabit/anticipate/released_labels.h"
+#include "inhabit/anticipate/sample.h"
+#include "inhabit/error.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::anticipate {
@@ -32,6 +36,43 @@ Futures plain_futures(const Networks& networks, const Tensor& past, const Future
   PoseNetworkImpl::State state = pose->start(seen, noise.z);
   const Tensor x = pose->roll(state, labels, frames);
   return {networks.scale.from_network(x), labels.defined() ? labels.argmax(2).slice(1, 0, frames) : labels};
+}
+
+Futures released_futures(const Networks& networks, const Tensor& past, const FutureNoise& noise, int64_t frames) {
+  const torch::NoGradGuard no_gradients;
+  ReleasedIntentionNetwork intention = networks.released_intention;
+  ReleasedPoseNetwork pose = networks.released_pose;
+  using Labels = ReleasedIntentionNetworkImpl;
+  const Config& c = networks.config;
+  const int64_t samples = noise.z.size(0), known = pose->kPast, chunk = Labels::kFuture * Labels::kStride - c.gamma + 1;
+  Tensor all = networks.scale.to_network(past).expand({samples, -1, -1});
+  std::vector<Tensor> labels;
+  while (all.size(1) < past.size(1) + frames) {
+    const int64_t now = all.size(1);
+    const Tensor slow = all.slice(1, now - (Labels::kPast - 1) * Labels::kStride - 1, c10::nullopt, Labels::kStride);
+    const Tensor ahead = intention->forward(slow).softmax(2).repeat_interleave(Labels::kStride, 1);
+    const Tensor last = networks.scale.from_network(all.slice(1, now - c.observed));
+    std::vector<Tensor> observed;  // labels of the last frames
+    for (int64_t s = 0; s < samples; ++s)
+      observed.push_back(torch::nn::functional::one_hot(
+          released_labels(intention_poses(last[s]), networks.clusters).slice(0, c.observed - known), c.labels));
+    const Tensor seen = torch::stack(observed).to(torch::kFloat32);
+    all = torch::cat({all, pose->forward(all.slice(1, now - known), noise.z, torch::cat({seen, ahead}, 1), chunk)}, 1);
+    labels.push_back(ahead.slice(1, 0, chunk).argmax(2));
+  }
+  return {networks.scale.from_network(all.slice(1, past.size(1), past.size(1) + frames)),
+          torch::cat(labels, 1).slice(1, 0, frames)};
+}
+
+FutureFunction future_function(const Networks& networks) {
+  if (!networks.forecasts()) throw Error("model", "lacks the networks that forecast intention and pose");
+  if (networks.config.released)
+    return [networks](const Tensor& past, const FutureNoise& noise, int64_t frames) {
+      return released_futures(networks, past, noise, frames);
+    };
+  return
+      [fast = std::make_shared<const FastFutures>(networks)](
+          const Tensor& past, const FutureNoise& noise, int64_t frames) { return fast->forward(past, noise, frames); };
 }
 
 Tensor seq2seq_future(const Networks& networks, const Tensor& past, int64_t frames) {

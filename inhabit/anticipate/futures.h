@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "inhabit/anticipate/model_file.h"
 
 namespace inhabit::anticipate {
@@ -23,5 +25,14 @@ Futures plain_futures(const Networks& networks, const torch::Tensor& past, const
 /// predictions.
 torch::Tensor seq2seq_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
 torch::Tensor ltd_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
+
+/// Futures of the authors' networks: labels for the next four seconds are forecast from the last two, as probabilities,
+/// and poses follow them; then again from what was forecast. Arguments as in plain_futures; the Gumbel noise is unused.
+Futures released_futures(const Networks& networks, const torch::Tensor& past, const FutureNoise& noise, int64_t frames);
+
+/// What forecasts with the networks of a model, whichever they are (FastFutures, released_futures). Throws Error where
+/// they are not there.
+using FutureFunction = std::function<Futures(const torch::Tensor& past, const FutureNoise& noise, int64_t frames)>;
+FutureFunction future_function(const Networks& networks);
 
 }  // namespace inhabit::anticipate

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "inhabit/anticipate/released_labels.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 
@@ -111,6 +112,7 @@ IntentionClusters cluster_intentions(const std::vector<Tensor>& sequences, int64
 }
 
 Tensor intention_labels(const Tensor& poses, const IntentionClusters& clusters) {
+  if (clusters.codes.defined()) return released_labels(poses, clusters);
   const Tensor frames = nearest_centre(poses, clusters.poses);
   if (!clusters.labels.defined()) return frames;
   Tensor out = torch::empty_like(frames);

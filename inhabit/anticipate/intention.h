@@ -2,6 +2,7 @@
 #include <torch/types.h>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace inhabit::anticipate {
@@ -36,12 +37,20 @@ std::vector<LabelSegment> find_cycles(const std::vector<int64_t>& clusters, cons
 /// What a segment of poses (T, D) is clustered by: their mean and twice their standard deviation, (2 D).
 torch::Tensor describe_segment(const torch::Tensor& poses);
 
+struct LabelAutoencoderImpl;
+
 /// What is needed to label frames.
 struct IntentionClusters {
   torch::Tensor poses;   ///< (K, D) centres of poses
   torch::Tensor labels;  ///< (C, 2 D) centres of segments (describe_segment); undefined for the naive labels, which
                          ///< are the pose clusters
   CycleOptions cycles;
+
+  /// The authors' labels (released_labels.h) instead: centres (C, code) of what the encoder gives.
+  torch::Tensor codes;
+  std::shared_ptr<LabelAutoencoderImpl> encoder;
+
+  int64_t count() const { return (codes.defined() ? codes : labels.defined() ? labels : poses).size(0); }
 };
 
 /// @param sequences (T_i, D) poses. `labels` C intentions out of `clusters` pose clusters (ignored when naive).

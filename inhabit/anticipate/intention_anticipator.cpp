@@ -1,6 +1,6 @@
 #include "inhabit/anticipate/intention_anticipator.h"
 
-#include "inhabit/anticipate/fast_futures.h"
+#include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
@@ -31,15 +31,14 @@ BodyModel body_on(const Skeleton& skeleton) {
 struct IntentionAnticipator::Impl {
   Config config;
   BodyModel body;  // on the bones that the networks know
-  FastFutures networks;
+  FutureFunction networks;
 
-  explicit Impl(const Networks& n) : config(n.config), body(body_on(n.skeleton)), networks(n) {}
+  explicit Impl(const Networks& n) : config(n.config), body(body_on(n.skeleton)), networks(future_function(n)) {}
 };
 
 IntentionAnticipator IntentionAnticipator::load(const std::string& path) {
   const Networks networks = load_networks(path);
-  if (networks.pose.is_empty() || (networks.config.intention && networks.intention.is_empty()))
-    throw Error(path, "lacks the networks that forecast intention and pose");
+  if (!networks.forecasts()) throw Error(path, "lacks the networks that forecast intention and pose");
   return IntentionAnticipator(networks);
 }
 
@@ -62,7 +61,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   out.past = slice(observed.motion, std::max<int64_t>(0, start - c.observed), start);
   const Tensor seen = on_skeleton(out.past, impl_->body.skeleton).joints;  // (t, 22, 3)
   const Tensor past = observation(joint_features(seen), seen.size(0), c.observed).unsqueeze(0);
-  const Futures futures = impl_->networks.forward(past, draw_noise(c, options.samples, frames, options.seed), frames);
+  const Futures futures = impl_->networks(past, draw_noise(c, options.samples, frames, options.seed), frames);
   out.labels = futures.labels;
 
   const Tensor last = seen[seen.size(0) - 1];

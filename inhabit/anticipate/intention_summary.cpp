@@ -5,6 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "inhabit/anticipate/released_labels.h"
+
 namespace inhabit::anticipate {
 
 using torch::Tensor;
@@ -21,6 +23,8 @@ struct Segment {
 
 /// How far a segment of poses (T, D) is from the centre of its label.
 double centre_distance(const Tensor& poses, const IntentionClusters& clusters, int64_t label) {
+  if (clusters.codes.defined())
+    return (clusters.encoder->encode(label_views(poses)) - clusters.codes[label]).norm(2, 1).mean().item<double>();
   if (!clusters.labels.defined()) return (poses - clusters.poses[label]).norm(2, 1).mean().item<double>();
   return (describe_segment(poses) - clusters.labels[label]).norm().item<double>();
 }
@@ -37,7 +41,7 @@ Segment representative(std::vector<Segment> segments) {
 IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters,
                                       double rate) {
   IntentionSummary out;
-  out.labels.resize(static_cast<size_t>((clusters.labels.defined() ? clusters.labels : clusters.poses).size(0)));
+  out.labels.resize(static_cast<size_t>(clusters.count()));
   std::vector<std::vector<Segment>> segments(out.labels.size());
   std::vector<std::map<std::string, int64_t>> actions(out.labels.size());
   int64_t frames = 0;

@@ -1,5 +1,6 @@
 #include "inhabit/anticipate/model_file.h"
 
+#include "inhabit/anticipate/released_labels.h"
 #include "inhabit/error.h"
 #include "inhabit/nn/model_file.h"
 
@@ -19,6 +20,12 @@ SafeTensors model_header(const Config& config, const Skeleton& skeleton, const F
 }
 
 std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& clusters) {
+  if (clusters.codes.defined()) {
+    SafeTensors encoder;
+    nn::collect_parameters(*clusters.encoder, "label_net.", encoder);
+    encoder.tensors["clusters.codes"] = clusters.codes;
+    return std::move(encoder.tensors);
+  }
   std::map<std::string, torch::Tensor> out = {{"clusters.poses", clusters.poses}};
   if (clusters.labels.defined()) out["clusters.labels"] = clusters.labels;
   return out;
@@ -26,9 +33,13 @@ std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& cl
 
 void save_networks(const std::string& path, const Networks& networks, bool half) {
   SafeTensors content = model_header(networks.config, networks.skeleton, networks.scale);
-  if (networks.clusters.poses.defined()) content.tensors.merge(cluster_tensors(networks.clusters));
+  if (networks.clusters.poses.defined() || networks.clusters.codes.defined())
+    content.tensors.merge(cluster_tensors(networks.clusters));
   if (!networks.intention.is_empty()) nn::collect_parameters(*networks.intention, "intention_net.", content);
   if (!networks.pose.is_empty()) nn::collect_parameters(*networks.pose, "pose_net.", content);
+  if (!networks.released_intention.is_empty())
+    nn::collect_parameters(*networks.released_intention, "intention_net.", content);
+  if (!networks.released_pose.is_empty()) nn::collect_parameters(*networks.released_pose, "pose_net.", content);
   if (!networks.seq2seq.is_empty()) nn::collect_parameters(*networks.seq2seq, "seq2seq_net.", content);
   if (!networks.ltd.is_empty()) nn::collect_parameters(*networks.ltd, "ltd_net.", content);
   write_safetensors(path, content, half);
@@ -40,12 +51,25 @@ Networks load_networks(const std::string& path) {
   n.config = config_from_json(file.config_of(kSystem), path);
   n.skeleton = {standard_joint_names(), standard_parents(), file.tensor("skeleton.offsets", {kStandardJoints, 3})};
   n.scale = {file.tensor("scale.mean", {kFeatureCount}), file.positive_tensor("scale.deviation", {kFeatureCount})};
-  n.intention = file.network("intention_net.", [&] { return IntentionNetwork(n.config); });
-  n.pose = file.network("pose_net.", [&] { return PoseNetwork(n.config); });
+  if (n.config.released) {
+    n.released_intention =
+        file.network("intention_net.", [&] { return ReleasedIntentionNetwork(n.config, kFeatureCount); });
+    n.released_pose = file.network("pose_net.", [&] { return ReleasedPoseNetwork(n.config, kFeatureCount); });
+  } else {
+    n.intention = file.network("intention_net.", [&] { return IntentionNetwork(n.config); });
+    n.pose = file.network("pose_net.", [&] { return PoseNetwork(n.config); });
+  }
   n.seq2seq = file.network("seq2seq_net.", [&] { return Seq2SeqNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
-  if (n.intention.is_empty() && n.pose.is_empty() && n.seq2seq.is_empty() && n.ltd.is_empty())
+  if (n.intention.is_empty() && n.pose.is_empty() && n.released_intention.is_empty() && n.released_pose.is_empty() &&
+      n.seq2seq.is_empty() && n.ltd.is_empty())
     throw Error(path, "holds no network");
+  if (!n.released_pose.is_empty()) {
+    n.clusters.codes = file.tensor("clusters.codes", {n.config.labels, kLabelCode});
+    const auto encoder = file.network("label_net.", [] { return LabelAutoencoder(kLabelHidden, kLabelCode); });
+    if (!encoder.is_empty()) n.clusters.encoder = encoder.ptr();
+    if (!n.clusters.encoder) throw Error(path, "lacks the autoencoder of its labels");
+  }
   if (!n.pose.is_empty()) {
     n.clusters.poses = file.tensor("clusters.poses", {-1, kPoseFeatures});
     if (!n.config.naive_clusters)

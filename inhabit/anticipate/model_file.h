@@ -5,6 +5,7 @@
 #include "inhabit/anticipate/features.h"
 #include "inhabit/anticipate/intention.h"
 #include "inhabit/anticipate/network.h"
+#include "inhabit/anticipate/released_networks.h"
 #include "inhabit/body/skeleton.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/trajectory_graph.h"
@@ -17,10 +18,18 @@ struct Networks {
   Skeleton skeleton;  ///< the bones that the poses were learned on
   FeatureScale scale;
   IntentionClusters clusters;
-  IntentionNetwork intention{nullptr};  ///< "intention_net." in the file
-  PoseNetwork pose{nullptr};            ///< "pose_net."
-  Seq2SeqNetwork seq2seq{nullptr};      ///< "seq2seq_net."
-  nn::TrajectoryGraph ltd{nullptr};     ///< "ltd_net.", LTD
+  IntentionNetwork intention{nullptr};                   ///< "intention_net." in the file
+  PoseNetwork pose{nullptr};                             ///< "pose_net."
+  ReleasedIntentionNetwork released_intention{nullptr};  ///< in their place where config.released is set
+  ReleasedPoseNetwork released_pose{nullptr};
+  Seq2SeqNetwork seq2seq{nullptr};   ///< "seq2seq_net."
+  nn::TrajectoryGraph ltd{nullptr};  ///< "ltd_net.", LTD
+
+  /// Whether the networks that forecast intention and pose are there.
+  bool forecasts() const {
+    if (config.released) return !released_intention.is_empty() && !released_pose.is_empty();
+    return !pose.is_empty() && (!config.intention || !intention.is_empty());
+  }
 };
 
 /// A new network of the config's sizes.

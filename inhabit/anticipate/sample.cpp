@@ -1,8 +1,10 @@
 #include "inhabit/anticipate/sample.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
+#include "inhabit/anticipate/released_labels.h"
 #include "inhabit/error.h"
 #include "inhabit/motion/local_pose.h"
 
@@ -28,11 +30,15 @@ std::map<std::string, std::vector<size_t>> by_action(const std::vector<Sequence>
 }  // namespace
 
 std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
-                                   const Skeleton& skeleton) {
+                                   const Skeleton& skeleton, double rate) {
   std::vector<Sequence> out;
-  for (const ActionMotion& motion : motions)
-    if (motion.split == split && motion.clip.frames() > 1)
-      out.push_back({motion.name, motion.action, joint_features(on_skeleton(motion.clip, skeleton).joints)});
+  for (const ActionMotion& motion : motions) {
+    const int64_t stride = std::max<int64_t>(1, std::llround(motion.clip.rate / rate));
+    if (motion.split != split || motion.clip.frames() <= stride) continue;
+    const Tensor joints = on_skeleton(motion.clip, skeleton).joints;
+    out.push_back(
+        {motion.name, motion.action, joint_features(joints.slice(0, 0, c10::nullopt, stride)), joints, stride});
+  }
   return out;
 }
 
@@ -49,6 +55,7 @@ IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, co
   for (const Sequence& recording : recordings)
     for (const Tensor& features : {recording.features, mirrored_features(recording.features)})
       poses.push_back(intention_poses(features));
+  if (config.released) return cluster_released(poses, config.labels, seed);
   return cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, seed);
 }
 

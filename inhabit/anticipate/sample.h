@@ -7,15 +7,19 @@
 
 namespace inhabit::anticipate {
 
-/// A recording as the networks see it.
+/// A recording as the networks see it, and as the score's database does.
 struct Sequence {
   std::string name, action;
-  torch::Tensor features;  ///< (T, F) metres and radians, on the model's bones
+  torch::Tensor features;     ///< (T, F) metres and radians, on the model's bones
+  torch::Tensor joints = {};  ///< (T', 22, 3) world, at `stride` times the rate; undefined: those of the features
+  int64_t stride = 1;
 };
 
-/// The recordings of one split on the bones of `skeleton`.
+/// The recordings of one split on the bones of `skeleton`. Clips come at `rate` or a whole multiple of it: at
+/// kDatabaseStride times the rate the score's database has the words that begin in every such frame.
 std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
-                                   const Skeleton& skeleton);
+                                   const Skeleton& skeleton, double rate);
+inline constexpr int64_t kDatabaseStride = 2;
 
 /// The bones of the first training recording. Throws Error(source, ...) where there is none.
 Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::string& source);

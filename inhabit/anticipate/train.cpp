@@ -6,6 +6,7 @@
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/losses.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/anticipate/train_released.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 #include "inhabit/train/stages.h"
@@ -212,6 +213,14 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
 TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation,
                          torch::Device device) {
   const Config& c = networks.config;
+  if (c.released)
+    return released_task(
+        networks, data,
+        [&, device] {
+          const OnCpu moved(device, {networks.released_pose.ptr(), networks.released_intention.ptr()});
+          return 1 - validation_ndms(networks, validation);
+        },
+        device);
   IntentionModel model(c);
   networks.intention = model->intention;
   networks.pose = model->pose;
@@ -299,19 +308,22 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   if (run.data.size() != 1) throw Error("data", "is one folder here, not " + std::to_string(run.data.size()));
   if (!run.from.empty()) throw Error("from", "is not for anticipation: a run starts at random");
   const std::string& source = run.data.front();
-  const std::vector<ActionMotion> motions = read_motion_set(source, config.rate, notes);
+  std::vector<ActionMotion> motions = read_motion_set(source, kDatabaseStride * config.rate, notes);
+  if (config.training.folds > 0) motions = left_out_fold(motions, config.training.folds, config.training.fold);
 
   Networks networks;
   networks.config = config;
   networks.skeleton = training_skeleton(motions, source);
-  const auto train_sequences = sequences_of(motions, "train", networks.skeleton),
-             validation = sequences_of(motions, "val", networks.skeleton);
+  const auto train_sequences = sequences_of(motions, "train", networks.skeleton, config.rate),
+             validation = sequences_of(motions, "val", networks.skeleton, config.rate);
   if (test_windows(validation, config, 1).empty())
     throw Error(source, "has no validation recording that is long enough");
   std::vector<Tensor> features;
   for (const Sequence& s : train_sequences)
     for (const Tensor& f : {s.features, mirrored_features(s.features)}) features.push_back(f);
   networks.scale = feature_scale(torch::cat(features));
+  if (config.released)  // the authors' poses are metres
+    networks.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   networks.clusters = cluster_recordings(train_sequences, config, run.seed);
   const Data data(train_sequences, networks);
 

@@ -128,4 +128,37 @@ std::vector<ActionMotion> read_motion_set(const std::string& source, double rate
   return std::move(reader.out);
 }
 
+namespace {
+
+std::map<std::string, int64_t> recordings_by_action(const std::vector<ActionMotion>& motions) {
+  std::map<std::string, int64_t> out;
+  for (const ActionMotion& motion : motions)
+    if (motion.split != "test") ++out[motion.action];
+  return out;
+}
+
+}  // namespace
+
+std::vector<ActionMotion> left_out_fold(const std::vector<ActionMotion>& motions, int64_t folds, int64_t fold) {
+  if (folds < 2 || fold < 0 || fold >= folds) throw Error("folds", "are two or more, and one of them is left out");
+  const std::map<std::string, int64_t> count = recordings_by_action(motions);
+  std::map<std::string, int64_t> next;
+  std::vector<ActionMotion> out;
+  for (const ActionMotion& motion : motions) {
+    if (motion.split == "test") continue;
+    const int64_t all = count.at(motion.action), number = next[motion.action]++;
+    int64_t validated = (fold + 1) % all;
+    while (all >= 3 && validated % folds == fold) validated = (validated + 1) % all;
+    out.push_back(motion);
+    out.back().split = number % folds == fold ? "left_out" : all >= 3 && number == validated ? "val" : "train";
+  }
+  return out;
+}
+
+int64_t single_folds(const std::vector<ActionMotion>& motions) {
+  int64_t most = 0;
+  for (const auto& [action, count] : recordings_by_action(motions)) most = std::max(most, count);
+  return std::max<int64_t>(most, 2);
+}
+
 }  // namespace inhabit

@@ -25,4 +25,12 @@ struct ActionMotion {
 /// Throws Error(source, ...) where nothing is left.
 std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes = nullptr);
 
+/// The recordings without those of "test", for choices that must not look at these: numbered within their action, those
+/// whose number modulo `folds` is `fold` are "left_out", of the others the next one in turn is "val" where the action
+/// has three or more, and the rest are "train". Over all folds each recording is left out once.
+std::vector<ActionMotion> left_out_fold(const std::vector<ActionMotion>& motions, int64_t folds, int64_t fold);
+
+/// Folds in which one recording of an action is left out at a time.
+int64_t single_folds(const std::vector<ActionMotion>& motions);
+
 }  // namespace inhabit

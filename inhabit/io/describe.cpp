@@ -12,6 +12,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/motion/level.h"
 
 namespace inhabit {
 namespace {
@@ -50,6 +51,11 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
     out["travelled"] = rounded(travelled);
     out["mean_speed"] = rounded(travelled / (clip.seconds() - 1 / clip.rate));
   }
+  if (const FloorSlope slope = floor_slope(clip); slope.stances >= FloorSlope::kLeastStances)
+    out["floor_slope"] = {{"degrees", rounded(slope.degrees)},
+                          {"uncertainty", rounded(slope.uncertainty)},
+                          {"feet_off_plane", rounded(slope.off_plane)},
+                          {"feet_off_level", rounded(slope.off_level)}};
   out["rotations"] = clip.rotations.defined() && clip.trans.defined();
   if (clip.translations.defined()) {
     const Tensor moves = clip.translations.ne(clip.skeleton.offsets).any(2).any(0);

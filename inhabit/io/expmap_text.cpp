@@ -217,6 +217,7 @@ SourceMotion expmap_motion(const torch::Tensor& channels, const std::string& nam
   // No person moves 0.15 m in a fiftieth of a second: such Human3.6M files hold the root's place, not its steps.
   const bool absolute = cmu || rows.slice(1, 0, 3).norm(2, 1).median().item<double>() > 150;
   if (!cmu && absolute) out.notes.emplace_back("the root's columns were read as places, not as steps");
+  out.slopes = !absolute;
   const double* value = rows.data_ptr<double>();
   PoseTrack track;
   track.joints = out.clip.skeleton.size();

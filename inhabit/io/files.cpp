@@ -1,5 +1,6 @@
 #include "inhabit/io/files.h"
 
+#include <cstdio>
 #include <filesystem>
 
 #include "inhabit/body/body_model.h"
@@ -13,11 +14,25 @@
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/ply.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/motion/level.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit {
 namespace {
+
+/// Makes the floor level: where it is asked for as far as it is known, otherwise where it is certain to slope.
+void levelled(Clip& clip, bool asked, Notes& notes) {
+  const FloorSlope slope = floor_slope(clip);
+  if (asked && slope.stances < FloorSlope::kLeastStances)
+    notes.emplace_back("not levelled: the feet stand too seldom to tell the floor");
+  if (asked ? slope.stances < FloorSlope::kLeastStances : !slope.certain()) return;
+  level(clip, slope);
+  char text[96];
+  std::snprintf(text, sizeof text, "levelled: the floor under the feet sloped by %.1f degrees (+- %.1f)", slope.degrees,
+                slope.uncertainty);
+  notes.emplace_back(text);
+}
 
 /// What the readers of recordings leave to the caller: the rate given by hand, which axis is up, who carries the body.
 /// @param foreign false: of inhabit itself, whose +Y is up unless the user says otherwise, and whose root goes where it
@@ -29,6 +44,7 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
   motion.clip.file.z_up =
       (foreign || options.up != UpAxis::automatic) && is_z_up(motion.clip, options.up, path, &motion.notes);
   if (motion.clip.file.z_up) turn_upright(motion.clip);
+  if (options.level || motion.slopes) levelled(motion.clip, options.level, motion.notes);
   if (const int carrier = foreign ? carry_by_root(motion.clip) : -1; carrier >= 0)
     motion.notes.push_back("the root goes where " + motion.clip.skeleton.names[static_cast<size_t>(carrier)] +
                            ", which carried the motion, goes");
@@ -46,7 +62,13 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   const torch::NoGradGuard no_gradient;
   const std::string extension = extension_of(path);
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
-  if (extension == "npz" || extension == "npy") return read_clip_npz(path, options, notes);
+  if (extension == "npz" || extension == "npy") {
+    Clip clip = read_clip_npz(path, options, notes);
+    Notes own;
+    if (options.level) levelled(clip, true, own);
+    if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
+    return clip;
+  }
   if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
   if (extension == "amc") return finished(read_asf_amc(path, options.asf, unit), path, options, notes);
   if (unit && (extension == "txt" || extension == "json"))
@@ -63,7 +85,14 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
 
 std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options, Notes* notes) {
   const torch::NoGradGuard no_gradient;
-  if (extension_of(path) == "npz") return read_clips_npz(path, options, notes);
+  if (extension_of(path) == "npz") {
+    std::vector<Clip> clips = read_clips_npz(path, options, notes);
+    Notes own;
+    for (Clip& clip : clips)
+      if (options.level) levelled(clip, true, own);
+    if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
+    return clips;
+  }
   return {read_clip(path, options, notes)};
 }
 

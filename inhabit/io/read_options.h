@@ -14,6 +14,8 @@ struct ClipReadOptions {
   double rate = 0;                ///< frames a second; 0: what the file says
   double scale = 0;               ///< metres per unit of length of the file; 0: what the format or the file's size says
   std::string asf;                ///< skeleton of an .amc; empty: the .asf that find_asf finds
+  bool level = false;             ///< the floor under the feet is made level (motion/level.h); Human3.6M's exponential
+                                  ///< maps, which slope, are levelled anyway
   const BodyModel* body =
       nullptr;  ///< the body of an SMPL-family file that holds no skeleton; the built-in one if null
 };

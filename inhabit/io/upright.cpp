@@ -1,8 +1,8 @@
 #include "inhabit/io/upright.h"
 
 #include "inhabit/error.h"
-#include "inhabit/math/rotation.h"
 #include "inhabit/motion/landmarks.h"
+#include "inhabit/motion/level.h"
 
 namespace inhabit {
 namespace {
@@ -10,27 +10,6 @@ namespace {
 using torch::Tensor;
 
 constexpr double kAlong = 0.7, kAcross = 0.3;  // parts of a mean direction
-
-void turn_clip(Clip& clip, const Tensor& turn) {
-  auto turned = [&](const Tensor& points) { return points.matmul(turn.t()); };
-  const Tensor root = clip.skeleton.offsets.defined() ? clip.skeleton.offsets[0] : torch::zeros({3});
-  if (clip.joints.defined()) clip.joints = turned(clip.joints);
-  if (clip.trans.defined()) clip.trans = turned(clip.trans + root) - root;
-  if (clip.rotations.defined()) {
-    clip.rotations = clip.rotations.clone();
-    clip.rotations.select(1, 0).copy_(
-        matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.rotations.select(1, 0)))));
-  }
-  if (clip.hand_targets.defined()) {
-    clip.hand_targets = clip.hand_targets.clone();
-    clip.hand_targets.narrow(2, 0, 3).copy_(turned(clip.hand_targets.narrow(2, 0, 3)));
-  }
-  if (clip.object_pose.defined() && clip.object_pose.numel() > 0) {
-    const Tensor place = turned(clip.object_pose.narrow(2, 0, 3));
-    const Tensor angle = matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.object_pose.narrow(2, 3, 3))));
-    clip.object_pose = torch::cat({place, angle}, 2);
-  }
-}
 
 }  // namespace
 
@@ -67,11 +46,11 @@ bool is_z_up(const Clip& clip, UpAxis told, const std::string& subject, Notes* n
 }
 
 void turn_upright(Clip& clip) {
-  turn_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, 1.F, 0.F, -1.F, 0.F}).view({3, 3}));
+  rotate_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, 1.F, 0.F, -1.F, 0.F}).view({3, 3}));
 }
 
 void turn_z_up(Clip& clip) {
-  turn_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, -1.F, 0.F, 1.F, 0.F}).view({3, 3}));
+  rotate_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, -1.F, 0.F, 1.F, 0.F}).view({3, 3}));
 }
 
 }  // namespace inhabit

@@ -11,4 +11,8 @@ torch::Tensor average_pairwise_distance(const torch::Tensor& samples) {
   return torch::cdist(by_frame, by_frame).sum({1, 2}) / static_cast<double>(count * (count - 1));
 }
 
+double sequence_pairwise_distance(const torch::Tensor& samples) {
+  return average_pairwise_distance(samples.flatten(1).unsqueeze(1))[0].item<double>();
+}
+
 }  // namespace inhabit

@@ -8,4 +8,9 @@ namespace inhabit {
 /// @param samples (S, T, D), S > 1.
 torch::Tensor average_pairwise_distance(const torch::Tensor& samples);
 
+/// APD as published tables have it (Table 5 of the anticipation paper): the mean over all pairs of samples of the
+/// Euclidean distance between whole futures, every number of every frame in one vector. It grows with the root of the
+/// frames.
+double sequence_pairwise_distance(const torch::Tensor& samples);
+
 }  // namespace inhabit

@@ -29,10 +29,14 @@ const std::vector<int64_t>& word_joints() {
   return joints;
 }
 
-Tensor motion_words(const Tensor& positions, int64_t kappa) {
-  const int64_t joints = positions.size(1);
-  if (positions.size(0) < kappa) return torch::empty({0, kappa, joints, 3}, positions.options());
-  return positions.unfold(0, kappa, 1).permute({0, 3, 1, 2}).contiguous();
+Tensor motion_words(const Tensor& positions, int64_t kappa, int64_t stride) {
+  std::vector<Tensor> out;
+  for (int64_t first = 0; first < stride; ++first) {
+    const Tensor some = positions.slice(0, std::min(first, positions.size(0)), c10::nullopt, stride);
+    if (some.size(0) >= kappa) out.push_back(some.unfold(0, kappa, 1).permute({0, 3, 1, 2}));
+  }
+  if (out.empty()) return torch::empty({0, kappa, positions.size(1), 3}, positions.options());
+  return torch::cat(out).contiguous();
 }
 
 Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
@@ -45,8 +49,25 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
   return torch::matmul(moved.flatten(1, 2), turn.transpose(1, 2)).view_as(words);
 }
 
-Tensor pose_words(const Tensor& joints, int64_t kappa) {
-  return placed_words(motion_words(joints.index_select(1, torch::tensor(word_joints())), kappa), 0, 1);
+Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {
+  const Tensor across = joints.select(1, 1) - joints.select(1, 2);                             // hips, (T, 3)
+  const Tensor turn = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(joints.dtype());  // (T, 3, 3)
+  const Tensor moved = joints.index_select(1, torch::tensor(word_joints())) - joints.narrow(1, 0, 1);
+  return motion_words(torch::matmul(moved, turn.transpose(1, 2)), kappa, stride);
+}
+
+Tensor words_of(const Tensor& joints, int64_t kappa, WordKind kind) {
+  if (kind == WordKind::poses) return pose_words(joints, kappa);
+  static const Tensor rows = torch::tensor({0, 1, 2, 4, 5, 7, 8, 10, 11, 16, 17, 18, 19, 20, 21, 15});
+  return placed_words(motion_words(joints.index_select(1, rows), kappa), 1, 2);
+}
+
+Tensor database_words(const Tensor& joints, int64_t kappa, int64_t stride, WordKind kind) {
+  if (kind == WordKind::package) return words_of(joints.slice(0, 0, c10::nullopt, stride), kappa, kind);
+  const Tensor words = pose_words(joints, kappa, stride);
+  static const Tensor other_side = torch::arange(12).bitwise_xor(1);  // word_joints() has left and right in turn
+  const Tensor mirrored = words.index_select(2, other_side) * torch::tensor({-1.F, 1.F, 1.F}, words.options());
+  return torch::cat({words, mirrored});
 }
 
 WordIndex::WordIndex(const Tensor& words) : words_(flat(words)) {

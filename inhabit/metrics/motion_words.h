@@ -9,17 +9,33 @@ namespace inhabit {
 /// (intention-driven anticipation, 4.2).
 const std::vector<int64_t>& word_joints();
 
-/// Overlapping motion words (T-kappa+1, kappa, J, 3) of positions (T, J, 3); none where T < kappa.
-torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa);
+/// Overlapping motion words (N, kappa, J, 3) of positions (T, J, 3), one from every frame on, each of every `stride`-th
+/// frame; those that begin in frames 0, stride, 2 stride ... first. None where T is too short.
+torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa, int64_t stride = 1);
 
 /// Words (N, kappa, J, 3) each moved on the ground and rotated about the vertical as a whole, so that in its first
 /// frame the middle between the hips is above the origin and the line between them along x, the left one at +x.
 /// @param left_hip, right_hip rows of the words' joints.
 torch::Tensor placed_words(const torch::Tensor& words, int64_t left_hip, int64_t right_hip);
 
-/// What Eq. 9 scores: the words of the joints named by word_joints(), placed, of a motion (T, 22, 3) on the standard
-/// joints: (T-kappa+1, kappa, 12, 3).
-torch::Tensor pose_words(const torch::Tensor& joints, int64_t kappa);
+/// What Eq. 9 scores: words of the joints named by word_joints(), of a motion (T, 22, 3) on the standard joints that
+/// lost its place and heading frame by frame: the root at the origin, the line between the hips seen from above along
+/// x, the left one at +x. (N, kappa, 12, 3), ordered as in motion_words.
+torch::Tensor pose_words(const torch::Tensor& joints, int64_t kappa, int64_t stride = 1);
+
+/// How motions become words.
+enum class WordKind {
+  poses,   ///< pose_words, as the authors evaluate
+  package  ///< as the score's released package has them: 16 joints of the motion in the world, each word moved as a
+           ///< whole (placed_words)
+};
+/// Words of a motion (T, 22, 3), world or, for poses, without place and heading: (N, kappa, 12 or 16, 3).
+torch::Tensor words_of(const torch::Tensor& joints, int64_t kappa, WordKind kind = WordKind::poses);
+
+/// The words that a recording (T, 22, 3) at `stride` times the rate gives a database. Of poses those that begin in each
+/// frame and those of the mirror image; the package takes every `stride`-th frame as it is.
+torch::Tensor database_words(const torch::Tensor& joints, int64_t kappa, int64_t stride,
+                             WordKind kind = WordKind::poses);
 
 /// Exact nearest neighbours among motion words by Euclidean distance over the flattened positions. A distance never
 /// exceeds that of the projections on the leading principal axes joined with the lengths of what is left, and of those

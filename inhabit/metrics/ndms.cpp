@@ -4,20 +4,44 @@ namespace inhabit {
 
 using torch::Tensor;
 
-Tensor ndms(const Tensor& words, const Tensor& others) {
+namespace {
+
+constexpr double kEpsilon = 1e-12;  // of Eq. 12: far under the square of any motion, so that it decides nothing else
+
+}  // namespace
+
+Tensor ndms(const Tensor& words, const Tensor& others, NdmsForm form) {
   const auto velocity = [](const Tensor& w) {
     const Tensor d = w.to(torch::kFloat64);
     return d.slice(1, 1) - d.slice(1, 0, -1);
   };
-  const Tensor a = velocity(words), b = velocity(others);
-  const Tensor length_a = a.norm(2, {3}).clamp_min(1e-7), length_b = b.norm(2, {3}).clamp_min(1e-7);
-  const Tensor direction = (a * b).sum(3) / (length_a * length_b);
-  const Tensor ratio = torch::minimum(length_a, length_b) / torch::maximum(length_a, length_b);
+  const bool floored = form == NdmsForm::package;
+  const auto length = [&](const Tensor& v) { return floored ? v.norm(2, {3}).clamp_min(1e-7) : v.norm(2, {3}); };
+  const double epsilon = floored ? 0 : kEpsilon;
+  const Tensor a = velocity(words), b = velocity(others), length_a = length(a), length_b = length(b);
+  Tensor direction = (a * b).sum(3) / (length_a * length_b + epsilon);
+  if (form == NdmsForm::coded)
+    direction = direction.masked_fill((direction < 0.9999).logical_and((a - b).sum(3) < 1e-6), 1);
+  const Tensor ratio = torch::minimum(length_a, length_b) / (torch::maximum(length_a, length_b) + epsilon);
   return (0.5 * (1 + direction) * ratio).mean({1, 2});
 }
 
-Tensor plausibility(const Tensor& words, const WordIndex& database) {
-  return ndms(words, database.words().index_select(0, database.nearest(words)).view(words.sizes()));
+namespace {
+
+Tensor nearest_words(const Tensor& words, const WordIndex& database) {
+  return database.words().index_select(0, database.nearest(words)).view(words.sizes());
+}
+
+}  // namespace
+
+Tensor plausibility(const Tensor& words, const WordIndex& database, NdmsForm form) {
+  return ndms(words, nearest_words(words, database), form);
+}
+
+WordScores word_scores(const Tensor& words, const WordIndex& database, WordKind kind) {
+  const Tensor nearest = nearest_words(words, database);
+  return {ndms(words, nearest, kind == WordKind::package ? NdmsForm::package : NdmsForm::equation),
+          ndms(words, nearest, NdmsForm::coded)};
 }
 
 }  // namespace inhabit

@@ -6,10 +6,14 @@ namespace inhabit {
 
 using torch::Tensor;
 
-double npss(const Tensor& truth, const Tensor& forecast) {
+double npss(const Tensor& truth, const Tensor& forecast, NpssForm form) {
   if (truth.dim() != 3 || truth.sizes() != forecast.sizes())
     throw Error("NPSS compares sequences of one shape (B, T, D)");
-  const auto power = [](const Tensor& x) { return torch::real(torch::fft_fft(x.to(torch::kFloat64), {}, 1)).square(); };
+  const auto power = [&](const Tensor& x) {
+    const Tensor spectrum = torch::fft_fft(x.to(torch::kFloat64), {}, 1);
+    const Tensor real = torch::real(spectrum).square();
+    return form == NpssForm::real_part ? real : real + torch::imag(spectrum).square();
+  };
   const Tensor a = power(truth), b = power(forecast);   // (B, T, D)
   const Tensor total_a = a.sum(1), total_b = b.sum(1);  // (B, D)
   const Tensor known = (total_a > 1e-12) & (total_b > 1e-12);

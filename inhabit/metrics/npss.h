@@ -3,11 +3,16 @@
 
 namespace inhabit {
 
-/// Normalised power spectrum similarity (Gopalakrishnan et al.) in the form used with LaFAN1: squared real part of
-/// each feature's spectrum over time, normalised, cumulated, L1 distance, averaged with the true sequence's power as
-/// weight. 0 is equal; lower is better. Features that never change in truth or forecast carry no spectrum and are left
-/// out.
+/// Spectra that NPSS compares.
+enum class NpssForm {
+  published,  ///< squared magnitude, as Gopalakrishnan et al. (2019) define it
+  real_part   ///< squared real part alone: LaFAN1's form, and that of code which copied the spectrum into real arrays
+};
+
+/// Normalised power spectrum similarity: the power of each feature of each sequence over the frequencies, normalised
+/// and cumulated, L1 distance, averaged over sequences and features with the true power as weight. 0 is equal; lower is
+/// better. Features that never change in truth or forecast carry no spectrum and are left out.
 /// @param truth, forecast (B, T, D)
-double npss(const torch::Tensor& truth, const torch::Tensor& forecast);
+double npss(const torch::Tensor& truth, const torch::Tensor& forecast, NpssForm form = NpssForm::published);
 
 }  // namespace inhabit

@@ -26,17 +26,14 @@ Tensor local_futures(const std::vector<NamedMotion>& motions, int64_t frames = -
   return torch::stack(all);
 }
 
-Tensor words_of(const Tensor& joints, const NdmsOptions& options) {
-  return pose_words(options.in_world ? joints : local_poses(joints), options.kappa);
-}
-
 }  // namespace
 
 NdmsScore score_ndms(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& reference,
                      const NdmsOptions& options) {
   std::vector<Tensor> known;
   known.reserve(reference.size());
-  for (const NamedMotion& motion : reference) known.push_back(words_of(motion.joints, options));
+  for (const NamedMotion& motion : reference)
+    known.push_back(database_words(motion.joints, options.kappa, options.reference_stride, options.words));
   const Tensor words_known = torch::cat(known);
   if (words_known.size(0) == 0)
     throw Error(reference.front().name, "holds no motion word of " + std::to_string(options.kappa) + " frames");
@@ -47,41 +44,45 @@ NdmsScore score_ndms(const std::vector<NamedMotion>& motions, const std::vector<
   const int64_t first = std::max<int64_t>(0, options.observed - options.kappa + 1);
   const auto second = static_cast<int64_t>(std::lround(options.rate));
   for (const auto& [name, joints] : motions) {
-    const Tensor words = words_of(joints, options).slice(0, first);
+    const Tensor words = words_of(joints, options.kappa, options.words).slice(0, first);
     if (joints.size(0) <= options.observed || words.size(0) == 0)
       throw Error(name, "has " + std::to_string(joints.size(0)) + " frames at " + std::to_string(second) +
                             " a second: no motion word of " + std::to_string(options.kappa) +
                             " frames is left to score");
-    const Tensor scores = plausibility(words, database);
-    NdmsOfMotion of{name, scores.mean().item<double>(), scores.size(0), {}};
+    const auto [scores, coded] = word_scores(words, database, options.words);
+    NdmsOfMotion of{name, scores.mean().item<double>(), coded.mean().item<double>(), scores.size(0), {}};
     for (int64_t at = 0; at < scores.size(0); at += second)
       of.by_second.push_back(scores.slice(0, at, at + second).mean().item<double>());
     out.ndms += scores.sum().item<double>();
+    out.coded += coded.sum().item<double>();
     out.words += of.words;
     out.motions.push_back(std::move(of));
   }
   out.ndms /= static_cast<double>(out.words);
+  out.coded /= static_cast<double>(out.words);
   return out;
 }
 
 double score_npss(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& truth) {
   if (truth.size() != motions.size()) throw Error("truth", "one motion for each is needed");
-  double sum = 0;
-  for (size_t i = 0; i < motions.size(); ++i) {
-    const Tensor came = local_futures({truth[i]}), forecast = local_futures({motions[i]});
-    const int64_t frames = std::min(came.size(1), forecast.size(1));
-    try {
-      sum += npss(came.slice(1, 0, frames).flatten(2), forecast.slice(1, 0, frames).flatten(2));
-    } catch (const Error& e) {
-      throw Error(motions[i].name, e.what());
-    }
+  std::vector<NamedMotion> all = motions;
+  all.insert(all.end(), truth.begin(), truth.end());
+  const Tensor poses = local_futures(all).flatten(2);
+  const auto count = static_cast<int64_t>(motions.size());
+  try {
+    return npss(poses.slice(0, count), poses.slice(0, 0, count));
+  } catch (const Error& e) {
+    throw Error(motions.front().name, e.what());
   }
-  return sum / static_cast<double>(motions.size());
 }
 
 Tensor score_apd(const std::vector<NamedMotion>& futures) {
   if (futures.size() < 2) throw Error("APD", "needs two futures or more");
   return average_pairwise_distance(local_futures(futures).flatten(2));
+}
+
+double score_sequence_apd(const std::vector<NamedMotion>& futures) {
+  return sequence_pairwise_distance(local_futures(futures).flatten(2));
 }
 
 PoseError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth) {

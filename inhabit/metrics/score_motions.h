@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/metrics/motion_words.h"
+
 namespace inhabit {
 
 // The scores of anybody's motion: what `inhabit score` prints. Poses know neither place nor heading
@@ -16,21 +18,24 @@ struct NamedMotion {
 };
 
 struct NdmsOptions {
-  double rate = 25;       ///< frames a second of all motions, for NdmsOfMotion::by_second
-  int64_t kappa = 8;      ///< frames of a motion word
-  int64_t observed = 0;   ///< frames at the start of each motion that were observed: words of them alone do not count
-  bool in_world = false;  ///< words of the motion as it is, each moved by its first frame
+  double rate = 25;              ///< frames a second of the motions that are scored
+  int64_t kappa = 8;             ///< frames of a motion word
+  int64_t observed = 0;          ///< frames at the start of each motion that were observed: words of them alone do
+                                 ///< not count
+  int64_t reference_stride = 2;  ///< the reference has so many times the rate (metrics/motion_words.h)
+  WordKind words = WordKind::poses;
 };
 
 struct NdmsOfMotion {
   std::string name;
-  double ndms = 0;  ///< mean over its words
+  double ndms = 0, coded = 0;  ///< means over its words
   int64_t words = 0;
-  std::vector<double> by_second;
+  std::vector<double> by_second;  ///< of `ndms`
 };
 
 struct NdmsScore {
-  double ndms = 0;  ///< mean over all words
+  double ndms = 0;   ///< mean over all words
+  double coded = 0;  ///< in the form of the authors' code (NdmsForm::coded)
   int64_t words = 0, reference_words = 0;
   std::vector<NdmsOfMotion> motions;
 };
@@ -40,11 +45,13 @@ struct NdmsScore {
 NdmsScore score_ndms(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& reference,
                      const NdmsOptions& options);
 
-/// Mean NPSS of motions, each with what came true. Throws Error unless they are as many.
+/// NPSS of motions, each with what came true, as one batch (metrics/npss.h). Throws Error unless they are as many.
 double score_npss(const std::vector<NamedMotion>& motions, const std::vector<NamedMotion>& truth);
 
 /// Average pairwise distance of two futures or more by frame, (T) metres.
 torch::Tensor score_apd(const std::vector<NamedMotion>& futures);
+/// That of whole futures, as tables print it (metrics/diversity.h).
+double score_sequence_apd(const std::vector<NamedMotion>& futures);
 
 struct PoseError {
   torch::Tensor mean;  ///< (T) metres: joint error of each frame, over all futures

@@ -70,7 +70,7 @@ TEST(AnticipateSequences, AreOfOneSplitOnTheModelsBones) {
   EXPECT_TRUE(torch::equal(training_skeleton(motions, "x").offsets, motions[0].clip.skeleton.offsets));
   Skeleton large = builtin_body().skeleton;
   large.offsets = large.offsets * 1.2;
-  const auto sequences = sequences_of(motions, "train", large);
+  const auto sequences = sequences_of(motions, "train", large, 25);
   ASSERT_EQ(sequences.size(), 2U) << "one frame has no motion";
   EXPECT_EQ(sequences[1].name, "w2");
   EXPECT_EQ(sequences[1].action, "walk");

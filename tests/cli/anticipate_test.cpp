@@ -82,7 +82,8 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
   std::vector<std::string> methods;
   for (const json& row : got["rows"])
     if (row["action"] == "mean") methods.push_back(row["method"]);
-  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "seq2seq", "LTD", "ours"}));
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "retrieval", "seq2seq", "LTD",
+                                               "ours", "real motion"}));
   for (const std::string& method : methods) EXPECT_THAT(r.out, ::testing::HasSubstr(method));
 }
 
@@ -163,6 +164,9 @@ TEST(EvalAnticipateCommand, RefusesWhatCannotBeMeasured) {
   expect_refused(eval + "h36m:" + bad / "none" + model + to, {"h36m:", "holds no motion"}, bad.out);
   expect_refused(eval + data + " --model " + kForecastModel + to, {"is not a model of intention"}, bad.out);
   expect_refused(eval + data + model + " --json " + bad / "none/t.json", {"none/t.json", "no folder"}, bad.out);
+  expect_refused(eval + data + model + to + " --split left-out", {"m.safetensors", "training.folds"}, bad.out);
+  expect_refused(eval + data + model + model + to, {"--model", "left-out"}, bad.out);
+  expect_refused(eval + data + model + to + " --words world", {"--words"}, bad.out);
   expect_refused(eval + data + model + to + " --seconds 0.1", {"--seconds"}, bad.out);
   expect_refused(eval + data + model + to + " --seconds nan", {"--seconds"}, bad.out);
   expect_refused(eval + data + model + to + " --samples 0", {"--samples"}, bad.out);

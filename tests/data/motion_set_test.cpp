@@ -171,5 +171,31 @@ TEST(MotionSet, TheRecordingsOfCmuAreAllThere) {
                          "no test file of directing_traffic: the last third of directing_traffic_4 is tested on"));
 }
 
+TEST(LeftOutFold, LeavesEveryRecordingOutOnceAndOpensNoTest) {
+  std::vector<ActionMotion> motions;
+  for (const char* name : {"w1", "w2", "w3", "w4", "w5"}) motions.push_back({name, "walk", "train", {}});
+  motions.push_back({"w6", "walk", "test", {}});
+  for (const char* name : {"t1", "t2"}) motions.push_back({name, "traffic", "train", {}});
+  EXPECT_EQ(single_folds(motions), 5);
+  for (const int64_t folds : {2, 3, 5, 7}) {
+    std::map<std::string, int64_t> left_out;
+    for (int64_t fold = 0; fold < folds; ++fold) {
+      std::map<std::string, int64_t> splits;
+      for (const ActionMotion& motion : left_out_fold(motions, folds, fold)) {
+        EXPECT_NE(motion.name, "w6");
+        if (motion.split == "left_out") ++left_out[motion.name];
+        ++splits[motion.action + " " + motion.split];
+      }
+      EXPECT_EQ(splits["walk val"], 1) << folds << " folds, " << fold;
+      EXPECT_EQ(splits["traffic val"], 0);
+      EXPECT_GT(splits["walk train"], 0);
+      EXPECT_GT(splits["traffic train"], 0);
+    }
+    EXPECT_EQ(left_out.size(), 7U);
+    for (const auto& [name, times] : left_out) EXPECT_EQ(times, 1) << name;
+  }
+  EXPECT_THAT(refusal_of([&] { left_out_fold(motions, 1, 0); }), HasSubstr("folds"));
+}
+
 }  // namespace
 }  // namespace inhabit

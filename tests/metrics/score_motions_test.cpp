@@ -28,11 +28,14 @@ TEST(ScoreMotions, NdmsIsTheMeanOverWordsThatHoldAForecast) {
   const std::vector<NamedMotion> known = {swinging("known", 60, 1)}, motions = {swinging("a", 40, 2), known[0]};
   NdmsOptions options;
   options.observed = 20;
+  options.reference_stride = 1;
   const NdmsScore score = score_ndms(motions, known, options);
   ASSERT_EQ(score.motions.size(), 2);
   // Words begin at frame 13 at the earliest, so that each holds a frame from 20 on.
-  const Tensor words = pose_words(local_poses(motions[0].joints), 8).slice(0, 13);
-  const Tensor expected = plausibility(words, WordIndex(pose_words(local_poses(known[0].joints), 8)));
+  const Tensor words = pose_words(motions[0].joints, 8).slice(0, 13);
+  const Tensor expected = plausibility(words, WordIndex(database_words(known[0].joints, 8, 1)));
+  EXPECT_EQ(score.reference_words, 2 * (60 - 8 + 1)) << "and the mirror image's";
+  EXPECT_GE(score.coded, score.ndms - 1e-9);
   EXPECT_EQ(score.motions[0].words, expected.size(0));
   EXPECT_NEAR(score.motions[0].ndms, expected.mean().item<double>(), 1e-6);
   EXPECT_NEAR(score.motions[1].ndms, 1, 1e-4) << "a motion that the reference holds";

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
 #include "inhabit/metrics/diversity.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
@@ -44,6 +45,21 @@ TEST(Ndms, MatchesHandComputedWords) {
   EXPECT_NEAR(ndms(word({{1, 0, 0}}), word({{-1, 0, 0}})).item<double>(), 0, 1e-9);
   // Eq. 11: the mean over steps.
   EXPECT_NEAR(ndms(word({{1, 0, 0}, {1, 0, 0}}), word({{1, 0, 0}, {-1, 0, 0}})).item<double>(), 0.5, 1e-9);
+}
+
+TEST(Ndms, AJointAtRestHasNoMagnitudeInEquation12AndHalfAScoreInThePackage) {
+  const Tensor still = word({{0, 0, 0}}), moving = word({{1, 0, 0}});
+  EXPECT_EQ(ndms(still, still).item<double>(), 0);
+  EXPECT_NEAR(ndms(still, still, NdmsForm::package).item<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(ndms(still, moving, NdmsForm::package).item<double>(), 0, 1e-6);
+}
+
+TEST(Ndms, TheAuthorsCodeTakesAlignmentForGrantedWhereVelocitiesDifferInTheNegative) {
+  // Half the length at a right angle: 1/2 (1 + 0) 1/2. As coded the cosine is 1 where x - y sums to less than 0.
+  const Tensor slow = word({{0, 0.5, 0}}), fast = word({{1, 0, 0}});
+  EXPECT_NEAR(ndms(slow, fast).item<double>(), 0.25, 1e-9);
+  EXPECT_NEAR(ndms(slow, fast, NdmsForm::coded).item<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(ndms(fast, slow, NdmsForm::coded).item<double>(), 0.25, 1e-9);
 }
 
 TEST(Ndms, TheExactWordScoresOneAndPlantedFaultsLowerIt) {
@@ -121,6 +137,31 @@ TEST(MotionWords, ArePlacedAlikeWhereverThePersonIs) {
   EXPECT_GT((hips.select(1, 0) - hips.select(1, 1)).select(1, 0).min().item<double>(), 0) << "left at +x";
 }
 
+TEST(PoseWords, KnowNeitherPlaceNorHeadingOfAnyFrame) {
+  torch::manual_seed(6);
+  const Tensor joints = torch::randn({40, 22, 3});
+  const Tensor turn = yaw_matrix(torch::linspace(0, 9, 40)), path = torch::randn({40, 1, 3});
+  const Tensor elsewhere = torch::matmul(joints, turn.transpose(1, 2)) + path;
+  EXPECT_LT((pose_words(elsewhere, 8) - pose_words(joints, 8)).abs().max().item<double>(), 1e-5);
+  const Tensor frame = pose_words(joints, 8)[5][0];  // (12, 3)
+  EXPECT_NEAR((frame[0] - frame[1])[2].item<double>(), 0, 1e-5) << "the line between the hips along x";
+  EXPECT_GT((frame[0] - frame[1])[0].item<double>(), 0) << "the left one at +x";
+}
+
+TEST(DatabaseWords, HoldEveryFrameOfTheFasterRecordingAndItsMirrorImage) {
+  torch::manual_seed(7);
+  const Tensor joints = torch::randn({41, 22, 3});
+  const Tensor words = database_words(joints, 8, 2);
+  EXPECT_EQ(words.size(0), 2 * (21 - 7 + 20 - 7));
+  EXPECT_TRUE(torch::equal(words.slice(0, 0, 14), pose_words(joints.slice(0, 0, c10::nullopt, 2), 8)));
+  EXPECT_TRUE(torch::equal(words.slice(0, 14, 27), pose_words(joints.slice(0, 1, c10::nullopt, 2), 8)));
+  Tensor seen_in_a_mirror = joints * torch::tensor({-1.F, 1.F, 1.F});
+  seen_in_a_mirror = seen_in_a_mirror.index_select(
+      1, torch::tensor({0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20}));
+  EXPECT_LT((words.slice(0, 27) - pose_words(seen_in_a_mirror, 8, 2)).abs().max().item<double>(), 1e-5);
+  EXPECT_EQ(database_words(joints, 8, 2, WordKind::package).sizes(), (std::vector<int64_t>{14, 8, 16, 3}));
+}
+
 TEST(WordIndex, FindsWhatADoubleLoopFinds) {
   torch::manual_seed(5);
   // Smooth words, isotropic noise (no leading axes) and repeated words.
@@ -144,6 +185,19 @@ TEST(Npss, IsZeroForEqualAndLargerForMoreDifferentSpectra) {
   EXPECT_NEAR(npss(wave(3), wave(5)), 2 * 0.5 * 2, 1e-6);
   EXPECT_NEAR(npss(wave(3), wave(11)), 2 * 0.5 * 8, 1e-6);
   EXPECT_NEAR(npss(wave(3), 7 * wave(3)), 0, 1e-6) << "power is normalised";
+}
+
+TEST(Npss, IsOfTheMagnitudeUnlessTheRealPartIsAskedFor) {
+  // A wave and the same a quarter of a period later have the same spectrum; its real part alone is gone.
+  const Tensor t = torch::arange(64) * (2 * M_PI / 64), slow = torch::cos(3 * t) + torch::cos(9 * t);
+  const Tensor a = slow.view({1, -1, 1}), b = (torch::sin(3 * t) + torch::cos(9 * t)).view({1, -1, 1});
+  EXPECT_NEAR(npss(a, b), 0, 1e-5);
+  EXPECT_GT(npss(a, b, NpssForm::real_part), 1);
+}
+
+TEST(Apd, OfWholeFuturesIsThatOfAllFramesInOneVector) {
+  const Tensor samples = torch::tensor({0.F, 0.F, 3.F, 4.F}).view({2, 2, 1});
+  EXPECT_NEAR(sequence_pairwise_distance(samples), 5, 1e-9);
 }
 
 TEST(Apd, IsTheMeanDistanceOfPairs) {

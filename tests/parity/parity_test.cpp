@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/anticipate/released_networks.h"
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
@@ -24,6 +25,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
+#include "inhabit/nn/parameters.h"
 #include "shared.h"
 #include "temp_folder.h"
 
@@ -109,8 +111,9 @@ void check_motion_scores(const std::string& path, const SafeTensors& content) {
   const WordIndex database(torch::cat(references));
   const Tensor query = words(tensor(content, "in.query"));
   EXPECT_TRUE(torch::equal(database.nearest(query), tensor(content, "out.nearest_word"))) << path << ": nearest word";
-  expect_close(plausibility(query, database), tensor(content, "out.framewise_ndms"), "NDMS by frame");
-  const double score = npss(tensor(content, "in.npss_truth"), tensor(content, "in.npss_forecast"));
+  expect_close(plausibility(query, database, NdmsForm::package), tensor(content, "out.framewise_ndms"),
+               "NDMS by frame");
+  const double score = npss(tensor(content, "in.npss_truth"), tensor(content, "in.npss_forecast"), NpssForm::real_part);
   expect_close(torch::tensor({score}, torch::kFloat64), tensor(content, "out.npss"), "NPSS");
 }
 
@@ -224,6 +227,34 @@ void check_chair_contactnet(const std::string& path, const SafeTensors& content)
   expect_close(network->decode(tensor(content, "in.z"), chair), tensor(content, "out.contacts"), "contacts");
 }
 
+void check_intention_networks(const std::string& path, const SafeTensors& content) {
+  torch::NoGradGuard no_gradients;
+  const auto size = [&](const char* name) { return std::stoi(content.metadata.at(name)); };
+  anticipate::Config c;
+  c.hidden = size("hidden");
+  c.noise = size("noise");
+  c.labels = size("labels");
+  c.intention_features = size("embedding");
+  c.gamma = size("ahead");
+  c.intention_hidden = size("label_hidden");
+  anticipate::ReleasedPoseNetwork pose(c, size("dim"));
+  nn::load_parameters(*pose, "", content, path);
+  const int frames = size("n_out");
+  const Tensor labels = tensor(content, "in.labels").slice(1, 0, pose->kPast + frames + c.gamma - 1);
+  expect_close(pose->forward(tensor(content, "in.past"), tensor(content, "in.noise"), labels, frames),
+               tensor(content, "out.poses"), "poses");
+  anticipate::ReleasedIntentionNetwork label(c, size("dim"));
+  nn::load_parameters(*label, "label_rnn.", content, path);
+  const Tensor logits = label->forward(tensor(content, "in.label_past"));
+  expect_close(logits, tensor(content, "out.label_logits"), "label logits");
+  expect_close(logits.softmax(2), tensor(content, "out.label_probabilities"), "label probabilities");
+  anticipate::LabelAutoencoder cluster(size("cluster_hidden"), size("cluster_code"));
+  nn::load_parameters(*cluster, "cluster.", content, path);
+  const Tensor code = cluster->encode(tensor(content, "in.cluster_poses"));
+  expect_close(code, tensor(content, "out.cluster_code"), "cluster code");
+  expect_close(cluster->decode(code), tensor(content, "out.cluster_poses"), "cluster poses");
+}
+
 using Check = void (*)(const std::string& path, const SafeTensors& content);
 
 /// What checks a file, told by its name; none for files of other systems.
@@ -232,6 +263,7 @@ Check check_for(const std::string& name) {
   if (name.rfind("cmu_forward_kinematics", 0) == 0) return check_cmu_kinematics;
   if (name.rfind("h36m_forward_kinematics", 0) == 0) return check_h36m_kinematics;
   if (name.rfind("motion_scores", 0) == 0) return check_motion_scores;
+  if (name.rfind("intention_networks", 0) == 0) return check_intention_networks;
   if (name.rfind("inbetween_denoiser", 0) == 0) return check_inbetween_denoiser;
   if (name.rfind("inbetween_sampler", 0) == 0) return check_inbetween_sampler;
   if (name.rfind("chair_posenet", 0) == 0) return check_chair_posenet;

@@ -1,0 +1,15 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+#include "inhabit/metrics/motion_words.h"
+#include "verbs.h"
+
+/// Adds --words: how NDMS makes words of motion.
+inline void add_word_kind(CLI::App& verb, inhabit::WordKind& words) {
+  verb.add_option("--words", words,
+                  "NDMS over poses that know neither place nor heading, as the authors evaluate (poses), or as their "
+                  "package has it: the motion in the world, each word moved by its first frame")
+      ->transform(
+          one_of<inhabit::WordKind>({{"poses", inhabit::WordKind::poses}, {"package", inhabit::WordKind::package}}))
+      ->option_text("poses|package");
+}

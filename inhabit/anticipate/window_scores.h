@@ -1,0 +1,73 @@
+#pragma once
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "inhabit/anticipate/evaluate.h"
+#include "inhabit/metrics/ndms.h"
+
+namespace inhabit::anticipate {
+
+/// Mean of what was added, without NaN.
+struct Mean {
+  double sum = 0;
+  int64_t count = 0;
+
+  void add(double value) {
+    if (std::isnan(value)) return;
+    sum += value;
+    ++count;
+  }
+  double value() const { return count > 0 ? sum / static_cast<double>(count) : Scores::kNone; }
+};
+
+/// The words of every recording of an action for a database (N, kappa, J, 3).
+torch::Tensor action_database(const std::vector<Sequence>& sequences, const std::string& action, int64_t kappa,
+                              WordKind kind);
+/// The words of every recording of an action as they are, at the model's rate; none where it has none.
+torch::Tensor action_words(const std::vector<Sequence>& sequences, const std::string& action, int64_t kappa,
+                           WordKind kind);
+
+/// Similarity of the words of futures (S, T, F) that end in each future frame: (S, T).
+WordScores future_scores(const torch::Tensor& past, const torch::Tensor& futures, const WordIndex& database,
+                         int64_t kappa, WordKind kind);
+
+/// Mean joint speed (m/s) of local poses (..., T, 22, 3).
+double joint_speed(const torch::Tensor& poses, double rate);
+
+/// What futures are measured against.
+struct Measure {
+  const WordIndex& database;
+  const std::vector<double>& horizons;
+  const Config& config;
+  WordKind kind;
+  double real_speed;
+};
+/// One method's futures (S, T, F) of one window, measured at the horizons; npss is left open.
+Scores measure(const torch::Tensor& past, const torch::Tensor& futures, const torch::Tensor& truth, const Measure& by);
+
+/// Windows of one action as the batch that NPSS is of: their seconds 2 to 4, where they are known.
+class SpectrumBatch {
+ public:
+  void add(const torch::Tensor& futures, const torch::Tensor& truth, double rate);
+  double npss() const;  ///< mean over the samples; NaN where no window is known for so long
+
+ private:
+  std::vector<torch::Tensor> futures_, truths_;  // (S, T, D), (T, D)
+};
+
+/// Calls visit(member) for every curve of scores.
+template <class Visit>
+void visit_curves(const Visit& visit) {
+  for (auto curve : {&Scores::ndms, &Scores::coded, &Scores::share, &Scores::error, &Scores::best_error, &Scores::apd,
+                     &Scores::root_error})
+    visit(curve);
+}
+
+/// Means of one method's scores, without NaN.
+Scores mean_scores(const std::vector<const Scores*>& all);
+/// Shares of the row called "real motion", in all rows.
+void add_shares(std::vector<Scores>& rows, const std::vector<double>& horizons);
+
+}  // namespace inhabit::anticipate
