@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "inhabit/forecast/fast_contact_network.h"
-#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/forecast/motion_of.h"
 #include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/method.h"
 
@@ -44,23 +44,19 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
     out.push_back({"LTD", [ltd = model.ltd](const Windows& w, uint64_t) mutable {
                      return ltd->forward(w.past.flatten(2)).view_as(w.truth);
                    }});
-  const auto motion_method = [&](const MotionNetwork& network, const auto& contacts) {
-    return [fast = std::make_shared<FastMotionNetwork>(network), contacts, root = config.root](
-               const Windows& w, uint64_t) { return forecast_joints(fast->forward(w.past, contacts(w)), root); };
+  const auto add = [&](const std::string& name, Contacts kind, const auto& contacts) {
+    if (const Motion motion = motion_of(model, kind))
+      out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});
   };
-  if (!model.no_contact.is_empty())
-    out.push_back({"w/o contact", motion_method(model.no_contact, [](const Windows&) { return torch::Tensor(); })});
-  if (!model.contact.is_empty() && !model.motion.is_empty())
-    out.push_back(
-        {"predicted contact", motion_method(model.motion, [config, fast = std::make_shared<FastContactNetwork>(
-                                                                       model.contact)](const Windows& w) {
-           const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
-           return contact_points(w.points, dct, config);
-         })});
-  if (!model.motion.is_empty())
-    out.push_back({"w/ true contact", motion_method(model.motion, [config](const Windows& w) {
-                     return true_contact_points(w.points, w.truth, config);
-                   })});
+  add("w/o contact", Contacts::none, [](const Windows&) { return torch::Tensor(); });
+  if (!model.contact.is_empty())
+    add("predicted contact", Contacts::predicted,
+        [config, fast = std::make_shared<FastContactNetwork>(model.contact)](const Windows& w) {
+          const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
+          return contact_points(w.points, dct, config);
+        });
+  add("w/ true contact", Contacts::real,
+      [config](const Windows& w) { return true_contact_points(w.points, w.truth, config); });
   return out;
 }
 
