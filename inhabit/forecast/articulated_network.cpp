@@ -133,7 +133,7 @@ ArticulatedNetworkImpl::Continued ArticulatedNetworkImpl::continued(const Tensor
   };
   Continued on;
   on.path = last.select(1, 0).unsqueeze(1) +
-             (last - before).select(1, 0).unsqueeze(1) * going_on(a.root_continuation).view({1, -1, 1});
+            (last - before).select(1, 0).unsqueeze(1) * going_on(a.root_continuation).view({1, -1, 1});
   const Tensor turns =
       angular_velocities(before, last).unsqueeze(1) * going_on(a.pose_continuation).view({1, -1, 1, 1});
   on.turns = matrix_to_rotation6d(axis_angle_to_matrix(turns));

@@ -146,6 +146,10 @@ Config preset(const std::string& name) {
 
 std::string to_json(const Config& config) {
   nlohmann::ordered_json root = fields_to_json(config, fields);
+  if (config.decoder == "recurrent" && config.articulated == Config::Articulated{}) {
+    root.erase("decoder");  // so that a configuration reads as those of files that are older than the choice
+    root.erase("articulated");
+  }
   root["abstraction"] = abstraction_json(config.abstraction);
   root["propagation"] = propagation_json(config.propagation);
   return root.dump();

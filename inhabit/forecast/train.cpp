@@ -245,8 +245,9 @@ bool train(const TrainRun& run, const Config& config) {
     if (sparse(name)) {
       model.contact = ContactNetwork(config);
       const ContactNetwork& known = before.contact.is_empty() ? start.contact : before.contact;
-      if (known.is_empty())
-        throw Error(run.out, "lacks the contact network whose predictions stage " + name + " takes");
+      if (known.is_empty() || (name == "adapt" && before.motion.is_empty()))
+        throw Error(run.out, name == "adapt" ? "lacks the contact or the motion network that stage adapt goes on from"
+                                             : "lacks the contact network whose predictions stage motion takes");
       adopt(model.contact, known, "contact_net.", before.contact.is_empty() ? run.from : run.out);
       model.contact->eval();
     }
@@ -262,10 +263,7 @@ bool train(const TrainRun& run, const Config& config) {
       model.motion = MotionNetwork(config);
       adopt(model.motion, start.motion, "motion_net.", run.from);
     }
-    if (name == "adapt") {
-      if (before.motion.is_empty()) throw Error(run.out, "lacks the motion network that stage adapt goes on from");
-      model.motion = before.motion;
-    }
+    if (name == "adapt") model.motion = before.motion;
     return motion_task(name, model, data_of(name), validation, run.device);
   };
   std::vector<TrainStage> stages;
