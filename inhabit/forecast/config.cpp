@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
@@ -239,10 +238,8 @@ void validate(const Config& c, const std::string& subject) {
                                      {"training.velocity_weight", t.velocity_weight}})
     check.within(name, weight, 0, 1e6);
   check.within("training.recorded", t.recorded, 0, 1);
-  check.holds(!t.mirror || (c.joints == kStandardJoints && !c.hips.empty()), "training.mirror");
   check.holds(c.decoder == "recurrent" || c.decoder == "articulated", "decoder");
   if (c.decoder == "articulated") {
-    check.holds(c.joints == kStandardJoints && c.root == 0, "joints");
     const Config::Articulated& a = c.articulated;
     check.within("past", c.past, 2, 10000);
     check.within("articulated.width", a.width, 1, 8192);

@@ -71,7 +71,8 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
                                                        : real(place, windows[i], s, 0).points;
     if (seed) {
       std::mt19937_64 random(draw);
-      const Augmentation moved = draw_augmentation(config, random);
+      Augmentation moved = draw_augmentation(config, random);
+      moved.mirror = config.training.mirror && random() % 2 == 0;
       s.joints = moved.joints(s.joints);
       contact.points = moved.contacts(contact.points);
       if (truth) right = moved.contacts(right);

@@ -53,11 +53,7 @@ torch::Tensor Augmentation::contacts(const torch::Tensor& contact_points) const 
 }
 
 Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {
-  if (!config.hips.empty()) {
-    Augmentation out{yaw_matrix(uniform(random, -0.3, 0.3)), torch::zeros({3})};
-    out.mirror = config.training.mirror && random() % 2 == 0;
-    return out;
-  }
+  if (!config.hips.empty()) return {yaw_matrix(uniform(random, -0.3, 0.3)), torch::zeros({3})};
   const double yaw = uniform(random, 0, M_PI), x = uniform(random, -0.5, 0.5), z = uniform(random, -0.5, 0.5);
   return {yaw_matrix(yaw), torch::tensor({x, 0., z}, torch::kFloat)};
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/losses.h"
@@ -211,6 +212,8 @@ void adopt(Network& network, const Network& start, const std::string& prefix, co
 
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
+  if (config.training.mirror && (config.joints != kStandardJoints || config.hips.empty()))
+    throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
   const bool articulated = config.decoder == "articulated";
   const std::vector<std::string> names =
       articulated ? chosen_stages(run.stages, {"contact", "motion", "ltd"}, {"contact", "motion"})
