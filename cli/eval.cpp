@@ -6,7 +6,6 @@
 
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/error.h"
-#include "inhabit/forecast/evaluate.h"
 #include "inhabit/interact/evaluate_contacts.h"
 #include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
@@ -20,40 +19,6 @@
 #include "word_kind.h"
 
 namespace {
-
-void add_eval_forecast(CLI::App& verb) {
-  struct Options {
-    std::vector<std::string> data, settings;
-    std::string split = "test", model, json;
-    int stride = 30;
-  };
-  CLI::App* forecast =
-      verb.add_subcommand("forecast", "Path and pose error of contact-aware forecasting and its baselines");
-  auto o = std::make_shared<Options>();
-  forecast->add_option("--data", o->data, "Native data set folders")->required();
-  forecast->add_option("--split", o->split, "train, val, test or all")
-      ->check(CLI::IsMember({"train", "val", "test", "all"}))
-      ->capture_default_str();
-  forecast->add_option("--model", o->model, "Model file (default: the one that ships)");
-  forecast->add_option("--stride", o->stride, "Frames from one window to the next")
-      ->check(whole_over_zero)
-      ->capture_default_str();
-  add_settings(*forecast, o->settings);
-  forecast->add_option("--json", o->json, "Also write the table as JSON");
-  forecast->callback([o] {
-    if (!o->json.empty()) require_writable(o->json);
-    inhabit::forecast::Networks model = inhabit::forecast::load_networks(
-        o->model.empty() ? inhabit::shipped_model("forecast-compact.safetensors") : o->model);
-    set_used(model.config, o->settings, {"points=", "radius=", "contact_threshold="});
-    const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
-    if (data.size() == 0)
-      throw inhabit::Error(o->data.front(), "has no window of " + std::to_string(model.config.frames()) +
-                                                " frames in split " + o->split);
-    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data);
-    if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table).dump(2) + "\n");
-    std::printf("%s", table_text(table).c_str());
-  });
-}
 
 struct AnticipateOptions {
   std::string data, split = "test", json;
@@ -256,6 +221,7 @@ void add_eval(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("eval", "Measure a system on a data set");
   verb->require_subcommand(1);
   add_eval_forecast(*verb);
+  add_eval_contacts(*verb);
   add_eval_anticipate(*verb);
   add_eval_inbetween(*verb);
   add_eval_detour(*verb);

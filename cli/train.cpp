@@ -50,9 +50,12 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
 }
 
 /// "both" and "all" in the place of the stages they stand for.
-void expand(std::vector<std::string>& stages) {
+void expand(std::vector<std::string>& stages, const inhabit::forecast::Config& config) {
   if (stages == std::vector<std::string>{"both"}) stages = {"contact", "motion"};
-  if (stages == std::vector<std::string>{"all"}) stages = {"contact", "motion", "no_contact", "adapt", "ltd"};
+  if (stages == std::vector<std::string>{"all"}) {
+    stages = {"contact", "motion", "ltd"};
+    if (config.decoder == "recurrent") stages.insert(stages.end(), {"no_contact", "adapt"});
+  }
 }
 
 }  // namespace
@@ -62,11 +65,10 @@ void add_train(CLI::App& app) {
   verb->require_subcommand(1);
   const std::string folders = "Native data set folders";
   add_training(*verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
-               "Which of contact, motion, no_contact, adapt (motion on predicted contacts) and ltd (a baseline); both: "
-               "contact and "
-               "motion; all (default: all but ltd)",
+               "Which of contact, motion and ltd (a baseline), and of preset paper no_contact and adapt (motion on "
+               "predicted contacts); both: contact and motion; all (default: all but ltd)",
                inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
-                 expand(run.stages);
+                 expand(run.stages, config);
                  return inhabit::forecast::train(run, config);
                });
   add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",

@@ -68,6 +68,8 @@ void add_eval_reconstruct(CLI::App& eval);
 void add_refine(CLI::App& app);
 void add_train(CLI::App& app);
 void add_eval(CLI::App& app);
+void add_eval_forecast(CLI::App& verb);   ///< of add_eval
+void add_eval_contacts(CLI::App& verb);   ///< of add_eval
 void add_eval_inbetween(CLI::App& verb);  ///< of add_eval
 void add_eval_detour(CLI::App& verb);     ///< of add_eval
 void add_convert(CLI::App& app);

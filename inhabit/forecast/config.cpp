@@ -1,5 +1,7 @@
 #include "inhabit/forecast/config.h"
 
+#include <algorithm>
+
 #include "inhabit/error.h"
 #include "inhabit/io/config_fields.h"
 
@@ -66,6 +68,14 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("points", config.points);
   visit("radius", config.radius);
   visit("decode_from_past", config.decode_from_past);
+  visit("decoder", config.decoder);
+  visit("articulated.width", config.articulated.width);
+  visit("articulated.blocks", config.articulated.blocks);
+  visit("articulated.stride", config.articulated.stride);
+  visit("articulated.coefficients", config.articulated.coefficients);
+  visit("articulated.root_continuation", config.articulated.root_continuation);
+  visit("articulated.pose_continuation", config.articulated.pose_continuation);
+  visit("articulated.gate", config.articulated.gate);
   visit("training.contact_steps", config.training.contact_steps);
   visit("training.motion_steps", config.training.motion_steps);
   visit("training.adapt_steps", config.training.adapt_steps);
@@ -77,6 +87,9 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("training.root_weight", config.training.root_weight);
   visit("training.pose_weight", config.training.pose_weight);
   visit("training.contact_weight", config.training.contact_weight);
+  visit("training.velocity_weight", config.training.velocity_weight);
+  visit("training.recorded", config.training.recorded);
+  visit("training.mirror", config.training.mirror);
   visit("training.warmup", config.training.schedule.warmup);
   visit("training.rate_floor", config.training.schedule.floor);
   visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
@@ -115,7 +128,9 @@ Config preset(const std::string& name) {
     config.contact_coefficients = 12;
     config.training.contact_steps = 6500;  // two hours on two cores
     config.training.motion_steps = 10000;
-    config.training.adapt_steps = 13000;
+    config.training.recorded = 0.5;
+    config.training.mirror = true;
+    config.decoder = "articulated";
     config.training.contact_batch = 8;
     config.training.contact_rate = 1e-3;
     config.abstraction = {{PointVoxelSpec{32, 1, 16}, 256, 0.25, 16, {32, 64}},
@@ -130,6 +145,10 @@ Config preset(const std::string& name) {
 
 std::string to_json(const Config& config) {
   nlohmann::ordered_json root = fields_to_json(config, fields);
+  if (config.decoder == "recurrent" && config.articulated == Config::Articulated{}) {
+    root.erase("decoder");  // so that a configuration reads as those of files that are older than the choice
+    root.erase("articulated");
+  }
   root["abstraction"] = abstraction_json(config.abstraction);
   root["propagation"] = propagation_json(config.propagation);
   return root.dump();
@@ -215,8 +234,22 @@ void validate(const Config& c, const std::string& subject) {
                                      {"training.motion_rate", t.motion_rate},
                                      {"training.root_weight", t.root_weight},
                                      {"training.pose_weight", t.pose_weight},
-                                     {"training.contact_weight", t.contact_weight}})
+                                     {"training.contact_weight", t.contact_weight},
+                                     {"training.velocity_weight", t.velocity_weight}})
     check.within(name, weight, 0, 1e6);
+  check.within("training.recorded", t.recorded, 0, 1);
+  check.holds(c.decoder == "recurrent" || c.decoder == "articulated", "decoder");
+  if (c.decoder == "articulated") {
+    const Config::Articulated& a = c.articulated;
+    check.within("past", c.past, 2, 10000);
+    check.within("articulated.width", a.width, 1, 8192);
+    check.within("articulated.blocks", a.blocks, 1, 256);
+    check.within("articulated.stride", a.stride, 1, std::min(c.past - 1, c.future));
+    check.within("articulated.coefficients", a.coefficients, 1, c.future);
+    check.within("articulated.root_continuation", a.root_continuation, kTiny, 100);
+    check.within("articulated.pose_continuation", a.pose_continuation, kTiny, 100);
+    check.within("articulated.gate", a.gate, kTiny, 100);
+  }
   check_schedule(check, t.schedule);
   check.within("baselines.ltd_hidden", c.baselines.ltd_hidden, 1, 4096);
   check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);

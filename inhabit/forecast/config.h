@@ -56,8 +56,22 @@ struct Config {
   double radius = 2.5;              ///< metres around the root at the last observed frame
   bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
                                     ///< the cell's own last state
+  std::string decoder = "recurrent";  ///< the motion network: "recurrent", the paper's (Eq. 8-9), or "articulated"
   std::vector<AbstractionSpec> abstraction;
   std::vector<PropagationSpec> propagation;
+
+  /// Sizes of the articulated motion network (articulated_network.h).
+  struct Articulated {
+    int width = 192;                  ///< channels of a token
+    int blocks = 6;                   ///< each mixes tokens, then channels
+    int stride = 2;                   ///< frames from one token to the next
+    int coefficients = 20;            ///< DCT coefficients of what is added to the continued pose
+    double root_continuation = 0.5;   ///< seconds in which the root's last velocity dies away
+    double pose_continuation = 0.15;  ///< the same of the joints' angular velocities
+    double gate = 0.1;                ///< seconds in which the network's own part opens
+
+    bool operator==(const Articulated&) const = default;
+  } articulated;
 
   /// How the networks are trained. Defaults are the paper's (4.2).
   struct Training {
@@ -70,7 +84,10 @@ struct Config {
     double root_weight = 1.0;                        ///< lambda 1 (Eq. 13)
     double pose_weight = 1.0;                        ///< lambda 2
     double contact_weight = 0.1;                     ///< lambda 3
-    RateSchedule schedule;                           ///< of the learning rates
+    double velocity_weight = 1.0;                    ///< of the articulated network's velocity loss
+    double recorded = 0;  ///< share of windows of recordings in a batch; 0: as many as the data hold
+    bool mirror = false;  ///< motion networks see every other window in a mirror (the standard joints facing +Z alone)
+    RateSchedule schedule;  ///< of the learning rates
 
     bool operator==(const Training&) const = default;
   } training;

@@ -6,8 +6,8 @@
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/fast_contact_network.h"
-#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/forecast/motion_of.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/transfer.h"
@@ -58,21 +58,20 @@ Clip embodied(const Clip& past, const torch::Tensor& joints) {
 struct ContactForecaster::Impl {
   Config config;
   mutable nn::InstancePool<FastContactNetwork> contact;
-  FastMotionNetwork motion;
+  Motion motion;
 };
 
 ContactForecaster::ContactForecaster(const Networks& networks)
     : impl_(new Impl{networks.config, nn::InstancePool<FastContactNetwork>([network = networks.contact] {
                        return FastContactNetwork(network);
                      }),
-                     FastMotionNetwork(networks.motion)}) {}
+                     motion_of(networks, Contacts::predicted)}) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
 ContactForecaster ContactForecaster::load(const std::string& path) {
   Networks networks = load_networks(path);
-  if (networks.contact.is_empty() || networks.motion.is_empty())
-    throw Error(path, "lacks the contact or the motion network: train both stages");
+  if (!networks.complete()) throw Error(path, "lacks the contact or the motion network: train both stages");
   return ContactForecaster(networks);
 }
 
@@ -90,7 +89,7 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
   Forecast out;
   out.contact_maps = contact_maps_from_dct(dct, c)[0];
   torch::Tensor contacts = contact_points(scene, dct, c);
-  out.joints = frame.to_world(forecast_joints(impl_->motion.forward(observed, contacts), c.root)[0]);
+  out.joints = frame.to_world(impl_->motion(observed, contacts)[0]);
   const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
   out.contact_points = torch::cat({frame.to_world(contacts[0].narrow(2, 0, 3)) * touching, touching}, 2);
   out.points = points;

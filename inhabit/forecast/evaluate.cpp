@@ -2,18 +2,21 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <filesystem>
+#include <map>
 #include <memory>
 
 #include "inhabit/forecast/fast_contact_network.h"
-#include "inhabit/forecast/fast_motion_network.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/forecast/motion_of.h"
+#include "inhabit/metrics/bootstrap.h"
 #include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/method.h"
 
 namespace inhabit::forecast {
 namespace {
 
-constexpr int64_t kBatch = 8;
+constexpr int64_t kBatch = 8, kResamples = 1000;
 
 /// Windows that are forecast together.
 struct Windows {
@@ -44,35 +47,73 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
     out.push_back({"LTD", [ltd = model.ltd](const Windows& w, uint64_t) mutable {
                      return ltd->forward(w.past.flatten(2)).view_as(w.truth);
                    }});
-  const auto motion_method = [&](const MotionNetwork& network, const auto& contacts) {
-    return [fast = std::make_shared<FastMotionNetwork>(network), contacts, root = config.root](
-               const Windows& w, uint64_t) { return forecast_joints(fast->forward(w.past, contacts(w)), root); };
+  const auto add = [&](const std::string& name, Contacts kind, const auto& contacts) {
+    if (const Motion motion = motion_of(model, kind))
+      out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});
   };
-  if (!model.no_contact.is_empty())
-    out.push_back({"w/o contact", motion_method(model.no_contact, [](const Windows&) { return torch::Tensor(); })});
-  if (!model.contact.is_empty() && !model.motion.is_empty())
-    out.push_back(
-        {"predicted contact", motion_method(model.motion, [config, fast = std::make_shared<FastContactNetwork>(
-                                                                       model.contact)](const Windows& w) {
-           const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
-           return contact_points(w.points, dct, config);
-         })});
-  if (!model.motion.is_empty())
-    out.push_back({"w/ true contact", motion_method(model.motion, [config](const Windows& w) {
-                     return true_contact_points(w.points, w.truth, config);
-                   })});
+  add("w/o contact", Contacts::none, [](const Windows&) { return torch::Tensor(); });
+  if (!model.contact.is_empty())
+    add("predicted contact", Contacts::predicted,
+        [config, fast = std::make_shared<FastContactNetwork>(model.contact)](const Windows& w) {
+          const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
+          return contact_points(w.points, dct, config);
+        });
+  add("w/ true contact", Contacts::real,
+      [config](const Windows& w) { return true_contact_points(w.points, w.truth, config); });
   return out;
 }
 
-/// Errors summed over windows (T), metres.
-struct Sums {
-  torch::Tensor path, pose;
-  void add(const torch::Tensor& predicted, const torch::Tensor& truth, int64_t root) {
-    const torch::Tensor a = path_error(predicted, truth, root).sum(0), b = pose_error(predicted, truth, root).sum(0);
-    path = path.defined() ? path + a : a;
-    pose = pose.defined() ? pose + b : b;
+/// Lengths (..., T, bones) of joints (..., T, J, 3).
+torch::Tensor bone_lengths(const torch::Tensor& joints, const std::vector<int>& parents) {
+  std::vector<int64_t> child, parent;
+  for (size_t j = 0; j < parents.size(); ++j) {
+    if (parents[j] < 0) continue;
+    child.push_back(static_cast<int64_t>(j));
+    parent.push_back(parents[j]);
   }
-};
+  const int64_t dim = joints.dim() - 2;
+  return (joints.index_select(dim, torch::tensor(child)) - joints.index_select(dim, torch::tensor(parent)))
+      .norm(2, {-1});
+}
+
+/// What is measured of each window, a row (B, columns) in metres: path at the horizons and its mean, pose likewise,
+/// path and pose at the first frame, bones, and the bone that is off most.
+torch::Tensor measured(const Windows& w, const torch::Tensor& predicted, int64_t root,
+                       const std::vector<int>& parents) {
+  const int64_t T = w.truth.size(1);
+  const torch::Tensor path = path_error(predicted, w.truth, root), pose = pose_error(predicted, w.truth, root);
+  const torch::Tensor bones = (bone_lengths(predicted, parents) - bone_lengths(w.past, parents).mean(1, true)).abs();
+  std::vector<torch::Tensor> columns;
+  for (const torch::Tensor& error : {path, pose}) {
+    for (int64_t quarter = 1; quarter <= 4; ++quarter) columns.push_back(error.select(1, T * quarter / 4 - 1));
+    columns.push_back(error.mean(1));
+  }
+  columns.insert(columns.end(), {path.select(1, 0), pose.select(1, 0), bones.mean({1, 2}), bones.amax({1, 2})});
+  return torch::stack(columns, 1).to(torch::kDouble);
+}
+
+/// A row of the table from what was measured of its windows (W, columns).
+Scores scores_of(const std::string& method, const std::string& data, const torch::Tensor& metres) {
+  const torch::Tensor mm = metres * 1000, mean = mm.mean(0);
+  const torch::Tensor drawn = bootstrap_counts(mm.size(0), kResamples, 1).matmul(mm) / static_cast<double>(mm.size(0));
+  const auto at = [&](int64_t column) { return mean[column].item<double>(); };
+  Scores row;
+  row.method = method;
+  row.data = data;
+  for (int64_t i = 0; i < 5; ++i) {
+    row.path.push_back(at(i));
+    row.pose.push_back(at(5 + i));
+  }
+  row.seam_path = at(10);
+  row.seam_pose = at(11);
+  row.bones = at(12);
+  row.bones_most = mm.select(1, 13).max().item<double>();
+  for (int64_t i = 0; i < 13; ++i) {
+    const torch::Tensor column = drawn.select(1, i).contiguous();
+    row.intervals.push_back(half_interval({column.data_ptr<double>(), column.data_ptr<double>() + column.numel()}));
+  }
+  return row;
+}
 
 }  // namespace
 
@@ -80,8 +121,11 @@ Table evaluate(const Networks& model, const Data& data) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
+  Table table;
+  table.windows = data.size();
+  if (data.size() == 0) return table;
   const std::vector<ForecastMethod> methods = methods_of(model);
-  std::vector<Sums> sums(methods.size());
+  std::vector<std::vector<torch::Tensor>> parts(methods.size());
   for (int64_t first = 0; first < data.size(); first += kBatch) {
     std::vector<torch::Tensor> joints, points;
     for (int64_t i = first; i < std::min(data.size(), first + kBatch); ++i) {
@@ -91,53 +135,68 @@ Table evaluate(const Networks& model, const Data& data) {
     }
     const torch::Tensor all = torch::stack(joints);
     const Windows windows{all.slice(1, 0, P), all.slice(1, P), torch::stack(points)};
-    for (size_t m = 0; m < methods.size(); ++m) sums[m].add(methods[m].run(windows, 0), windows.truth, config.root);
+    for (size_t m = 0; m < methods.size(); ++m)
+      parts[m].push_back(
+          measured(windows, methods[m].run(windows, 0), config.root, data.windows().dataset(first).parents));
   }
 
-  Table table;
-  table.windows = data.size();
-  if (data.size() == 0) return table;
   for (int64_t quarter = 1; quarter <= 4; ++quarter)
     table.horizons.push_back(static_cast<double>(T * quarter / 4) / config.rate);
-  for (size_t m = 0; m < methods.size(); ++m) {
-    Scores row{methods[m].name, {}, {}};
-    const auto fill = [&](const torch::Tensor& sum, std::vector<double>& out) {
-      const torch::Tensor mm = sum * (1000.0 / static_cast<double>(data.size()));
-      for (int64_t quarter = 1; quarter <= 4; ++quarter) out.push_back(mm[T * quarter / 4 - 1].item<double>());
-      out.push_back(mm.mean().item<double>());
-    };
-    fill(sums[m].path, row.path);
-    fill(sums[m].pose, row.pose);
-    table.rows.push_back(row);
-  }
+  std::map<int32_t, std::vector<int64_t>> sets;
+  for (int64_t i = 0; i < data.size(); ++i) sets[data.windows().place(i).set].push_back(i);
+  std::vector<torch::Tensor> of_methods;
+  for (const auto& part : parts) of_methods.push_back(torch::cat(part));
+  for (size_t m = 0; m < methods.size(); ++m) table.rows.push_back(scores_of(methods[m].name, "", of_methods[m]));
+  if (sets.size() > 1)
+    for (const auto& [set, windows] : sets)
+      for (size_t m = 0; m < methods.size(); ++m)
+        table.rows.push_back(scores_of(methods[m].name, data.windows().dataset(windows.front()).folder,
+                                       of_methods[m].index_select(0, torch::tensor(windows))));
   return table;
 }
 
 ScoreTable score_table(const Table& table) {
   ScoreTable out;
-  out.labels = {"method"};
+  const bool several = !table.rows.empty() && !table.rows.back().data.empty();
+  if (several) out.labels = {"data"};
+  out.labels.emplace_back("method");
   for (const auto& [group, key] : {std::pair("Path Error (mm)", "path_error/"), {"Pose Error (mm)", "pose_error/"}}) {
     for (const double h : table.horizons)
       out.columns.push_back({group, fmt::format("{:.1f}s", h), key + fmt::format("{:.1f}s", h), 1});
     out.columns.push_back({group, "mean", key + std::string("mean"), 1});
   }
+  out.columns.push_back({"Seam (mm)", "path", "seam/path", 1});
+  out.columns.push_back({"Seam (mm)", "pose", "seam/pose", 1});
+  out.columns.push_back({"Bones (mm)", "mean", "bones/mean", 1});
+  out.columns.push_back({"Bones (mm)", "most", "bones/most", 1});
   for (const Scores& row : table.rows) {
     ScoreTable::Row r{{row.method}, {}};
-    for (const auto* values : {&row.path, &row.pose})
-      for (const double v : *values) r.cells.push_back({v, 0});
+    if (several)
+      r.labels.insert(r.labels.begin(), row.data.empty()
+                                            ? "all"
+                                            : std::filesystem::path(row.data).lexically_normal().filename().string());
+    std::vector<double> values = row.path;
+    values.insert(values.end(), row.pose.begin(), row.pose.end());
+    values.insert(values.end(), {row.seam_path, row.seam_pose, row.bones, row.bones_most});
+    for (size_t i = 0; i < values.size(); ++i)
+      r.cells.push_back({values[i], i < row.intervals.size() ? row.intervals[i] : 0});
     out.rows.push_back(r);
   }
   out.notes = {fmt::format("{} windows", table.windows)};
   return out;
 }
 
-std::string table_text(const Table& table) { return text_of(score_table(table)); }
+std::string table_text(const Table& table, bool intervals) {
+  ScoreTable out = score_table(table);
+  if (intervals) out.notes.front() += "; +- 95 % by bootstrap over windows";
+  return text_of(out, intervals);
+}
 
-nlohmann::ordered_json table_json(const Table& table) {
+nlohmann::ordered_json table_json(const Table& table, bool intervals) {
   return {{"horizons_seconds", table.horizons},
           {"windows", table.windows},
           {"unit", "millimetres"},
-          {"rows", rows_json(score_table(table))}};
+          {"rows", rows_json(score_table(table), intervals)}};
 }
 
 }  // namespace inhabit::forecast

@@ -27,4 +27,25 @@ MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& 
   return out;
 }
 
+ArticulatedLosses articulated_losses(const MotionForecast& forecast, const torch::Tensor& last,
+                                     const torch::Tensor& future, const torch::Tensor& contact_points,
+                                     const Config& config) {
+  const auto distance = [](const torch::Tensor& apart) { return (apart.square().sum(-1) + 1e-10).sqrt(); };
+  const torch::Tensor joints = forecast_joints(forecast, config.root);
+  const torch::Tensor apart = joints - future, path = apart.select(2, config.root);
+  const torch::Tensor others = torch::cat({apart.slice(2, 0, config.root), apart.slice(2, config.root + 1)}, 2);
+  const auto steps = [&](const torch::Tensor& all) {
+    return all - torch::cat({last.unsqueeze(1), all.slice(1, 0, all.size(1) - 1)}, 1);
+  };
+  ArticulatedLosses out;
+  out.path = distance(path).mean();
+  out.pose = distance(others - path.unsqueeze(2)).mean();
+  out.contact = (contact_points.select(3, 3) * (joints - contact_points.narrow(3, 0, 3)).square().sum(-1)).mean();
+  out.velocity = distance(steps(joints) - steps(future)).mean();
+  const Config::Training& t = config.training;
+  out.total = t.root_weight * out.path + t.pose_weight * out.pose + t.contact_weight * out.contact +
+              t.velocity_weight * out.velocity;
+  return out;
+}
+
 }  // namespace inhabit::forecast

@@ -24,4 +24,19 @@ struct MotionLosses {
 MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,
                            const torch::Tensor& contact_points, const Config& config);
 
+/// Terms of the articulated network's loss, each a scalar. They are what evaluations measure: distances, not their
+/// squares, so that a future that goes one way or another is not drawn to the middle.
+struct ArticulatedLosses {
+  torch::Tensor path;      ///< metres, mean distance of the root
+  torch::Tensor pose;      ///< metres, mean distance of the other joints relative to the root
+  torch::Tensor contact;   ///< Eq. 12, with true contact points whatever the network was given
+  torch::Tensor velocity;  ///< metres a frame, mean distance between steps of joints; the first is from the last pose
+  torch::Tensor total;     ///< their sum by config.training's weights
+};
+
+/// @param last (B, J, 3) the last observed joints, future (B, T, J, 3) and contact_points (B, T, J, 4) the true ones.
+ArticulatedLosses articulated_losses(const MotionForecast& forecast, const torch::Tensor& last,
+                                     const torch::Tensor& future, const torch::Tensor& contact_points,
+                                     const Config& config);
+
 }  // namespace inhabit::forecast

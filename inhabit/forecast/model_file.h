@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "inhabit/forecast/articulated_network.h"
 #include "inhabit/forecast/network.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/trajectory_graph.h"
@@ -10,10 +11,14 @@ namespace inhabit::forecast {
 /// Both stages of a forecasting model and its variants; a network that a file lacks is null.
 struct Networks {
   Config config;
-  ContactNetwork contact{nullptr};    ///< stage one, "contact_net." in the file
-  MotionNetwork motion{nullptr};      ///< stage two, "motion_net."
-  MotionNetwork no_contact{nullptr};  ///< stage two without contact points, "no_contact_net."
-  nn::TrajectoryGraph ltd{nullptr};   ///< LTD, which knows nothing of the scene, "ltd_net."
+  ContactNetwork contact{nullptr};          ///< stage one, "contact_net." in the file
+  MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
+  MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."
+  ArticulatedNetwork articulated{nullptr};  ///< stage two where config.decoder is "articulated", "articulated_net."
+  nn::TrajectoryGraph ltd{nullptr};         ///< LTD, which knows nothing of the scene, "ltd_net."
+
+  /// Whether there are a contact network and one that moves the person by what it predicts.
+  bool complete() const { return !contact.is_empty() && !(motion.is_empty() && articulated.is_empty()); }
 };
 
 /// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).

@@ -8,6 +8,7 @@
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/motion/mirror.h"
 #include "inhabit/scene/sampling.h"
 
 namespace inhabit::forecast {
@@ -37,7 +38,18 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
 }
 
 torch::Tensor Augmentation::operator()(const torch::Tensor& positions) const {
-  return torch::matmul(positions, rotation.t()) + shift;
+  return torch::matmul(mirror ? mirrored_points(positions) : positions, rotation.t()) + shift;
+}
+
+torch::Tensor Augmentation::joints(const torch::Tensor& positions) const {
+  return (*this)(mirror ? positions.index_select(positions.dim() - 2, other_sides()) : positions);
+}
+
+torch::Tensor Augmentation::contacts(const torch::Tensor& contact_points) const {
+  const torch::Tensor all =
+      mirror ? contact_points.index_select(contact_points.dim() - 2, other_sides()) : contact_points;
+  const torch::Tensor flag = all.narrow(-1, 3, 1);
+  return torch::cat({(*this)(all.narrow(-1, 0, 3)) * flag, flag}, -1);
 }
 
 Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {
@@ -49,6 +61,7 @@ Augmentation draw_augmentation(const Config& config, std::mt19937_64& random) {
 struct Data::Impl {
   Config config;
   WindowSet windows;
+  WindowKinds kinds{};
   mutable RecentCache<torch::Tensor> clips{
       kClipsKept, [this](const std::string& key) { return windows.load_clip(key).joints.contiguous(); }};
   mutable RecentCache<torch::Tensor> pools{kScenesKept, [this](const std::string& key) { return pool(key); }};
@@ -64,11 +77,16 @@ Data::Data(const std::vector<std::string>& folders, const std::string& split, co
                        if (static_cast<int>(set.parents.size()) != config.joints)
                          throw Error(set.folder,
                                      fmt::format("has {} joints, the model {}", set.parents.size(), config.joints));
-                     })}) {}
+                     })}) {
+  for (int64_t i = 0; i < size(); ++i)
+    (windows().entry(i).source.empty() ? impl_->kinds.generated : impl_->kinds.recorded).push_back(i);
+}
 
 Data::~Data() = default;
 
 const WindowSet& Data::windows() const { return impl_->windows; }
+
+const WindowKinds& Data::kinds() const { return impl_->kinds; }
 
 Sample Data::sample(int64_t index, uint64_t seed, bool augment) const {
   const Config& config = impl_->config;
@@ -88,7 +106,7 @@ Sample Data::sample(int64_t index, uint64_t seed, bool augment) const {
   out.joints = frame.to_window(out.joints);
   if (augment) {
     const Augmentation moved = draw_augmentation(config, random);
-    out.joints = moved(out.joints);
+    out.joints = moved.joints(out.joints);
     out.points = moved(out.points);
   }
   return out;

@@ -18,19 +18,28 @@ struct Sample {
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
 };
 
-/// A rotation about the vertical, then a shift on the floor.
+/// A mirror image or none, a rotation about the vertical, then a shift on the floor.
 struct Augmentation {
-  torch::Tensor rotation, shift;                                   ///< (3, 3), (3)
-  torch::Tensor operator()(const torch::Tensor& positions) const;  ///< (..., 3)
+  torch::Tensor rotation, shift;                                      ///< (3, 3), (3)
+  bool mirror = false;                                                ///< in the plane x = 0
+  torch::Tensor operator()(const torch::Tensor& positions) const;     ///< (..., 3)
+  torch::Tensor joints(const torch::Tensor& positions) const;         ///< (..., J, 3): sides change places in a mirror
+  torch::Tensor contacts(const torch::Tensor& contact_points) const;  ///< (..., J, 4), zeros where nothing touches
 };
 
-/// An angle in [0, pi) and a shift in [-0.5, 0.5) m; where windows face +Z (config.hips) an angle in [-0.3, 0.3) alone.
+/// An angle in [0, pi) and a shift in [-0.5, 0.5) m; where windows face +Z (config.hips) an angle in [-0.3, 0.3) alone,
+/// and a mirror image every other time where config.training.mirror is set.
 Augmentation draw_augmentation(const Config& config, std::mt19937_64& random);
 
 /// N points of a cloud `pool` (M, 3) at random among those within `radius` of `center` (3): without repetition where
 /// there are enough, else each at least once. Throws Error when none is near.
 torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center, double radius, int64_t count,
                           uint64_t seed);
+
+/// Indices of windows, by what the clips are.
+struct WindowKinds {
+  std::vector<int64_t> recorded, generated;
+};
 
 /// Windows of clips in rooms, read from native data sets as they are asked for; clips and scenes are kept only while
 /// recently used. Safe to use from several threads.
@@ -44,6 +53,7 @@ class Data {
   Data& operator=(const Data&) = delete;
 
   const WindowSet& windows() const;
+  const WindowKinds& kinds() const;
   int64_t size() const { return windows().size(); }
   /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
   Sample sample(int64_t index, uint64_t seed, bool augment) const;

@@ -1,16 +1,15 @@
 #include "inhabit/forecast/train.h"
 
+#include <cmath>
 #include <filesystem>
-#include <optional>
-#include <unordered_map>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
-#include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/losses.h"
 #include "inhabit/forecast/model_file.h"
+#include "inhabit/forecast/motion_batch.h"
 #include "inhabit/forecast/sample.h"
-#include "inhabit/math/random.h"
 #include "inhabit/metrics/forecast_error.h"
 #include "inhabit/nn/parameters.h"
 #include "inhabit/train/stages.h"
@@ -18,8 +17,10 @@
 namespace inhabit::forecast {
 namespace {
 
-// Stage "adapt" keeps a prediction of each of its windows: fewer, so that some 15,000 of 200 minutes take 150 MB.
-constexpr int64_t kAdaptStride = 15, kValidationStride = 30, kValidationWindows = 192;
+// A stage that keeps a prediction of each of its windows has fewer: some 15,000 of 200 minutes, which take 150 MB.
+constexpr int64_t kSparseStride = 15, kValidationStride = 30, kValidationWindows = 192;
+// Of the articulated network: decays of its weights' moving average and of the weights (AdamW).
+constexpr double kAverage = 0.999, kWeightDecay = 0.01;
 
 /// Windows as the contact network is trained on them.
 struct ContactBatch {
@@ -45,66 +46,19 @@ ContactBatch contact_batch(const Data& data, const Config& config, const std::ve
   return {points, contact_features(points, past, config), past, contact_targets(points, joints, config)};
 }
 
-/// Windows as motion networks are trained on them.
-struct MotionBatch {
-  torch::Tensor past;      // (B, P, J, 3)
-  torch::Tensor future;    // (B, T, J, 3)
-  torch::Tensor contacts;  // (B, T, J, 4) contact points
-
-  MotionBatch on(torch::Device d) const { return {past.to(d), future.to(d), contacts.to(d)}; }
-};
-
-/// Contact points (T, J, 4) of window `window`, the `place`-th of its batch, in the sample's axes.
-using ContactSource = std::function<torch::Tensor(int64_t place, int64_t window, const Sample& sample)>;
-
-ContactSource no_contacts(const Config& config) {
-  return [&config](int64_t, int64_t, const Sample&) { return torch::zeros({config.future, config.joints, 4}); };
-}
-
-ContactSource true_contacts(const Config& config) {
-  return [&config](int64_t, int64_t, const Sample& s) {
-    return true_contact_points(s.points.unsqueeze(0), s.joints.slice(0, config.past).unsqueeze(0), config)[0];
-  };
-}
-
-/// What the contact network predicts, in every `period`-th window of a batch the truth. A window's prediction is made
-/// once and kept (10 kB): its scene points must be the same every time.
-ContactSource predicted_contacts(const Config& config, const ContactNetwork& network, int64_t period) {
-  auto contact = std::make_shared<FastContactNetwork>(network);
-  auto known = std::make_shared<std::unordered_map<int64_t, torch::Tensor>>();
-  return
-      [&config, contact, known, period, truth = true_contacts(config)](int64_t place, int64_t window, const Sample& s) {
-        if (period > 0 && place % period == 0) return truth(place, window, s);
-        torch::Tensor& kept = (*known)[window];
-        if (!kept.defined()) {
-          const torch::Tensor points = s.points.unsqueeze(0), past = s.joints.slice(0, 0, config.past).unsqueeze(0);
-          const torch::Tensor dct = contact->forward(points, contact_features(points, past, config), past);
-          kept = contact_points(points, dct, config)[0].to(torch::kHalf);
-        }
-        return kept.to(torch::kFloat);
-      };
-}
-
-/// Scene points are drawn from `point_seed`, the augmentation from `seed`.
-MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
-                         const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed) {
-  torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> joints, touching;
-  for (size_t i = 0; i < windows.size(); ++i) {
-    Sample s = data.sample(windows[i], point_seed, false);
-    torch::Tensor contact = contacts(static_cast<int64_t>(i), windows[i], s);
-    if (seed) {
-      std::mt19937_64 random(item_seed(*seed, static_cast<uint64_t>(windows[i])));
-      const Augmentation moved = draw_augmentation(config, random);
-      s.joints = moved(s.joints);
-      const torch::Tensor flag = contact.narrow(2, 3, 1);
-      contact = torch::cat({moved(contact.narrow(2, 0, 3)) * flag, flag}, 2);
-    }
-    joints.push_back(s.joints);
-    touching.push_back(contact);
+/// The windows of a batch: those of its indices, or in their places windows of recordings and generated ones by the
+/// share that config.training.recorded gives the former.
+std::vector<int64_t> windows_of(const TrainStep& step, const Data& data, double recorded) {
+  const WindowKinds& kinds = data.kinds();
+  if (recorded <= 0 || kinds.recorded.empty() || kinds.generated.empty()) return step.indices;
+  std::vector<int64_t> out;
+  for (size_t i = 0; i < step.indices.size(); ++i) {
+    const auto place = static_cast<double>(i);
+    const bool real = std::floor((place + 1) * recorded) > std::floor(place * recorded);
+    const std::vector<int64_t>& some = real ? kinds.recorded : kinds.generated;
+    out.push_back(some[static_cast<size_t>(step.indices[i]) % some.size()]);
   }
-  const torch::Tensor all = torch::stack(joints);
-  return {all.slice(1, 0, config.past).contiguous(), all.slice(1, config.past).contiguous(), torch::stack(touching)};
+  return out;
 }
 
 /// The mean over evenly spread windows of the validation split of what `error` sums over some of them.
@@ -127,11 +81,13 @@ TrainTask contact_task(Networks& model, const Data& data, const Data& validation
   task.module = model.contact.ptr();
   task.networks = {{"contact_net.", model.contact.ptr()}};
   task.samples = data.size();
-  task.prepare =
-      batches([&](const TrainStep& step) { return contact_batch(data, config, step.indices, step.seed, true); },
-              [loss](const ContactBatch& b, const TrainStep&) {
-                return Losses{{"map", loss(b)}};
-              });
+  task.prepare = batches(
+      [&](const TrainStep& step) {
+        return contact_batch(data, config, windows_of(step, data, config.training.recorded), step.seed, true);
+      },
+      [loss](const ContactBatch& b, const TrainStep&) {
+        return Losses{{"map", loss(b)}};
+      });
   task.validate = [&, loss] {
     return validated(validation, 1, [&](const std::vector<int64_t>& some) {
       return loss(contact_batch(validation, config, some, 0, false)).item<double>();
@@ -140,15 +96,20 @@ TrainTask contact_task(Networks& model, const Data& data, const Data& validation
   return task;
 }
 
-/// Stage "motion", "no_contact" or "adapt".
+/// The sum over a batch's windows of path plus pose error, metres.
+double summed_error(const torch::Tensor& joints, const torch::Tensor& future, int root) {
+  return (path_error(joints, future, root).mean(1) + pose_error(joints, future, root).mean(1)).sum().item<double>();
+}
+
+/// Stage "motion", "no_contact" or "adapt" of the paper's network.
 TrainTask motion_task(const std::string& stage, Networks& model, const Data& data, const Data& validation,
                       torch::Device device) {
   const Config& config = model.config;
   MotionNetwork network = stage == "no_contact" ? model.no_contact : model.motion;
   const bool adapt = stage == "adapt";
   // Preparing runs beside validation, so that each has its own contact network.
-  const auto contacts = [&](int64_t period) {
-    if (adapt) return predicted_contacts(config, model.contact, period);
+  const auto contacts = [&] {
+    if (adapt) return predicted_contacts(config, model.contact);
     return stage == "motion" ? true_contacts(config) : no_contacts(config);
   };
   TrainTask task;
@@ -156,22 +117,54 @@ TrainTask motion_task(const std::string& stage, Networks& model, const Data& dat
   task.networks = {{stage == "no_contact" ? "no_contact_net." : "motion_net.", network.ptr()}};
   task.samples = data.size();
   task.prepare = batches(
-      [&, adapt, source = contacts(2)](const TrainStep& step) {
-        return motion_batch(data, config, step.indices, source, adapt ? 0 : step.seed, step.seed);
+      [&, adapt, source = adapt ? every_other_true(config, contacts()) : contacts()](const TrainStep& step) {
+        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source,
+                            adapt ? 0 : step.seed, step.seed);
       },
       [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
         const MotionBatch b = on_cpu.on(device);
         const MotionLosses l = motion_losses(network->forward(b.past, b.contacts), b.future, b.contacts, config);
         return Losses{{"total", l.total}, {"root", l.root}, {"local", l.local}, {"contact", l.contact}};
       });
-  task.validate = [&, network, source = contacts(0), device]() mutable {
+  task.validate = [&, network, source = contacts(), device]() mutable {
     return validated(validation, 32, [&](const std::vector<int64_t>& some) {
       const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
-      const torch::Tensor joints =
-          forecast_joints(network->forward(b.past.to(device), b.contacts.to(device)), config.root).cpu();
-      return (path_error(joints, b.future, config.root).mean(1) + pose_error(joints, b.future, config.root).mean(1))
-          .sum()
-          .item<double>();
+      return summed_error(
+          forecast_joints(network->forward(b.past.to(device), b.contacts.to(device)), config.root).cpu(), b.future,
+          config.root);
+    });
+  };
+  return task;
+}
+
+/// Stage "motion" of the articulated network: true, predicted and no contact points from the start. Validates with
+/// predicted ones.
+TrainTask articulated_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+  const Config& config = model.config;
+  ArticulatedNetwork network = model.articulated;
+  TrainTask task;
+  task.module = network.ptr();
+  task.networks = {{"articulated_net.", network.ptr()}, {"contact_net.", model.contact.ptr()}};
+  task.samples = data.size();
+  task.average = kAverage;
+  task.weight_decay = kWeightDecay;
+  task.prepare = batches(
+      [&, source = mixed_contacts(config, predicted_contacts(config, model.contact))](const TrainStep& step) {
+        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, 0, step.seed,
+                            /*truth=*/true);
+      },
+      [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
+        const MotionBatch b = on_cpu.on(device);
+        const ArticulatedLosses l = articulated_losses(network->forward(b.past, b.contacts, b.given),
+                                                       b.past.select(1, config.past - 1), b.future, b.truth, config);
+        return Losses{
+            {"total", l.total}, {"path", l.path}, {"pose", l.pose}, {"contact", l.contact}, {"velocity", l.velocity}};
+      });
+  task.validate = [&, network, source = predicted_contacts(config, model.contact), device]() mutable {
+    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
+      const MotionBatch b = motion_batch(validation, config, some, source, 0, {}).on(device);
+      return summed_error(forecast_joints(network->forward(b.past, b.contacts, b.given), config.root).cpu(),
+                          b.future.cpu(), config.root);
     });
   };
   return task;
@@ -189,7 +182,8 @@ TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, to
   task.samples = data.size();
   task.prepare = batches(
       [&, source = no_contacts(config)](const TrainStep& step) {
-        return motion_batch(data, config, step.indices, source, step.seed, step.seed);
+        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, step.seed,
+                            step.seed);
       },
       [forecast, device](const MotionBatch& b, const TrainStep&) mutable {
         const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
@@ -218,15 +212,23 @@ void adopt(Network& network, const Network& start, const std::string& prefix, co
 
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
-  const std::vector<std::string> names = chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
-                                                       {"contact", "motion", "no_contact", "adapt"});
+  if (config.training.mirror && (config.joints != kStandardJoints || config.hips.empty()))
+    throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
+  const bool articulated = config.decoder == "articulated";
+  const std::vector<std::string> names =
+      articulated ? chosen_stages(run.stages, {"contact", "motion", "ltd"}, {"contact", "motion"})
+                  : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
+                                  {"contact", "motion", "no_contact", "adapt"});
   const Config::Training& t = config.training;
-  const Data data(run.data, "train", config, t.stride), adapt_data(run.data, "train", config, kAdaptStride),
+  const Data data(run.data, "train", config, t.stride), sparse_data(run.data, "train", config, kSparseStride),
       validation(run.data, "val", config, kValidationStride);
   if (data.size() == 0)
     throw Error(run.data.front(),
                 "has no training window of " + std::to_string(config.past + config.future) + " frames");
   if (validation.size() == 0) throw Error(run.data.front(), "has no validation window");
+  // Stages that keep a prediction of each window.
+  const auto sparse = [&](const std::string& name) { return name == "adapt" || (articulated && name == "motion"); };
+  const auto data_of = [&](const std::string& name) -> const Data& { return sparse(name) ? sparse_data : data; };
 
   const Networks start = run.from.empty() ? Networks{} : load_networks(run.from);
   Networks model;
@@ -242,6 +244,21 @@ bool train(const TrainRun& run, const Config& config) {
       adopt(model.ltd, start.ltd, "ltd_net.", run.from);
       return ltd_task(model, data, validation, run.device);
     }
+    const Networks before = sparse(name) && std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
+    if (sparse(name)) {
+      model.contact = ContactNetwork(config);
+      const ContactNetwork& known = before.contact.is_empty() ? start.contact : before.contact;
+      if (known.is_empty() || (name == "adapt" && before.motion.is_empty()))
+        throw Error(run.out, name == "adapt" ? "lacks the contact or the motion network that stage adapt goes on from"
+                                             : "lacks the contact network whose predictions stage motion takes");
+      adopt(model.contact, known, "contact_net.", before.contact.is_empty() ? run.from : run.out);
+      model.contact->eval();
+    }
+    if (articulated) {
+      model.articulated = ArticulatedNetwork(config);
+      adopt(model.articulated, start.articulated, "articulated_net.", run.from);
+      return articulated_task(model, sparse_data, validation, run.device);
+    }
     if (name == "no_contact") {
       model.no_contact = MotionNetwork(config, /*with_contact=*/false);
       adopt(model.no_contact, start.no_contact, "no_contact_net.", run.from);
@@ -249,14 +266,8 @@ bool train(const TrainRun& run, const Config& config) {
       model.motion = MotionNetwork(config);
       adopt(model.motion, start.motion, "motion_net.", run.from);
     }
-    if (name == "adapt") {
-      const Networks before = std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
-      if (before.contact.is_empty() || before.motion.is_empty())
-        throw Error(run.out, "lacks the contact or the motion network that stage adapt goes on from");
-      model.contact = before.contact;
-      model.motion = before.motion;
-    }
-    return motion_task(name, model, name == "adapt" ? adapt_data : data, validation, run.device);
+    if (name == "adapt") model.motion = before.motion;
+    return motion_task(name, model, data_of(name), validation, run.device);
   };
   std::vector<TrainStage> stages;
   for (const std::string& name : names) {
@@ -271,8 +282,7 @@ bool train(const TrainRun& run, const Config& config) {
                      12,
                      [&, name] { return make_task(name); }};
     if (stage.steps == 0)
-      stage.steps = (adapt ? 10 : 50) *
-                    std::max<int64_t>(1, (adapt ? adapt_data : data).size() / std::max<int64_t>(1, stage.batch));
+      stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, stage.batch));
     stages.push_back(stage);
   }
   return run_stages(stages, model_header(config), run);

@@ -5,8 +5,7 @@
 namespace inhabit {
 namespace {
 
-/// Index of the joint on the other side, of every joint of the standard skeleton.
-torch::Tensor other_sides() {
+torch::Tensor find_other_sides() {
   std::vector<int64_t> out;
   const std::vector<std::string>& names = standard_joint_names();
   for (const std::string& name : names) {
@@ -18,13 +17,6 @@ torch::Tensor other_sides() {
   return torch::tensor(out);
 }
 
-/// Points (..., 3), or what else has its first number change sign.
-torch::Tensor mirrored_points(const torch::Tensor& points) {
-  torch::Tensor out = points.clone();
-  out.select(-1, 0).neg_();
-  return out;
-}
-
 /// Axis-angle (..., 3) of the mirrored rotation.
 torch::Tensor mirrored_turns(const torch::Tensor& turns) {
   torch::Tensor out = turns.clone();
@@ -34,12 +26,27 @@ torch::Tensor mirrored_turns(const torch::Tensor& turns) {
 
 }  // namespace
 
+const torch::Tensor& other_sides() {
+  static const torch::Tensor other = find_other_sides();
+  return other;
+}
+
+torch::Tensor mirrored_points(const torch::Tensor& points) {
+  torch::Tensor out = points.clone();
+  out.select(-1, 0).neg_();
+  return out;
+}
+
+torch::Tensor mirrored_joints(const torch::Tensor& joints) {
+  return mirrored_points(joints.index_select(joints.dim() - 2, other_sides()));
+}
+
 Clip mirrored(const Clip& clip) {
-  static const torch::Tensor other = other_sides();
+  const torch::Tensor& other = other_sides();
   static const torch::Tensor hands = torch::tensor({int64_t{1}, int64_t{0}});
   Clip out = clip;
   out.skeleton.offsets = mirrored_points(clip.skeleton.offsets.index_select(0, other));
-  out.joints = mirrored_points(clip.joints.index_select(1, other));
+  out.joints = mirrored_joints(clip.joints);
   if (clip.rotations.defined()) out.rotations = mirrored_turns(clip.rotations.index_select(1, other));
   if (clip.trans.defined()) out.trans = mirrored_points(clip.trans);
   if (clip.translations.defined()) out.translations = mirrored_points(clip.translations.index_select(1, other));

@@ -58,7 +58,8 @@ void add_forecast(py::module_& m) {
           "one, at any rate, and predicts what comes.\n\n"
           "scene: left out, a flat floor under the feet is assumed. points: scene points looked at, 0 as the model "
           "was\n"
-          "trained; seed draws them. refine: feet stand, nobody is inside the scene. standard: on_source is not wanted. name: "
+          "trained; seed draws them. refine: feet stand, nobody is inside the scene. standard: on_source is not "
+          "wanted. name: "
           "what\n"
           "errors call the clip.");
 }

@@ -36,8 +36,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const TempFolder folder;
   const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
   const CommandResult r = run_command("train forecast --stage all --data " + data + " --out " + model +
-                                      " --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
-                                      " training.contact_batch=2 training.motion_batch=2");
+                                      " --set decoder=recurrent training.contact_steps=2 training.motion_steps=4"
+                                      " training.adapt_steps=2 training.contact_batch=2 training.motion_batch=2");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const SafeTensors trained = read_safetensors(model);
   const SafeTensors shipped = read_safetensors(kShipped);
@@ -62,28 +62,45 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   EXPECT_EQ(f.exit_code, 0) << f.err;
 
   // A stage of its own keeps what the file holds of the others.
-  ASSERT_EQ(
-      run_command(
-          "train forecast --stage motion --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
-          " training.contact_batch=2 training.motion_batch=2 --seed 9 --data " +
-          data + " --out " + model)
-          .exit_code,
-      0);
+  ASSERT_EQ(run_command("train forecast --stage motion --set decoder=recurrent training.contact_steps=2 "
+                        "training.motion_steps=4 training.adapt_steps=2"
+                        " training.contact_batch=2 training.motion_batch=2 --seed 9 --data " +
+                        data + " --out " + model)
+                .exit_code,
+            0);
   const SafeTensors after = read_safetensors(model);
   for (const auto& [name, tensor] : of_network(trained, "contact_net."))
     EXPECT_TRUE(torch::equal(after.tensors.at(name), tensor)) << name;
   EXPECT_FALSE(
       torch::equal(after.tensors.at("motion_net.x_enc.weight"), trained.tensors.at("motion_net.x_enc.weight")));
-  ASSERT_EQ(
-      run_command(
-          "train forecast --stage contact --set training.contact_steps=2 training.motion_steps=4 training.adapt_steps=2"
-          " training.contact_batch=2 training.motion_batch=2 --data " +
-          data + " --out " + model)
-          .exit_code,
-      0);
+  ASSERT_EQ(run_command("train forecast --stage contact --set decoder=recurrent training.contact_steps=2 "
+                        "training.motion_steps=4 training.adapt_steps=2"
+                        " training.contact_batch=2 training.motion_batch=2 --data " +
+                        data + " --out " + model)
+                .exit_code,
+            0);
   const SafeTensors last = read_safetensors(model);
   for (const auto& [name, tensor] : of_network(after, "motion_net."))
     EXPECT_TRUE(torch::equal(last.tensors.at(name), tensor)) << name;
+}
+
+TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
+  const TempFolder folder;
+  const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
+  const CommandResult r = run_command("train forecast --data " + data + " --out " + model +
+                                      " --set training.contact_steps=2 training.motion_steps=4 articulated.width=16"
+                                      " training.contact_batch=2 training.motion_batch=2");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const SafeTensors trained = read_safetensors(model);
+  for (const char* network : {"contact_net.", "articulated_net."})
+    EXPECT_GT(of_network(trained, network).size(), 10U) << network;
+  EXPECT_TRUE(of_network(trained, "motion_net.").empty());
+  const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
+  EXPECT_EQ(f.exit_code, 0) << f.err;
+  const CommandResult e = run_command("eval contacts --data " + data + " --split val --model " + model);
+  EXPECT_EQ(e.exit_code, 0) << e.err;
+  for (const char* part : {"feet on the floor", "all others", "left_wrist", "L = 12", "precision"})
+    EXPECT_THAT(e.out, ::testing::HasSubstr(part));
 }
 
 /// Resuming itself is protected by tests/forecast/train_test.cpp; here, what a shell is told.
@@ -91,10 +108,10 @@ TEST(Train, AnInterruptedRunEndsWith130AndSaysHowToGoOn) {
   const TempFolder folder;
   const std::string data = make_tiny_rooms(folder), model = folder / "m.safetensors", said = folder / "said";
   // A pipe: `read` waits for the first line that the run says, and the run is far from its end then.
-  const CommandResult r =
-      run_program("sh -c 'mkfifo " + said + "; " INHABIT_COMMAND " train forecast --stage motion --set" +
-                  " training.motion_steps=100000 training.motion_batch=2 --data " + data + " --out " + model + " >" +
-                  said + " & pid=$!; exec 3<" + said + "; read line <&3; kill -INT $pid; cat <&3; wait $pid'");
+  const CommandResult r = run_program(
+      "sh -c 'mkfifo " + said + "; " INHABIT_COMMAND " train forecast --stage motion --set" +
+      " decoder=recurrent training.motion_steps=100000 training.motion_batch=2 --data " + data + " --out " + model +
+      " >" + said + " & pid=$!; exec 3<" + said + "; read line <&3; kill -INT $pid; cat <&3; wait $pid'");
   EXPECT_EQ(r.exit_code, 130) << r.err;
   EXPECT_THAT(r.out, ::testing::HasSubstr("--resume goes on from there"));
   EXPECT_TRUE(std::filesystem::exists(model + ".checkpoint.safetensors"));
@@ -130,7 +147,10 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
   const Refused bad;
   const std::string data = "--data " + make_tiny_rooms(bad), out = " --out " + bad.out + "/m.safetensors";
   bad.expect(data + out + " --resume", {"m.safetensors.checkpoint.safetensors", "no such file"});
-  bad.expect(data + out + " --stage adapt", {"m.safetensors", "lacks the contact or the motion network"});
+  bad.expect(data + out + " --set decoder=recurrent --stage adapt",
+             {"m.safetensors", "lacks the contact or the motion network"});
+  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, ltd"});
+  bad.expect(data + out + " --stage motion", {"m.safetensors", "lacks the contact network"});
   bad.expect(data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "there is no folder"});
 
   const std::string contact = bad / "contact.safetensors";
@@ -138,7 +158,8 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
   only.tensors = of_network(only, "contact_net.");
   write_safetensors(contact, only);
   const std::string before = read_whole_file(contact);
-  bad.expect(data + " --stage adapt --out " + contact, {contact, "lacks the contact or the motion network"});
+  bad.expect(data + " --set decoder=recurrent --stage adapt --out " + contact,
+             {contact, "lacks the contact or the motion network"});
   EXPECT_EQ(read_whole_file(contact), before);
 }
 

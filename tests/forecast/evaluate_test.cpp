@@ -36,6 +36,30 @@ TEST(EvaluateForecast, BaselinesOfAPersonAtConstantVelocityAreTheClosedForms) {
     EXPECT_NEAR(held->pose[i], 0, 0.01) << i;
     EXPECT_NEAR(moving->pose[i], 0, 0.01) << i;
   }
+  EXPECT_NEAR(held->seam_path, 40, 0.01);
+  EXPECT_NEAR(held->seam_pose, 0, 0.01);
+  EXPECT_NEAR(moving->seam_path, 0, 0.01);
+  EXPECT_NEAR(held->bones, 0, 0.01);
+  EXPECT_NEAR(held->bones_most, 0, 0.01);
+  ASSERT_EQ(held->intervals.size(), 13U);
+  EXPECT_NEAR(held->intervals[0], 0, 0.05);  // all windows are alike
+}
+
+TEST(EvaluateForecast, SeveralDataSetsHaveRowsOfTheirOwnWithIntervals) {
+  const TempFolder folder;
+  Networks none;
+  none.config = preset("compact");
+  const Data data({write_walkers(folder / "one"), write_walkers(folder / "two", 30, 1)}, "all", none.config, 30);
+  const Table table = evaluate(none, data);
+  ASSERT_EQ(table.rows.size(), 6U);
+  EXPECT_EQ(table.rows[0].data, "");
+  EXPECT_THAT(table.rows[2].data, ::testing::EndsWith("one"));
+  EXPECT_THAT(table.rows[4].data, ::testing::EndsWith("two"));
+  for (size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(table.rows[0].pose[i], (table.rows[2].pose[i] + table.rows[4].pose[i]) / 2, 1e-6) << i;
+  EXPECT_GT(table.rows[0].intervals[5], 0);
+  EXPECT_THAT(table_text(table, true), ::testing::HasSubstr("+- 95 % by bootstrap over windows"));
+  EXPECT_EQ(table_json(table)["rows"][2]["data"], "one");
 }
 
 TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {

@@ -14,6 +14,8 @@
 
 #include "forecast/small_config.h"
 #include "forecast/walker_data.h"
+#include "inhabit/error.h"
+#include "inhabit/forecast/model_file.h"
 #include "inhabit/io/safetensors.h"
 #include "temp_folder.h"
 
@@ -90,6 +92,39 @@ void expect_resumed_alike(const std::vector<std::string>& stages, const std::str
 TEST(TrainForecast, AnInterruptedContactStageResumesToTheSameNumbers) { expect_resumed_alike({"contact"}, "contact"); }
 
 TEST(TrainForecast, ARunInterruptedInALaterStageResumesToTheSameNumbers) { expect_resumed_alike({}, "motion"); }
+
+TEST(TrainForecast, TheArticulatedNetworkLearnsWithPredictedContactsFromTheStartAndResumes) {
+  const TempFolder folder;
+  Config c = tiny_config();
+  c.hips = {1, 2};
+  c.decoder = "articulated";
+  c.articulated.width = 16;
+  c.articulated.blocks = 1;
+  c.articulated.stride = 1;
+  c.articulated.coefficients = 5;
+  c.training.mirror = true;
+  c.training.recorded = 0.5;
+  TrainRun run;
+  run.data = {write_walkers(folder / "walkers")};
+  run.stages = {"motion"};
+  run.out = folder / "alone.safetensors";
+  EXPECT_THROW(train(run, c), Error) << "there is no contact network whose predictions it could take";
+  run.stages = {"adapt"};
+  EXPECT_THROW(train(run, c), Error) << "there is no such stage";
+
+  run.stages = {"contact"};
+  run.out = folder / "contact.safetensors";
+  ASSERT_TRUE(train(run, c));
+  run.stages = {"motion"};
+  run.from = run.out;
+  run.out = folder / "both.safetensors";
+  ASSERT_TRUE(train(run, c));
+  const Networks made = load_networks(run.out), contact = load_networks(run.from);
+  ASSERT_TRUE(made.complete());
+  EXPECT_TRUE(torch::equal(made.contact->x_enc->weight, contact.contact->x_enc->weight)) << "it is taken as it is";
+  EXPECT_GT(made.articulated->out->weight.abs().max().item<double>(), 0);
+  EXPECT_TRUE(made.no_contact.is_empty());
+}
 
 }  // namespace
 }  // namespace inhabit::forecast

@@ -1,0 +1,84 @@
+#include <cstdio>
+#include <memory>
+
+#include "inhabit/error.h"
+#include "inhabit/forecast/evaluate.h"
+#include "inhabit/forecast/evaluate_contacts.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/shipped_model.h"
+#include "outputs.h"
+#include "settings.h"
+#include "verbs.h"
+
+namespace {
+
+struct ForecastEvaluation {
+  std::vector<std::string> data, settings;
+  std::string split = "test", model, json;
+  int stride = 30;
+  bool intervals = false;
+};
+
+/// What both verbs are asked for.
+std::shared_ptr<ForecastEvaluation> add_options(CLI::App& verb) {
+  auto o = std::make_shared<ForecastEvaluation>();
+  verb.add_option("--data", o->data, "Native data set folders")->required();
+  verb.add_option("--split", o->split, "train, val, test or all")
+      ->check(CLI::IsMember({"train", "val", "test", "all"}))
+      ->capture_default_str();
+  verb.add_option("--model", o->model, "Model file (default: the one that ships)");
+  verb.add_option("--stride", o->stride, "Frames from one window to the next")
+      ->check(whole_over_zero)
+      ->capture_default_str();
+  add_settings(verb, o->settings);
+  verb.add_option("--json", o->json, "Also write the table as JSON");
+  return o;
+}
+
+inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
+  if (!o.json.empty()) require_writable(o.json);
+  inhabit::forecast::Networks model = inhabit::forecast::load_networks(
+      o.model.empty() ? inhabit::shipped_model("forecast-compact.safetensors") : o.model);
+  set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
+  return model;
+}
+
+void require_windows(const ForecastEvaluation& o, const inhabit::forecast::Data& data) {
+  if (data.size() == 0)
+    throw inhabit::Error(o.data.front(),
+                         "has no window of " + std::to_string(data.windows().frames()) + " frames in split " + o.split);
+}
+
+}  // namespace
+
+void add_eval_forecast(CLI::App& verb) {
+  CLI::App* forecast =
+      verb.add_subcommand("forecast", "Path and pose error of contact-aware forecasting and its baselines");
+  const auto o = add_options(*forecast);
+  forecast->add_flag("--intervals", o->intervals, "95 % intervals behind the means, by bootstrap over windows");
+  forecast->callback([o] {
+    const inhabit::forecast::Networks model = model_of(*o);
+    const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
+    require_windows(*o, data);
+    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data);
+    if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table, o->intervals).dump(2) + "\n");
+    std::printf("%s", table_text(table, o->intervals).c_str());
+  });
+}
+
+void add_eval_contacts(CLI::App& verb) {
+  CLI::App* contacts = verb.add_subcommand(
+      "contacts", "Precision and recall of forecast contacts by joint and second, and what L and N cost");
+  const auto o = add_options(*contacts);
+  contacts->callback([o] {
+    const inhabit::forecast::Networks model = model_of(*o);
+    inhabit::forecast::Config dense = model.config;
+    dense.points = inhabit::forecast::kDensePoints;
+    const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
+    require_windows(*o, data);
+    const inhabit::ScoreTable table =
+        inhabit::forecast::evaluate_contacts(model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride));
+    if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table).dump(2) + "\n");
+    std::printf("%s", inhabit::text_of(table).c_str());
+  });
+}

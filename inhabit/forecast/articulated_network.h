@@ -1,0 +1,60 @@
+#pragma once
+#include <torch/torch.h>
+
+#include <vector>
+
+#include "inhabit/forecast/network.h"
+
+namespace inhabit::forecast {
+
+/// Angular velocities (B, A, 3), radians a frame, in the window's axes, of the joints that have children, as they turn
+/// the bones to these from where they were a frame earlier: least squares over a joint's bones, the least turn where
+/// there is but one. @param before, now (B, J, 3) joints.
+torch::Tensor angular_velocities(const torch::Tensor& before, const torch::Tensor& now);
+
+/// Joints (B, T, 22, 3) of forward kinematics on the bones of `last` (B, 22, 3), as it stands: the root goes along
+/// `path` (B, T, 3), and each of the 17 joints that have children turns the bones to them by `turns` (B, T, 17, 3, 3),
+/// rotations in the window's axes since `last`. The lengths of bones, and the angles between those of one joint, are
+/// those of `last`, whosever body that is.
+torch::Tensor posed_from(const torch::Tensor& last, const torch::Tensor& path, const torch::Tensor& turns);
+
+/// What contact points a forecast is given, as the network is told: (B, 2), whether there are any, and whether they are
+/// predicted.
+torch::Tensor contacts_given(int64_t batch, bool any, bool predicted);
+
+/// Predicts how the person goes on from the last observed pose: displacements of the root and rotations of the joints
+/// that forward kinematics poses on the person's own bones (posed_from). Not in the paper. Root velocity and angular
+/// velocities of the last frame go on and die away; the network adds DCT coefficients over the future, through a gate
+/// that is 0, and has slope 0, at the last observed frame. Its tokens are frames of past and future: what was observed,
+/// then the continuation with the contact points; blocks mix tokens, then channels (MLP-Mixer; Tolstikhin et al. 2021).
+struct ArticulatedNetworkImpl : torch::nn::Module {
+  explicit ArticulatedNetworkImpl(const Config& config);
+
+  /// @param past (B, P, 22, 3) joints, origin at the root of the last observed frame, who faces +Z in it.
+  /// @param contact_points (B, T, 22, 4) position and 0/1; zeros where none are given.
+  /// @param given (B, 2) of contacts_given.
+  MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
+
+  struct Block {
+    torch::nn::LayerNorm token_norm{nullptr}, channel_norm{nullptr};
+    torch::nn::Linear tokens{nullptr}, widen{nullptr}, narrow{nullptr};
+  };
+  Config config;
+  torch::nn::Linear motion_in{nullptr}, person_in{nullptr}, contact_in{nullptr}, coefficients{nullptr}, out{nullptr};
+  torch::nn::LayerNorm out_norm{nullptr};
+  std::vector<Block> blocks;
+  torch::Tensor place;  ///< (S, width) added to each token
+
+ private:
+  struct Continued {
+    torch::Tensor path, turns;  ///< (B, T, 3), (B, T, 17, 6)
+  };
+  Continued continued(const torch::Tensor& past) const;
+  torch::Tensor tokens(const torch::Tensor& past, const torch::Tensor& continued, const torch::Tensor& contact_points,
+                       const torch::Tensor& given);
+  int64_t past_tokens_, future_tokens_;
+  torch::Tensor gate_, from_dct_;  ///< (T, 1), (T, coefficients)
+};
+TORCH_MODULE(ArticulatedNetwork);
+
+}  // namespace inhabit::forecast

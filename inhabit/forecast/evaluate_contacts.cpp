@@ -1,0 +1,141 @@
+#include "inhabit/forecast/evaluate_contacts.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <functional>
+#include <limits>
+#include <memory>
+
+#include "inhabit/body/skeleton.h"
+#include "inhabit/error.h"
+#include "inhabit/forecast/fast_contact_network.h"
+#include "inhabit/forecast/features.h"
+
+namespace inhabit::forecast {
+namespace {
+
+using torch::Tensor;
+
+constexpr double kFloorShare = 0.01;  // of a window's scene points that lie below its floor: things under it
+constexpr double kOnFloor = 0.05;     // metres
+
+/// A window, and contact points (1, T, J, 4) made of it.
+struct Touching {
+  Tensor points, dense;  // (1, N, 3)
+  Tensor joints;         // (1, P+T, J, 3)
+};
+struct Source {
+  std::string name;
+  std::function<Tensor(const Touching&)> contacts;
+};
+
+std::vector<Source> sources_of(const Networks& model) {
+  const Config& c = model.config;
+  const auto past = [c](const Touching& w) { return w.joints.slice(1, 0, c.past).contiguous(); };
+  std::vector<Source> out = {
+      {fmt::format("true, N = {}", c.points),
+       [c](const Touching& w) { return true_contact_points(w.points, w.joints.slice(1, c.past), c); }},
+      {fmt::format("true, N = {}, L = {}", c.points, c.contact_coefficients),
+       [c](const Touching& w) { return contact_points(w.points, contact_targets(w.points, w.joints, c), c); }},
+      {"last map kept",
+       [c, past](const Touching& w) { return contact_points(w.points, contact_features(w.points, past(w), c), c); }}};
+  if (!model.contact.is_empty())
+    out.push_back(
+        {"predicted", [c, past, fast = std::make_shared<FastContactNetwork>(model.contact)](const Touching& w) {
+           return contact_points(w.points, fast->forward(w.points, contact_features(w.points, past(w), c), past(w)), c);
+         }});
+  return out;
+}
+
+/// Contacts (1, T, J) of feet with the floor.
+Tensor on_floor(const Tensor& contacts, double floor) {
+  static const Tensor feet = [] {
+    Tensor out = torch::zeros({kStandardJoints}, torch::kBool);
+    for (int j = 0; j < kStandardJoints; ++j) {
+      const std::string& name = standard_joint_names()[static_cast<size_t>(j)];
+      out[j] = name.find("ankle") != std::string::npos || name.find("foot") != std::string::npos;
+    }
+    return out;
+  }();
+  return feet & ((contacts.select(3, 1) - floor).abs() < kOnFloor);
+}
+
+/// Counts (4: right, wrong, missed, metres apart; 2: on the floor, others; seconds; J) of one source.
+struct Counts {
+  Tensor sums;
+
+  void add(const Tensor& got, const Tensor& real, double floor, int64_t second) {
+    const Tensor says = got.select(3, 3) > 0.5, is = real.select(3, 3) > 0.5;
+    const Tensor apart = (got.narrow(3, 0, 3) - real.narrow(3, 0, 3)).norm(2, {3});
+    std::vector<Tensor> kinds;
+    for (const bool of_floor : {true, false}) {
+      const Tensor real_kind = on_floor(real, floor) == of_floor, got_kind = on_floor(got, floor) == of_floor;
+      const std::vector<Tensor> each = {
+          (says & is & real_kind).to(torch::kDouble), (says & ~is & got_kind).to(torch::kDouble),
+          (is & ~says & real_kind).to(torch::kDouble), (apart * (says & is & real_kind)).to(torch::kDouble)};
+      std::vector<Tensor> seconds;
+      for (const Tensor& part : torch::stack(each).select(1, 0).split(second, 1)) seconds.push_back(part.sum(1));
+      kinds.push_back(torch::stack(seconds, 1));  // (4, seconds, J)
+    }
+    const Tensor all = torch::stack(kinds, 1);
+    sums = sums.defined() ? sums + all : all;
+  }
+};
+
+/// Cells of a row from counts (4, seconds).
+std::vector<Estimate> cells_of(const Tensor& counts) {
+  const auto ratio = [](const Tensor& a, const Tensor& b) {
+    const auto below = b.item<double>();
+    return Estimate{below > 0 ? a.item<double>() / below : std::numeric_limits<double>::quiet_NaN()};
+  };
+  std::vector<Estimate> out;
+  for (int64_t s = 0; s < counts.size(1); ++s) {
+    const Tensor right = counts[0][s], wrong = counts[1][s], missed = counts[2][s];
+    out.push_back(ratio(right, right + wrong));
+    out.push_back(ratio(right, right + missed));
+    out.push_back(ratio(counts[3][s] * 1000, right));
+  }
+  return out;
+}
+
+}  // namespace
+
+ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense) {
+  torch::NoGradGuard no_grad;
+  const Config& config = model.config;
+  if (config.joints != kStandardJoints) throw Error("eval contacts", "needs a model of the standard 22 joints");
+  if (data.size() == 0 || data.size() != dense.size()) throw Error("eval contacts", "has no window");
+  const std::vector<Source> sources = sources_of(model);
+  std::vector<Counts> counts(sources.size());
+  const auto second = std::min<int64_t>(config.future, std::llround(config.rate));
+  for (int64_t i = 0; i < data.size(); ++i) {
+    const Sample s = data.sample(i, 0, false), d = dense.sample(i, 0, false);
+    const Touching w{s.points.unsqueeze(0), d.points.unsqueeze(0), s.joints.unsqueeze(0)};
+    const double floor = d.points.select(1, 1).contiguous().quantile(kFloorShare).item<double>();
+    const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
+    for (size_t k = 0; k < sources.size(); ++k) counts[k].add(sources[k].contacts(w), real, floor, second);
+  }
+
+  ScoreTable out;
+  out.labels = {"contacts", "of"};
+  for (int64_t first = 0; first < config.future; first += second) {
+    const std::string group = fmt::format("second {}", first / second + 1),
+                      key = fmt::format("second{}", first / second + 1);
+    out.columns.push_back({group, "precision", key + "/precision", 3});
+    out.columns.push_back({group, "recall", key + "/recall", 3});
+    out.columns.push_back({group, "apart (mm)", key + "/apart", 0});
+  }
+  for (size_t k = 0; k < sources.size(); ++k) {
+    const Tensor joints = counts[k].sums.sum(3);  // (4, 2, seconds)
+    out.rows.push_back({{sources[k].name, "feet on the floor"}, cells_of(joints.select(1, 0))});
+    out.rows.push_back({{sources[k].name, "all others"}, cells_of(joints.select(1, 1))});
+  }
+  if (!model.contact.is_empty())
+    for (int j = 0; j < kStandardJoints; ++j)
+      out.rows.push_back({{sources.back().name, standard_joint_names()[static_cast<size_t>(j)]},
+                          cells_of(counts.back().sums.sum(1).select(2, j))});
+  out.notes = {fmt::format("{} windows; real: contacts among {} scene points", data.size(), kDensePoints)};
+  return out;
+}
+
+}  // namespace inhabit::forecast

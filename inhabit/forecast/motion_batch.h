@@ -1,0 +1,49 @@
+#pragma once
+#include <torch/types.h>
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "inhabit/forecast/network.h"
+#include "inhabit/forecast/sample.h"
+
+namespace inhabit::forecast {
+
+/// Windows as motion networks are trained on them.
+struct MotionBatch {
+  torch::Tensor past;      ///< (B, P, J, 3)
+  torch::Tensor future;    ///< (B, T, J, 3)
+  torch::Tensor contacts;  ///< (B, T, J, 4) contact points that the network is given
+  torch::Tensor given;     ///< (B, 2) what they are: contacts_given
+  torch::Tensor truth;     ///< (B, T, J, 4) true contact points; undefined unless asked for
+
+  MotionBatch on(torch::Device d) const {
+    return {past.to(d), future.to(d), contacts.to(d), given.to(d), truth.defined() ? truth.to(d) : truth};
+  }
+};
+
+/// Contact points (T, J, 4) of a window in its sample's axes, and whether there are any and they are predicted.
+struct GivenContacts {
+  torch::Tensor points;
+  bool any = false, predicted = false;
+};
+/// @param place of the window in its batch, @param draw a number of the window's and the step's own.
+using ContactSource = std::function<GivenContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;
+
+ContactSource no_contacts(const Config& config);
+ContactSource true_contacts(const Config& config);
+/// What the contact network predicts. A window's prediction is made once and kept (10 kB): its scene points must be
+/// the same every time. Not safe to use from several threads.
+ContactSource predicted_contacts(const Config& config, const ContactNetwork& network);
+/// The truth in every other window of a batch, else `predicted`.
+ContactSource every_other_true(const Config& config, const ContactSource& predicted);
+/// By the draw: `predicted` in half of the windows, the truth in three eighths, none in the others.
+ContactSource mixed_contacts(const Config& config, const ContactSource& predicted);
+
+/// Scene points are drawn from `point_seed`, the augmentation from `seed`; none without. @param truth is wanted too
+MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
+                         const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed,
+                         bool truth = false);
+
+}  // namespace inhabit::forecast

@@ -1,0 +1,28 @@
+#include "inhabit/forecast/motion_of.h"
+
+#include <memory>
+
+#include "inhabit/forecast/fast_motion_network.h"
+
+namespace inhabit::forecast {
+
+Motion motion_of(const Networks& networks, Contacts contacts) {
+  const bool any = contacts != Contacts::none, predicted = contacts == Contacts::predicted;
+  if (!networks.articulated.is_empty()) {
+    return [network = networks.articulated, any, predicted](const torch::Tensor& past,
+                                                            const torch::Tensor& given) mutable {
+      torch::NoGradGuard no_grad;
+      const Config& c = network->config;
+      const torch::Tensor points = any ? given : torch::zeros({past.size(0), c.future, c.joints, 4});
+      return forecast_joints(network->forward(past, points, contacts_given(past.size(0), any, predicted)), c.root);
+    };
+  }
+  const MotionNetwork& network = any ? networks.motion : networks.no_contact;
+  if (network.is_empty()) return {};
+  return [fast = std::make_shared<const FastMotionNetwork>(network), root = network->config.root](
+             const torch::Tensor& past, const torch::Tensor& given) {
+    return forecast_joints(fast->forward(past, given), root);
+  };
+}
+
+}  // namespace inhabit::forecast

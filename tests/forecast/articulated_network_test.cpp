@@ -1,0 +1,236 @@
+// Protects the articulated motion network: forward kinematics on the bones that were seen last, angular velocities
+// against rotations that are known, a forecast that leaves from the last pose at its velocity, and its losses.
+#include "inhabit/forecast/articulated_network.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "forecast/walker_data.h"
+#include "inhabit/error.h"
+#include "inhabit/forecast/losses.h"
+#include "inhabit/forecast/model_file.h"
+#include "inhabit/forecast/motion_batch.h"
+#include "inhabit/forecast/motion_of.h"
+#include "inhabit/forecast/sample.h"
+#include "inhabit/math/rotation.h"
+#include "inhabit/motion/mirror.h"
+#include "largest.h"
+#include "temp_folder.h"
+
+namespace inhabit::forecast {
+namespace {
+
+using torch::Tensor;
+
+constexpr int64_t kTurning = 17;  // of the standard joints, those with children
+
+Config small_articulated() {
+  Config c = preset("compact");
+  c.articulated.width = 24;
+  c.articulated.blocks = 2;
+  return c;
+}
+
+/// A network whose own part is not 0.
+ArticulatedNetwork stirred(const Config& config) {
+  torch::manual_seed(8);
+  ArticulatedNetwork network(config);
+  torch::NoGradGuard no_grad;
+  network->out->weight.normal_(0, 0.3);
+  network->out->bias.normal_(0, 0.3);
+  network->eval();
+  return network;
+}
+
+/// Two people who walk, one of them with other bones, origin at the last root.
+Tensor some_past() {
+  Tensor past = torch::stack({walker(30, 1.2, 0, 1).joints, walker(30, 0.7, 0, 0.6).joints * 0.8});
+  return past - past.slice(1, 29).slice(2, 0, 1);
+}
+
+Tensor lengths(const Tensor& joints) {
+  std::vector<Tensor> out;
+  for (int j = 1; j < kStandardJoints; ++j)
+    out.push_back((joints.select(-2, j) - joints.select(-2, standard_parents()[static_cast<size_t>(j)])).norm(2, {-1}));
+  return torch::stack(out, -1);
+}
+
+TEST(PosedFrom, IsForwardKinematicsOfRotationsSinceTheLastPose) {
+  torch::manual_seed(3);
+  const Skeleton skeleton = builtin_body().skeleton;
+  const Tensor local = axis_angle_to_matrix(torch::randn({2, 22, 3}) * 0.4), trans = torch::randn({2, 3});
+  const Pose pose = forward_kinematics(skeleton.parents, skeleton.offsets, local, trans);
+  // From the first pose to the second: each joint that has children turns by R2 R1^T.
+  std::vector<Tensor> turns;
+  for (int j = 0; j < kStandardJoints; ++j)
+    if (std::count(skeleton.parents.begin(), skeleton.parents.end(), j) > 0)
+      turns.push_back(pose.rotations[1][j].matmul(pose.rotations[0][j].t()));
+  ASSERT_EQ(turns.size(), static_cast<size_t>(kTurning));
+  const Tensor got = posed_from(pose.positions.slice(0, 0, 1), pose.positions[1][0].view({1, 1, 3}),
+                                torch::stack(turns).view({1, 1, kTurning, 3, 3}));
+  EXPECT_LT(largest_difference(got[0][0], pose.positions[1]), 1e-5);
+}
+
+TEST(AngularVelocities, AreThoseOfABodyThatTurnsAsAWholeAndZeroAboutASingleBone) {
+  const Tensor before = walker(1, 0, 0.3, 1).joints;
+  const Tensor turn = torch::tensor({0.01F, -0.02F, 0.015F});
+  const Tensor now = torch::matmul(before, axis_angle_to_matrix(turn).t());
+  const Tensor got = angular_velocities(before, now)[0];
+  EXPECT_LT(largest_difference(got[0], turn), 1e-3);  // the pelvis holds three bones
+  // The left hip holds one: what turns it is the part of the velocity across that bone.
+  const Tensor bone = (now[0][4] - now[0][1]) / (now[0][4] - now[0][1]).norm();
+  EXPECT_LT(largest_difference(got[1], turn - bone * turn.dot(bone)), 1e-3);
+}
+
+TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {
+  torch::NoGradGuard no_grad;
+  const Config c = small_articulated();
+  const Tensor past = some_past();
+  const MotionForecast f = stirred(c)->forward(past, torch::rand({2, 60, 22, 4}), contacts_given(2, true, false));
+  const Tensor joints = forecast_joints(f, 0);
+  ASSERT_EQ(joints.sizes(), (torch::IntArrayRef{2, 60, 22, 3}));
+  EXPECT_GT(largest_difference(joints, past.slice(1, 29).expand_as(joints)), 0.3);  // it moves
+  EXPECT_LT(largest_difference(lengths(joints), lengths(past.slice(1, 29)).expand({2, 60, 21})), 1e-5);
+}
+
+TEST(ArticulatedNetwork, LeavesFromTheLastPoseAtItsVelocity) {
+  torch::NoGradGuard no_grad;
+  const Config c = small_articulated();
+  const Tensor past = some_past(), none = torch::zeros({2, 60, 22, 4}), given = contacts_given(2, false, false);
+  const Tensor last = past.select(1, 29), step = last - past.select(1, 28);
+  const Tensor untrained = forecast_joints(ArticulatedNetwork(c)->forward(past, none, given), 0);
+  const Tensor error = (untrained.select(1, 0) - last - step).norm(2, {-1});
+  EXPECT_LT(error.mean().item<double>(), 0.2 * step.norm(2, {-1}).mean().item<double>());
+  // Half a second later half of the root's velocity is gone, exponentially.
+  const double frames = c.articulated.root_continuation * c.rate;
+  const double left = frames * (1 - std::exp(-15 / frames));
+  EXPECT_LT(largest_difference(untrained.select(1, 14).select(1, 0), step.select(1, 0) * left), 1e-4);
+  // The network's own part comes in through a gate that has slope 0.
+  const Tensor own = (forecast_joints(stirred(c)->forward(past, none, given), 0) - untrained)
+                         .norm(2, {-1})
+                         .mean(at::IntArrayRef{0, 2});
+  EXPECT_LT(own[0].item<double>(), 0.25 * own[5].item<double>());
+}
+
+TEST(ArticulatedNetwork, IsToldWhatItsContactPointsAre) {
+  torch::NoGradGuard no_grad;
+  const Config c = small_articulated();
+  const ArticulatedNetwork network = stirred(c);
+  Networks model;
+  model.config = c;
+  model.articulated = network;
+  torch::manual_seed(1);
+  const Tensor past = some_past(), points = torch::rand({2, 60, 22, 4});
+  const Tensor real = motion_of(model, Contacts::real)(past, points);
+  EXPECT_GT(largest_difference(real, motion_of(model, Contacts::predicted)(past, points)), 1e-4);
+  EXPECT_TRUE(torch::equal(motion_of(model, Contacts::none)(past, points), motion_of(model, Contacts::none)(past, {})));
+  EXPECT_THROW(model.articulated->forward(past.slice(1, 1), points, contacts_given(2, true, true)), Error);
+}
+
+TEST(ArticulatedNetwork, IsWrittenAndReadAgain) {
+  torch::NoGradGuard no_grad;
+  const TempFolder folder;
+  Networks model;
+  model.config = small_articulated();
+  model.articulated = stirred(model.config);
+  save_networks(folder / "model.safetensors", model);
+  const Networks read = load_networks(folder / "model.safetensors");
+  EXPECT_EQ(read.config, model.config);
+  const Tensor past = some_past(), points = torch::rand({2, 60, 22, 4});
+  EXPECT_LT(largest_difference(motion_of(read, Contacts::predicted)(past, points),
+                               motion_of(model, Contacts::predicted)(past, points)),
+            1e-6);
+}
+
+TEST(ArticulatedLosses, AreDistancesWithClosedForms) {
+  Config c = small_articulated();
+  c.training.root_weight = 2;
+  c.training.pose_weight = 3;
+  c.training.contact_weight = 5;
+  c.training.velocity_weight = 7;
+  torch::manual_seed(2);
+  const Tensor last = torch::randn({2, 22, 3}), future = torch::randn({2, 60, 22, 3});
+  Tensor touched = torch::zeros({2, 60, 22, 4});
+  touched.select(2, 7) = torch::cat({future.select(2, 7), torch::ones({2, 60, 1})}, 2);
+  // Root 3 cm beside where it was, all other joints 4 cm above theirs relative to it.
+  const Tensor aside = torch::tensor({0.03F, 0.F, 0.F}), up = torch::tensor({0.F, 0.04F, 0.F});
+  const Tensor path = future.select(2, 0) + aside;
+  Tensor local = future - future.slice(2, 0, 1) + up;
+  const MotionForecast f{torch::cat({torch::zeros({2, 30, 3}), path}, 1), local};
+  const ArticulatedLosses l = articulated_losses(f, last, future, touched, c);
+  EXPECT_NEAR(l.path.item<double>(), 0.03, 1e-5);
+  EXPECT_NEAR(l.pose.item<double>(), 0.04, 1e-5);
+  EXPECT_NEAR(l.contact.item<double>(), 0.0025 / 22, 1e-7);  // 5 cm from the point that one of 22 joints touches
+  EXPECT_NEAR(l.velocity.item<double>(), (0.03 + 21 * 0.05) / 22 / 60 + 1e-5, 2e-5);  // the first step alone
+  EXPECT_NEAR(l.total.item<double>(),
+              2 * 0.03 + 3 * 0.04 + 5 * l.contact.item<double>() + 7 * l.velocity.item<double>(), 1e-5);
+}
+
+TEST(ArticulatedLosses, HaveGradientsThatDifferencesConfirm) {
+  const Config c = small_articulated();
+  ArticulatedNetwork network = stirred(c);
+  const Tensor past = some_past(), points = torch::rand({2, 60, 22, 4}), future = torch::randn({2, 60, 22, 3});
+  const auto loss = [&] {
+    return articulated_losses(network->forward(past, points, contacts_given(2, true, false)), past.select(1, 29),
+                              future, points, c)
+        .total;
+  };
+  loss().backward();
+  torch::NoGradGuard no_grad;
+  for (const Tensor& weights : {network->out->bias, network->motion_in->weight, network->blocks[0].tokens->weight}) {
+    const Tensor direction = weights.grad() / weights.grad().norm();
+    const double step = 2e-3;
+    weights.add_(direction, step);
+    const double above = loss().item<double>();
+    weights.sub_(direction, 2 * step);
+    const double below = loss().item<double>();
+    weights.add_(direction, step);
+    EXPECT_NEAR((above - below) / (2 * step), weights.grad().norm().item<double>(),
+                0.05 * weights.grad().norm().item<double>() + 1e-3);
+  }
+}
+
+TEST(Augmentation, MirrorsJointsAndContactPointsAlike) {
+  const Tensor joints = some_past()[0].slice(0, 0, 5);
+  const Tensor contacts = torch::cat({joints, torch::ones({5, 22, 1})}, 2);
+  std::mt19937_64 random(1);
+  Augmentation moved = draw_augmentation(preset("compact"), random);
+  for (const bool mirror : {false, true}) {
+    moved.mirror = mirror;
+    const Tensor image = moved.joints(joints);
+    const Tensor expected = torch::matmul(mirror ? mirrored_joints(joints) : joints, moved.rotation.t());
+    EXPECT_LT(largest_difference(image, expected), 1e-5);
+    EXPECT_LT(largest_difference(moved.contacts(contacts).slice(2, 0, 3), image), 1e-6);
+    EXPECT_EQ(moved.contacts(torch::zeros({5, 22, 4})).abs().sum().item<double>(), 0);
+  }
+}
+
+TEST(MotionBatch, SeesHalfOfItsWindowsInAMirrorWithTheirContacts) {
+  const TempFolder folder;
+  Config c = preset("compact");
+  const Data data({write_walkers(folder / "walkers", 30, 1)}, "train", c, 5);
+  std::vector<int64_t> windows(static_cast<size_t>(data.size()));
+  std::iota(windows.begin(), windows.end(), 0);
+  const auto left_is_left = [](const MotionBatch& b) {  // the left hip is at +x of who faces +Z, mirrored or not
+    return b.past.select(1, 29).select(1, 1).select(1, 0).min().item<double>() > 0.05;
+  };
+  const auto batch = [&](bool mirror) {
+    c.training.mirror = mirror;
+    return motion_batch(data, c, windows, true_contacts(c), 0, 3, /*truth=*/true);
+  };
+  const MotionBatch plain = batch(false), mirrored = batch(true);
+  EXPECT_TRUE(left_is_left(plain) && left_is_left(mirrored));
+  int64_t changed = 0;
+  for (int64_t i = 0; i < data.size(); ++i)
+    changed += largest_difference(plain.past[i], mirrored.past[i]) > 1e-3 ? 1 : 0;
+  EXPECT_GT(changed, 0);
+  EXPECT_LT(changed, data.size());
+  EXPECT_TRUE(torch::equal(mirrored.contacts, mirrored.truth));
+  const Tensor apart = (mirrored.truth.slice(3, 0, 3) - mirrored.future).norm(2, {-1}) * mirrored.truth.select(3, 3);
+  EXPECT_LT(apart.max().item<double>(), 0.31);  // contacts stay within 0.3 m of their joints
+  EXPECT_GT(mirrored.truth.select(3, 3).sum().item<double>(), 0);
+}
+
+}  // namespace
+}  // namespace inhabit::forecast

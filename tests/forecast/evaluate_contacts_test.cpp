@@ -1,0 +1,61 @@
+// Protects the diagnosis of contacts: true maps among enough points are right, the last map kept is right of somebody
+// who stays and wrong of somebody who leaves, and feet on the floor are told from other contacts.
+#include "inhabit/forecast/evaluate_contacts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "forecast/walker_data.h"
+#include "inhabit/error.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit::forecast {
+namespace {
+
+const ScoreTable::Row* row_of(const ScoreTable& table, const std::string& contacts, const std::string& of) {
+  for (const ScoreTable::Row& row : table.rows)
+    if (row.labels[0].rfind(contacts, 0) == 0 && row.labels[1] == of) return &row;
+  return nullptr;
+}
+
+TEST(EvaluateContacts, TrueMapsAreRightAndTheLastMapIsLeftBehind) {
+  const TempFolder folder;
+  Networks model;
+  model.config = preset("compact");
+  Config dense = model.config;
+  dense.points = kDensePoints;
+  const std::vector<std::string> walkers = {write_walkers(folder / "walkers")};
+  const ScoreTable table =
+      evaluate_contacts(model, Data(walkers, "all", model.config, 30), Data(walkers, "all", dense, 30));
+  ASSERT_EQ(table.columns.size(), 6U);
+  ASSERT_EQ(table.rows.size(), 6U);  // no contact network: three sources
+  const auto* real = row_of(table, "true, N = 1500", "feet on the floor");
+  const auto* cut = row_of(table, "true, N = 1500, L = 12", "feet on the floor");
+  const auto* kept = row_of(table, "last map kept", "feet on the floor");
+  ASSERT_TRUE(real != nullptr && cut != nullptr && kept != nullptr);
+  EXPECT_GT(real->cells[0].mean, 0.98);  // who walks on a floor has points of it near, sparse or dense
+  EXPECT_GT(real->cells[1].mean, 0.9);
+  EXPECT_LT(real->cells[2].mean, 250);
+  EXPECT_GT(real->cells[2].mean, 1);
+  EXPECT_LE(cut->cells[1].mean, 1);
+  // At 1.2 m/s the place that was touched last is more than a metre behind after a second.
+  EXPECT_GT(kept->cells[5].mean, real->cells[5].mean + 500);
+  // Nobody touches anything but the floor.
+  const auto* others = row_of(table, "true, N = 1500", "all others");
+  ASSERT_NE(others, nullptr);
+}
+
+TEST(EvaluateContacts, RefusesAModelOfOtherJoints) {
+  const TempFolder folder;
+  Networks model;
+  model.config = preset("compact");
+  const std::vector<std::string> walkers = {write_walkers(folder / "walkers")};
+  const Data data(walkers, "val", model.config, 30);
+  Networks other = model;
+  other.config.joints = 5;
+  EXPECT_THAT(refusal_of([&] { return evaluate_contacts(other, data, data); }), ::testing::HasSubstr("22 joints"));
+}
+
+}  // namespace
+}  // namespace inhabit::forecast
