@@ -267,7 +267,7 @@ class TrainLoop {
     }
     if (log_) log_ << line.dump() << std::endl;
     if (options_.listener) {
-      TrainReport heard{task_.name, done, options_.steps, seconds()};
+      TrainReport heard{task_.name, done, options_.steps, seconds(), {}, 0, 0};
       for (const auto& [name, value] : losses) heard.losses.emplace_back(name, value.item<double>());
       tell(heard);
     }

@@ -33,21 +33,24 @@ Clip posed(const Clip& clip) {
 }
 
 py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int64_t kappa, int64_t observed,
-                 bool world) {
+                 const std::string& words) {
   if (kappa < 2) throw Error("kappa", "is under 2");
   if (observed < 0) throw Error("observed", "is under 0");
   NdmsOptions options;
   options.rate = rate;
   options.kappa = kappa;
   options.observed = observed;
-  options.in_world = world;
+  if (words != "poses" && words != "package") throw Error("words", "is '" + words + "', neither poses nor package");
+  options.words = words == "poses" ? WordKind::poses : WordKind::package;
   const NdmsScore score = released([&] {
-    return score_ndms(standard_motions(motions, rate, "motion"), standard_motions(reference, rate, "reference"),
+    return score_ndms(standard_motions(motions, rate, "motion"),
+                      standard_motions(reference, rate * static_cast<double>(options.reference_stride), "reference"),
                       options);
   });
   py::list by_motion;
   for (const NdmsOfMotion& of : score.motions)
-    by_motion.append(py::dict("ndms"_a = of.ndms, "words"_a = of.words, "by_second"_a = of.by_second));
+    by_motion.append(
+        py::dict("ndms"_a = of.ndms, "coded"_a = of.coded, "words"_a = of.words, "by_second"_a = of.by_second));
   return py::dict("ndms"_a = score.ndms, "words"_a = score.words, "reference_words"_a = score.reference_words,
                   "motions"_a = by_motion);
 }
@@ -75,13 +78,14 @@ py::dict collisions_of(const Clip& clip, const Scene& scene) {
 
 void add_score(py::module_& m) {
   m.def("score_ndms", &ndms_of, "motions"_a, "reference"_a, py::kw_only(), "rate"_a = 25.0, "kappa"_a = 8,
-        "observed"_a = 0, "world"_a = false,
+        "observed"_a = 0, "words"_a = "poses",
         "Normalised directional motion similarity (Eq. 10-12 of the anticipation paper) of clips with real ones: 1 is "
         "motion\n"
         "that people make. A dictionary of ndms, words, reference_words and the same of each motion.\n\n"
         "rate: frames a second to score at; kappa: frames of a word; observed: frames (at rate) at each start that do "
         "not\n"
-        "count; world: words of the motion as it is, not of poses that know neither place nor heading.");
+        "count; words: of poses that know neither place nor heading, as the authors evaluate, or as their package has "
+        "them.");
   m.def(
       "score_npss",
       [](const Clips& motions, const Clips& truth, double rate) {
