@@ -6,8 +6,8 @@ using torch::Tensor;
 
 namespace {
 
-// The epsilons of Eq. 12, metres a frame: far under any motion, over the rounding of joints that rest.
-constexpr double kRest = 1e-6;
+constexpr double kEpsilon = 1e-12;  // of Eq. 12: far under the square of any motion, so that it decides nothing else
+constexpr double kRest = 1e-6;      // metres a frame: far under any motion, over the rounding of joints that rest
 
 }  // namespace
 
@@ -17,13 +17,16 @@ Tensor ndms(const Tensor& words, const Tensor& others, NdmsForm form) {
     return d.slice(1, 1) - d.slice(1, 0, -1);
   };
   const bool floored = form == NdmsForm::package;
-  const auto length = [&](const Tensor& v) { return floored ? v.norm(2, {3}).clamp_min(1e-7) : v.norm(2, {3}); };
-  const double rest = floored ? 0 : kRest;
+  const auto length = [&](const Tensor& v) {
+    const Tensor l = v.norm(2, {3});
+    return floored ? l.clamp_min(1e-7) : l.masked_fill(l < kRest, 0);
+  };
+  const double epsilon = floored ? 0 : kEpsilon;
   const Tensor a = velocity(words), b = velocity(others), length_a = length(a), length_b = length(b);
-  Tensor direction = (a * b).sum(3) / (length_a * length_b + rest * rest);
+  Tensor direction = (a * b).sum(3) / (length_a * length_b + epsilon);
   if (form == NdmsForm::coded)
     direction = direction.masked_fill((direction < 0.9999).logical_and((a - b).sum(3) < 1e-6), 1);
-  const Tensor ratio = torch::minimum(length_a, length_b) / (torch::maximum(length_a, length_b) + rest);
+  const Tensor ratio = torch::minimum(length_a, length_b) / (torch::maximum(length_a, length_b) + epsilon);
   return (0.5 * (1 + direction) * ratio).mean({1, 2});
 }
 

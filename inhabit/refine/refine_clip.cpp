@@ -30,13 +30,15 @@ struct Belief {
   double tolerance;         // of the last steps, see SolveOptions
   ContactDetection detect;  // of balls of the feet
 };
-constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.01, 1e-3, {}};
-constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 5e-3, {0.07, 0.9, 1.2, 0.15, 0.13}};
+constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
+constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 1e-3, {0.07, 0.9, 1.2, 0.15, 0.13}};
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
-constexpr double kUsualJerk = 77;                         // m/s^3: the jerk found where kPlaceJerk is right
-constexpr double kCalm = 7. / 6, kLively = 2;             // how far the motion's own jerk is followed
+constexpr double kUsualJerk = 70;                         // m/s^3: the jerk found where kPlaceJerk is right
+constexpr double kCalm = 1, kLively = 2.2;                // how far the motion's own jerk is followed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
+constexpr double kFoothold = 0.01;                        // metres: no foothold is freer for noise
+constexpr double kGiven = 0.0003;                         // metres
 constexpr double kKept = 0.0001;                          // metres
 constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
 constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
@@ -196,7 +198,7 @@ class Refinement {
         problem_.points.push_back({Attachment{contact.joint, 1, contact.offset}});
       }
       for (int64_t t = contact.first; t <= contact.last; ++t)
-        problem_.places.push_back({t, point, contact.place, Vector3d::Constant(per_frame * weight_of(kContact)), {}});
+        problem_.places.push_back({t, point, contact.place, Vector3d::Constant(per_frame * weight_of(kGiven)), {}});
     }
     for (const int joint : options_.keep_joints)
       for (size_t t = 0; t < frames; ++t)
@@ -265,8 +267,10 @@ class Refinement {
   /// A contact holds its joint at one place, near to where it was found: the scene may push it aside as a whole.
   void add_footholds() {
     const double per_frame = 30 / clip_.rate;
+    const double known = levels_.root > belief_.place ? std::min(levels_.root, kFoothold) : 0;  // as well as the root
     for (const Foot& foot : feet_) {
-      const double still = is_ball(foot.joint) ? kContact : kHeelContact, near = std::max(still, belief_.foothold);
+      const double still = is_ball(foot.joint) ? kContact : kHeelContact,
+                   near = std::max({still, belief_.foothold, known});
       for (const Contact& contact : foot.contacts) {
         const std::vector<Vector3d> places = footholds(contact, foot);
         for (int64_t t = contact.first; t <= contact.last; ++t)
