@@ -59,6 +59,7 @@ double height_over(const SlopeSample& s, double a, double b) { return s.at.y() -
 /// How much weight of feet there is within reach of one height_over, for a slope. @param middle that height_over
 double feet_near(const std::vector<SlopeSample>& feet, double a, double b, double& middle) {
   std::vector<std::pair<double, double>> heights;
+  heights.reserve(feet.size());
   for (const SlopeSample& s : feet) heights.emplace_back(height_over(s, a, b), s.weight);
   std::sort(heights.begin(), heights.end());
   double best = -1;

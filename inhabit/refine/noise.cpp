@@ -85,7 +85,7 @@ Level level_of(const Track& z, double rate) {
 
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) {
   Levels out;
-  std::vector<double> jerks;
+  std::vector<double> noises, jerks;
   const Poses poses = posed(bones, trajectory);
   for (size_t j = 0; j < trajectory.front().local.size(); ++j) {
     Track steps, bends;  // third differences of a rotation are second ones of its steps
@@ -93,11 +93,17 @@ Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) 
       steps.push_back(axis_angle_of(trajectory[t].local[j].conjugate() * trajectory[t + 1].local[j]));
     for (size_t t = 0; t + 2 < steps.size(); ++t) bends.push_back(steps[t + 2] - 2 * steps[t + 1] + steps[t]);
     out.rotations.push_back(level_of(bends, rate).noise);
-    jerks.push_back(level_of(third_differences(track_of(poses, static_cast<int>(j))), rate).jerk);
+    const Level place = level_of(third_differences(track_of(poses, static_cast<int>(j))), rate);
+    noises.push_back(place.noise);
+    jerks.push_back(place.jerk);
   }
-  const auto middle = jerks.begin() + static_cast<std::ptrdiff_t>(jerks.size() / 2);
-  std::nth_element(jerks.begin(), middle, jerks.end());
-  out.jerk = *middle;
+  const auto median = [](std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  out.place = median(noises);
+  out.jerk = median(jerks);
   Track root;
   for (const FramePose& pose : trajectory) root.push_back(pose.trans);
   out.root = level_of(third_differences(root), rate).noise;

@@ -17,11 +17,11 @@ struct Level {
 /// least risk (Stein's unbiased estimate). Fewer than two differences tell nothing: zeros.
 Level level_of(const Track& third_differences, double rate);
 
-/// Noise of every joint's local rotation (radians) and of the root's translation (metres); the median of the jerks of
-/// the joints' places (m/s^3).
+/// Noise of every joint's local rotation (radians) and of the root's translation (metres); medians over the joints of
+/// their places' noise (metres) and jerk (m/s^3).
 struct Levels {
   std::vector<double> rotations;
-  double root = 0, jerk = 0;
+  double root = 0, place = 0, jerk = 0;
 };
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate);
 

@@ -169,16 +169,16 @@ class Refinement {
       for (size_t t = 0; t < frames; ++t)
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
-    const double root = std::max(belief_.place, levels_.root);
-    smoothed_ = root > belief_.place || std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
+    const double root = std::max(belief_.place, levels_.root), place = std::max(belief_.place, levels_.place);
+    smoothed_ = place > belief_.place || std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
     for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
-      const double from_root = smooth * (1 - squared(belief_.place / root)) * weight_of(liveliness * kPlaceJerk);
+      const double of_places = smooth * (1 - squared(belief_.place / place)) * weight_of(liveliness * kPlaceJerk);
       problem_.smoothness.push_back({3, 0, smooth * weight_of(liveliness * kRotationJerk), {}, false, noisy});
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
-      problem_.smoothness.push_back({3, from_root, 0, {}, false, free});
+      problem_.smoothness.push_back({3, of_places, 0, {}, false, free});
       problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, {}});
     }
     const torch::Tensor limits = builtin_body().joint_limits;
