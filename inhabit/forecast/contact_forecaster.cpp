@@ -19,7 +19,8 @@
 namespace inhabit::forecast {
 namespace {
 
-constexpr int64_t kLed = 10;  // observed frames that refinement goes on from
+constexpr int64_t kLed = 10;       // observed frames that refinement goes on from
+constexpr double kFootChange = 2;  // m/s^2: no key poses have to be met, so that feet may land softly
 
 /// The prediction refined (refine_clip.h): it goes on from the last observed frames, which stay as they are.
 Clip refined(const Clip& past, const Clip& prediction, const Scene& scene) {
@@ -30,6 +31,7 @@ Clip refined(const Clip& past, const Clip& prediction, const Scene& scene) {
   whole.trans = torch::cat({led.trans, prediction.trans});
   refine::Options options;
   options.generated = true;
+  options.foot_change = kFootChange;
   options.standard = true;
   options.name = "the prediction";
   options.keep_frames.resize(static_cast<size_t>(led.frames()));

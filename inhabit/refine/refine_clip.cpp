@@ -179,7 +179,9 @@ class Refinement {
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
       problem_.smoothness.push_back({3, of_places, 0, {}, false, free});
-      problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, {}});
+      std::vector<double> changes(kStandardJoints, 1);
+      for (const int joint : kFootJoints) changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
+      problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, changes});
     }
     const torch::Tensor limits = builtin_body().joint_limits;
     for (int64_t j = 0; j < kStandardJoints; ++j) {
@@ -364,6 +366,7 @@ void add_kept(const std::string& what, int64_t frames, Options& options) {
 }
 
 Result refine(const Clip& clip, const Scene& scene, const Options& options) {
+  if (!(options.foot_change > 0)) throw Error("foot_change", "is not over 0");
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
   for (const int64_t frame : options.keep_frames)
     if (frame < 0 || frame >= clip.frames())

@@ -26,6 +26,7 @@ struct Options {
   /// A network made the motion: its poses are believed to 3 degrees and 2 cm, and feet that glide by up to 15 cm are
   /// taken for standing.
   bool generated = false;
+  double foot_change = 4;       ///< m/s^2, of what is changed of the feet; less: they leave and land more softly
   double smooth = 1;            ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the motion is wanted on the standard skeleton alone

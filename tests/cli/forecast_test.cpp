@@ -100,10 +100,9 @@ TEST(Forecast, FeetThatAreWrittenStand) {
       EXPECT_EQ(r.exit_code, 0) << r.err;
       return foot_skating(read_clip(folder / "f.npz")).skating;
     };
-    const auto raw = static_cast<double>(skating(" --standard --no-refine"));
-    EXPECT_GT(raw, 4) << "as the network moves them";
-    EXPECT_LT(skating(" --standard"), 0.15 * raw);
-    EXPECT_LT(skating(""), 0.15 * raw);
+    EXPECT_GT(skating(" --standard --no-refine"), 4) << "as the network moves them";
+    EXPECT_LT(skating(" --standard"), 3);
+    EXPECT_LT(skating(""), 3);
   }
 }
 

@@ -140,7 +140,8 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
   const ContactForecaster forecaster(untrained());
   Clip clip = walker(40, 1.2, 0.4, 1);
   Scene scene = scanned_room(4000);
-  const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"});
+  const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"}),
+               refined = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
   const torch::Tensor turn = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
   clip.joints = torch::matmul(clip.joints, turn) + shift;
   clip.rotations = clip.trans = torch::Tensor();  // positions alone
@@ -148,6 +149,8 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
   const Result after = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"});
   EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, turn) + shift)), 1e-4F);
   EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, turn) + shift)), 5e-3F);
+  const Clip again = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"}).prediction;
+  EXPECT_LT(largest(again.joints - (torch::matmul(refined.prediction.joints, turn) + shift)), 0.02F);
 }
 
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
