@@ -7,8 +7,8 @@
 
 namespace inhabit {
 
-/// Whether the processor has tiles for products in bfloat16 (AMX). Without them LibTorch's are up to fifty times slower
-/// than in float32.
+/// Whether the processor has tiles for products in bfloat16 (AMX). Without them LibTorch 1.13's are twenty to thirty
+/// times slower than in float32 (a convolution and a linear layer, forward and backward, on an EPYC 7003).
 inline bool has_bfloat16_tiles() {
 #if defined(__x86_64__)
   unsigned a = 0, b = 0, c = 0, d = 0;
