@@ -170,15 +170,19 @@ class Refinement {
         problem_.stay_near.rotations[t * kStandardJoints + j] = per_frame * weight_of(sigma);
     }
     const double root = std::max(belief_.place, levels_.root), place = std::max(belief_.place, levels_.place);
-    smoothed_ = place > belief_.place || std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
+    const bool rotations_smoothed = std::any_of(noisy.begin(), noisy.end(), [](double part) { return part > 0; });
+    const bool places_smoothed = place > belief_.place;
+    smoothed_ = rotations_smoothed || places_smoothed;
     for (double& w : problem_.stay_near.root) w = per_frame * weight_of(root);
     const double smooth = options_.smooth * per_frame;
     if (frames > 3) {
       const double of_places = smooth * (1 - squared(belief_.place / place)) * weight_of(liveliness * kPlaceJerk);
-      problem_.smoothness.push_back({3, 0, smooth * weight_of(liveliness * kRotationJerk), {}, false, noisy});
+      // Jerk ties frames that are three apart, which nearly doubles what a step costs: only where there is noise.
+      if (rotations_smoothed)
+        problem_.smoothness.push_back({3, 0, smooth * weight_of(liveliness * kRotationJerk), {}, false, noisy});
       std::vector<double> free(kStandardJoints, 1);  // what is kept is as smooth as it is
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
-      problem_.smoothness.push_back({3, of_places, 0, {}, false, free});
+      if (places_smoothed) problem_.smoothness.push_back({3, of_places, 0, {}, false, free});
       std::vector<double> changes(kStandardJoints, 1);
       for (const int joint : kFootJoints) changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
       problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, changes});
