@@ -30,16 +30,18 @@ struct IntentionNetworkImpl : torch::nn::Module {
 TORCH_MODULE(IntentionNetwork);
 
 /// The pose network (3.2, Eq. 6): forecasts poses from observation, intention and noise z. In each frame the decoder
-/// predicts a change d and a target pose q from its state. With a learned weight w of each feature,
-///   p(t + 1) = p(t) + d + w (q - p(t)).
-/// Changes alone (w = 0) accumulate and drift within half a minute.
+/// predicts a change d, a target pose q and, between 0 and 1, how far the last step goes on, c, from its state. With a
+/// learned weight w of each feature,
+///   p(t + 1) = p(t) + c (p(t) - p(t - 1)) + d + w (q - p(t)).
+/// Without c the first steps are poorer than constant velocity; changes alone (w = 0) accumulate and drift within half
+/// a minute.
 struct PoseNetworkImpl : torch::nn::Module {
   explicit PoseNetworkImpl(const Config& config);
 
-  /// The recurrent state: hidden states of the three layers (B, H) and the last pose (B, F).
+  /// The recurrent state: hidden states of the three layers (B, H), the last pose (B, F) and the step to it (B, F).
   struct State {
     std::vector<torch::Tensor> layers;
-    torch::Tensor pose;
+    torch::Tensor pose, step;
   };
   /// The state after an observation. @param past (B, t, F); @param z (B, Z) normal.
   State start(const torch::Tensor& past, const torch::Tensor& z);
@@ -50,7 +52,7 @@ struct PoseNetworkImpl : torch::nn::Module {
   torch::nn::GRU encoder{nullptr};
   std::vector<torch::nn::GRUCell> layers;
   torch::nn::Conv1d look_ahead{nullptr};
-  torch::nn::Linear out{nullptr};  ///< change, then pose: (2 F)
+  torch::nn::Linear out{nullptr};  ///< change, pose, logit of c: (3 F)
   torch::Tensor pull;              ///< (F) logit of the weight w
   int64_t intention_features = 0;
 };
