@@ -12,7 +12,7 @@
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/reconstruct/evaluate.h"
 #include "inhabit/reconstruct/input_files.h"
-#include "inhabit/view/page.h"
+#include "inhabit/reconstruct/reconstruction_page.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "progress.h"
@@ -35,20 +35,6 @@ inbetween::SceneInbetweener noise_aware(const std::string& given) {
   auto out = inbetween::SceneInbetweener::load(model);
   if (out.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
   return out;
-}
-
-Page reconstruction_page(const reconstruct::Result& r, const std::string& motion) {
-  Page page;
-  page.title = "Reconstruction of " + std::filesystem::path(motion).filename().string();
-  page.note = "Grey: the estimate. Purple: the reconstruction. Red: the body is inside an object.";
-  page.scene = &r.scene;
-  PagePerson person{r.motion, "reconstruction", PagePerson::Role::filled};
-  person.keys = r.keys;
-  person.given = r.key_poses;
-  person.collides = r.collides;
-  page.people.push_back(person);
-  page.people.push_back({r.before, "estimate", PagePerson::Role::past});
-  return page;
 }
 
 void say_result(const reconstruct::Result& r) {
@@ -91,7 +77,8 @@ void run_reconstruct(ReconstructArguments& o) {
     std::printf("%s\n", o.scene.c_str());
   }
   write_outputs(
-      o.outputs, [&] { return reconstruction_page(r, o.files.motion); },
+      o.outputs,
+      [&] { return reconstruct::reconstruction_page(r, std::filesystem::path(o.files.motion).filename().string()); },
       [&](const std::string& out) { write_clip(out, o.options.standard ? r.motion : r.on_source, &r.scene); });
 }
 

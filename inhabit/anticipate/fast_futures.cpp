@@ -106,11 +106,12 @@ void FastFutures::decode(const float* code, const float* z, const float* last, c
       below_stride = hidden;
     }
     nn::apply(pose_out_, below, hidden, samples, change.data());
+    const float carry = std::pow(kCarry, static_cast<float>(t));
     for (int64_t s = 0; s < samples; ++s) {
       float *now = x.data() + s * width, *v = step.data() + s * kFeatures, *kept = out + (s * frames + t) * kFeatures;
       const float* y = change.data() + s * pose_out_.stride();
       for (int64_t i = 0; i < kFeatures; ++i) {
-        const float carried = v[i] / (1 + std::exp(-y[2 * kFeatures + i]));
+        const float carried = carry * v[i] / (1 + std::exp(-y[2 * kFeatures + i]));
         v[i] = carried + y[i] + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] - now[i]);
         kept[i] = now[i] += v[i];
       }

@@ -1,5 +1,7 @@
 #include "inhabit/anticipate/network.h"
 
+#include <cmath>
+
 namespace inhabit::anticipate {
 
 using torch::Tensor;
@@ -73,7 +75,8 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
     const Tensor y = out->forward(x);
     const auto part = [&](int64_t i) { return y.slice(1, i * kFeatureCount, (i + 1) * kFeatureCount); };
-    state.step = part(2).sigmoid() * state.step + part(0) + target_weight * (part(1) - state.pose);
+    const float carried = std::pow(kCarry, static_cast<float>(state.frame++));
+    state.step = carried * part(2).sigmoid() * state.step + part(0) + target_weight * (part(1) - state.pose);
     state.pose = state.pose + state.step;
     poses.push_back(state.pose);
   }

@@ -31,10 +31,11 @@ TORCH_MODULE(IntentionNetwork);
 
 /// The pose network (3.2, Eq. 6): forecasts poses from observation, intention and noise z. In each frame the decoder
 /// predicts a change d, a target pose q and, between 0 and 1, how far the last step goes on, c, from its state. With a
-/// learned weight w of each feature,
-///   p(t + 1) = p(t) + c (p(t) - p(t - 1)) + d + w (q - p(t)).
-/// Without c the first steps are poorer than constant velocity; changes alone (w = 0) accumulate and drift within half
-/// a minute.
+/// learned weight w of each feature, in the n-th frame after the observation (n = 0 first),
+///   p(t + 1) = p(t) + kCarry^n c (p(t) - p(t - 1)) + d + w (q - p(t)).
+/// Without c the first steps are poorer than constant velocity; where it does not fade, half a minute of futures swings
+/// itself up. Changes alone (w = 0) accumulate and drift within as long.
+inline constexpr float kCarry = 0.85F;
 struct PoseNetworkImpl : torch::nn::Module {
   explicit PoseNetworkImpl(const Config& config);
 
@@ -42,6 +43,7 @@ struct PoseNetworkImpl : torch::nn::Module {
   struct State {
     std::vector<torch::Tensor> layers;
     torch::Tensor pose, step;
+    int64_t frame = 0;  ///< frames since the observation
   };
   /// The state after an observation. @param past (B, t, F); @param z (B, Z) normal.
   State start(const torch::Tensor& past, const torch::Tensor& z);

@@ -10,11 +10,11 @@ using torch::Tensor;
 
 namespace {
 
-/// Eq. 12 as in metrics/ndms.h, with lengths that have a gradient at rest: (N) of words (N, kappa, J, 3).
-Tensor similarity(const Tensor& words, const Tensor& others) {
+/// Eq. 12 as in metrics/ndms.h, with lengths that are rounded off: (N) of words (N, kappa, J, 3).
+Tensor similarity(const Tensor& words, const Tensor& others, double softness) {
   constexpr double kRest = 1e-6;  // metres a frame, far under any motion
   const auto velocity = [](const Tensor& w) { return w.slice(1, 1) - w.slice(1, 0, -1); };
-  const auto length = [](const Tensor& v) { return (v.square().sum(3) + 1e2 * kRest * kRest).sqrt(); };
+  const auto length = [&](const Tensor& v) { return (v.square().sum(3) + softness * softness).sqrt(); };
   const Tensor a = velocity(words), b = velocity(others), length_a = length(a), length_b = length(b);
   const Tensor direction = (a * b).sum(3) / (length_a * length_b);
   const Tensor ratio = torch::minimum(length_a, length_b) / torch::maximum(length_a, length_b);
@@ -31,7 +31,8 @@ Tensor nearest(const Tensor& words, const Tensor& others) {
 
 }  // namespace
 
-PlausibilityLoss::PlausibilityLoss(const std::vector<Sequence>& recordings, int64_t kappa) : kappa_(kappa) {
+PlausibilityLoss::PlausibilityLoss(const std::vector<Sequence>& recordings, int64_t kappa, double softness)
+    : kappa_(kappa), softness_(softness) {
   const std::vector<std::string> actions = action_names(recordings);
   words_.resize(actions.size());
   for (const Sequence& recording : recordings) {
@@ -60,7 +61,7 @@ Tensor PlausibilityLoss::operator()(const Tensor& features, const Tensor& action
         const torch::NoGradGuard no_gradients;
         like = nearest(words, recording);
       }
-      each.push_back(similarity(words, like));
+      each.push_back(similarity(words, like, softness_));
     }
     const Tensor of = torch::stack(each);  // (R, N)
     const auto others = static_cast<double>(std::max<size_t>(1, each.size() - 1));

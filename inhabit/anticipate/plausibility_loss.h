@@ -13,7 +13,9 @@ namespace inhabit::anticipate {
 class PlausibilityLoss {
  public:
   /// @param recordings to train on; words of their mirror images count as theirs. @param kappa frames of a word
-  PlausibilityLoss(const std::vector<Sequence>& recordings, int64_t kappa);
+  /// @param softness metres a frame: lengths of steps are rounded off below, since the score changes without bounds
+  /// where joints hardly move
+  PlausibilityLoss(const std::vector<Sequence>& recordings, int64_t kappa, double softness = 5e-4);
 
   /// 1 - the mean over windows and words. @param features (B, T, F) metres and radians; @param actions (B) int64, as
   /// Data::Sample has them; @param starts (B, V) int64, first frames of the words that are looked at.
@@ -22,6 +24,7 @@ class PlausibilityLoss {
 
  private:
   int64_t kappa_;
+  double softness_;
   std::vector<std::vector<torch::Tensor>> words_;  // of each action and recording: (N, kappa, 12, 3)
 };
 

@@ -76,6 +76,7 @@ void add_anticipate(py::module_& m);
 void add_inbetween(py::module_& m);
 void add_interact(py::module_& m);
 void add_refine(py::module_& m);
+void add_reconstruct(py::module_& m);
 void add_score(py::module_& m);
 void add_data(py::module_& m);
 void add_synth(py::module_& m);

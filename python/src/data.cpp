@@ -1,4 +1,5 @@
 #include <memory>
+#include <tuple>
 
 #include "calls.h"
 #include "inhabit/data/cache.h"
@@ -41,8 +42,12 @@ std::shared_ptr<ClipSet> open_clip_set(const Path& folder, const std::string& sp
 /// Windows of clips as dictionaries of arrays; clips and scenes are kept while recently used.
 class Windows {
  public:
+  using Arguments = std::tuple<Folders, std::string, int64_t, int64_t, double>;
+  const Arguments arguments;  // what another process makes the same from
+
   Windows(const Folders& folders, const std::string& split, int64_t frames, int64_t stride, double rate)
-      : set_(texts_of(folders), split, checked(frames, "frames"), checked(stride, "stride"), rate,
+      : arguments(folders, split, frames, stride, rate),
+        set_(texts_of(folders), split, checked(frames, "frames"), checked(stride, "stride"), rate,
              [](const Dataset&) {}),
         clips_(16, [this](const std::string& key) { return set_.load_clip(key); }),
         scenes_(16, [this](const std::string& key) { return set_.load_scene(key); }) {}
@@ -86,22 +91,55 @@ py::dict item_of(Windows& windows, int64_t index) {
   return out;
 }
 
+using Settings = std::vector<std::string>;
+
 template <class Config>
-Config config_of(Config config, const py::object& settings) {
-  set_fields(config, settings_of(settings));
+Config config_of(Config config, const Settings& settings) {
+  set_fields(config, settings);
   validate(config, "settings");
   return config;
 }
 
-/// Samples of a system's training data.
+/// Samples of a system's training data. Workers of a DataLoader make their own from the arguments.
 struct ForecastWindows {
+  using Arguments = std::tuple<Folders, std::string, int64_t, std::string, Settings, uint64_t, bool>;
+  Arguments arguments;
   std::unique_ptr<forecast::Data> data;
-  uint64_t seed;
-  bool augment;
+  uint64_t seed = 1;
+  bool augment = false;
+
+  explicit ForecastWindows(const Arguments& from) : arguments(from) {
+    const auto& [folders, split, stride, preset, settings, own_seed, own_augment] = from;
+    const forecast::Config config = config_of(forecast::preset(preset), settings);
+    if (stride < 1) throw Error("stride", "is under 1");
+    seed = own_seed;
+    augment = own_augment;
+    data = released([&, &folders = folders, &split = split, &stride = stride] {
+      return std::make_unique<forecast::Data>(texts_of(folders), split, config, stride);
+    });
+  }
 };
 struct InbetweenWindows {
+  using Arguments = std::tuple<Folders, std::string, int64_t, std::string, Settings>;
+  Arguments arguments;
   std::unique_ptr<inbetween::Data> data;
+
+  explicit InbetweenWindows(const Arguments& from) : arguments(from) {
+    const auto& [folders, split, stride, preset, settings] = from;
+    const inbetween::Config config = config_of(inbetween::preset(preset), settings);
+    if (stride < 1) throw Error("stride", "is under 1");
+    data = released([&, &folders = folders, &split = split, &stride = stride] {
+      return std::make_unique<inbetween::Data>(texts_of(folders), split, config, stride);
+    });
+  }
 };
+
+/// Pickled as what it was made from.
+template <class Made, class Make>
+auto pickle_arguments(const Make& make) {
+  return py::pickle([](const Made& made) { return made.arguments; },
+                    [make](const typename Made::Arguments& from) { return make(from); });
+}
 
 void add_clip_set(py::module_& m) {
   py::class_<DatasetClip>(m, "DatasetClip", "One clip of a native data set; paths are relative to its folder.")
@@ -174,19 +212,19 @@ void add_data(py::module_& m) {
           "name", [](Windows& w, int64_t i) { return w.name(static_cast<int64_t>(index_in(i, w.size()))); }, "index"_a,
           "'FOLDER/clips/000012.npz 30': file and first frame of window `index`.")
       .def("__len__", &Windows::size)
-      .def("__getitem__", &item_of, "index"_a, "The arrays of window `index`.");
+      .def("__getitem__", &item_of, "index"_a, "The arrays of window `index`.")
+      .def(pickle_arguments<Windows>([](const Windows::Arguments& from) {
+        return released(
+            [&] { return std::apply([](const auto&... each) { return std::make_shared<Windows>(each...); }, from); });
+      }));
   py::class_<ForecastWindows>(
       m, "ForecastWindows",
       "What forecasting is trained on, for torch.utils.data.DataLoader: a dictionary of joints\n"
       "(P + T, 22, 3) and points (N, 3), metres, in the axes of the window.")
       .def(py::init([](const Folders& folders, const std::string& split, int64_t stride, const std::string& preset,
                        const py::object& settings, uint64_t seed, bool augment) {
-             const forecast::Config config = config_of(forecast::preset(preset), settings);
-             if (stride < 1) throw Error("stride", "is under 1");
-             return released([&] {
-               return new ForecastWindows{std::make_unique<forecast::Data>(texts_of(folders), split, config, stride),
-                                          seed, augment};
-             });
+             return std::make_unique<ForecastWindows>(
+                 ForecastWindows::Arguments{folders, split, stride, preset, settings_of(settings), seed, augment});
            }),
            "folders"_a, "split"_a = "train", "stride"_a = 5, "preset"_a = "compact", "settings"_a = py::none(),
            "seed"_a = 1, "augment"_a = false,
@@ -200,7 +238,9 @@ void add_data(py::module_& m) {
             return py::dict("index"_a = at, "joints"_a = array_of(sample.joints.contiguous()),
                             "points"_a = array_of(sample.points.contiguous()));
           },
-          "index"_a, "The arrays of window `index`.");
+          "index"_a, "The arrays of window `index`.")
+      .def(pickle_arguments<ForecastWindows>(
+          [](const ForecastWindows::Arguments& from) { return std::make_unique<ForecastWindows>(from); }));
   py::class_<InbetweenWindows>(
       m, "InbetweenWindows",
       "What in-betweening is trained on, for torch.utils.data.DataLoader: a dictionary of features\n"
@@ -208,11 +248,8 @@ void add_data(py::module_& m) {
       "and bones (22, 3) metres.")
       .def(py::init([](const Folders& folders, const std::string& split, int64_t stride, const std::string& preset,
                        const py::object& settings) {
-             const inbetween::Config config = config_of(inbetween::preset(preset), settings);
-             if (stride < 1) throw Error("stride", "is under 1");
-             return released([&] {
-               return new InbetweenWindows{std::make_unique<inbetween::Data>(texts_of(folders), split, config, stride)};
-             });
+             return std::make_unique<InbetweenWindows>(
+                 InbetweenWindows::Arguments{folders, split, stride, preset, settings_of(settings)});
            }),
            "folders"_a, "split"_a = "train", "stride"_a = 30, "preset"_a = "compact", "settings"_a = py::none(),
            "settings: of the configuration, {'frames': 61}.")
@@ -231,7 +268,9 @@ void add_data(py::module_& m) {
             put(out, "bones", sample.bones);
             return out;
           },
-          "index"_a, "The arrays of window `index`.");
+          "index"_a, "The arrays of window `index`.")
+      .def(pickle_arguments<InbetweenWindows>(
+          [](const InbetweenWindows::Arguments& from) { return std::make_unique<InbetweenWindows>(from); }));
   py::class_<ActionMotion>(m, "Recording", "One recording of a labelled action.")
       .def_readonly("name", &ActionMotion::name, "Name of the file.")
       .def_readonly("action", &ActionMotion::action, "'walking'.")

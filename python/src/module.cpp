@@ -49,6 +49,7 @@ PYBIND11_MODULE(_core, m) {
   add_inbetween(m);
   add_interact(m);
   add_refine(m);
+  add_reconstruct(m);
   add_score(m);
   add_data(m);
   add_synth(m);

@@ -9,6 +9,7 @@
 #include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/reconstruct/reconstruction_page.h"
 #include "inhabit/refine/refine_depth.h"
 #include "inhabit/view/page_template.h"
 #include "inhabit/view/refined_page.h"
@@ -89,6 +90,7 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
   std::vector<InteractResult> seated;
   std::vector<RefineResult> refined;
   std::vector<refine::DepthResult> fitted;
+  std::vector<reconstruct::Result> reconstructed;
   std::vector<Clip> clips;
   std::vector<inbetween::Result> inner;
   std::vector<interact::Result> inner_seated;
@@ -113,6 +115,9 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
   } else if (results_of(refine::DepthResult(), fitted)) {
     alone(fitted.size());
     out.page = refined_page(fitted[0].before, fitted[0].clip, out.scene, "Refined");
+  } else if (results_of(reconstruct::Result(), reconstructed)) {
+    alone(reconstructed.size());
+    out.page = reconstruct::reconstruction_page(reconstructed[0], "a video");
   } else if (all.empty() || results_of(Clip(), clips)) {
     out.page = page_of_clips(clips, names);
     out.page.title = names.empty() ? "inhabit" : names.front();
@@ -147,7 +152,8 @@ void add_page(py::module_& m) {
          const std::optional<std::string>& note,
          const std::vector<std::string>& names) { return make_page(things, scene, title, note, names); },
       "scene"_a = py::none(), "title"_a = py::none(), "note"_a = py::none(), "names"_a = std::vector<std::string>(),
-      "A Page of clips, or of what Forecaster, Anticipator, Inbetweener, Interactor or refine returned (several of\n"
+      "A Page of clips, or of what Forecaster, Anticipator, Inbetweener, Interactor, refine or reconstruct returned "
+      "(several of\n"
       "Inbetweener or Interactor are samples). scene: shown with them; results know their own. names: of clips.");
 }
 

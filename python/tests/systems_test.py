@@ -1,4 +1,5 @@
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -54,6 +55,24 @@ def test_an_exception_in_a_callback_comes_out():
 
     with pytest.raises(KeyError, match="mine"):
         inhabit.Inbetweener().run(walk(), keys="ends", progress=fail)
+
+
+def test_a_video_is_reconstructed_as_by_the_command(tmp_path):
+    command, sample = os.environ["INHABIT_COMMAND"], tmp_path / "sample"
+    subprocess.run([command, "eval", "reconstruct", "--rooms", "1", "--seconds", "4", "--width", "120", "--no-objects", "--keep", sample],
+                   check=True, capture_output=True)
+    files = {"motion": sample / "estimated.npz", "camera": sample / "camera.json", "depth": f"{sample}/depth_*.npy",
+             "masks": f"{sample}/mask_*.png"}
+    out = tmp_path / "out.npz"
+    subprocess.run([command, "reconstruct", *(str(word) for name, file in files.items() for word in (f"--{name}", file)), "-o", out],
+                   check=True, capture_output=True)
+    heard = []
+    result = inhabit.reconstruct(**files, progress=lambda done, all: heard.append(done))
+    assert heard and np.abs(result.on_source.joints - inhabit.read_clip(out).joints).max() < 1e-4
+    assert 0 < result.depth_scale and len(result.keys) > 1 and not result.scene.empty
+    assert "Reconstruction" in inhabit.page(result).html
+    with pytest.raises(inhabit.Error, match="nowhere.json"):
+        inhabit.reconstruct(**{**files, "camera": tmp_path / "nowhere.json"})
 
 
 def test_sitting_down():
@@ -132,6 +151,10 @@ def test_data_sets_feed_a_loader_and_a_training(tmp_path):
     assert windows[0]["joints"].shape == (90, 22, 3) and len(list(windows)) == len(windows)
     samples = inhabit.ForecastWindows([tmp_path / "rooms"], settings={"points": 64})
     assert samples[0]["points"].shape == (64, 3)
+    keys = inhabit.InbetweenWindows([tmp_path / "rooms"], "all", settings={"frames": 61})
+    for one in (windows, samples, keys):  # a spawned worker makes its own
+        again = pickle.loads(pickle.dumps(one))
+        assert len(again) == len(one) and all(np.array_equal(again[0][name], value) for name, value in one[0].items())
     heard = []
 
     def stop(report):

@@ -176,7 +176,7 @@ TEST(PoseNetwork, GoesOnWithItsStepAndIsDrawnTowardsAPoseByLearnedWeights) {
   const Tensor future = pose->roll(state, random_labels(1, 2 + c.gamma - 1, c), 2)[0];
   const Tensor first = last + goes_on * (last - past[0][10]) + change + weight * (named - last);
   EXPECT_LT(largest(future[0] - first), 1e-5);
-  EXPECT_LT(largest(future[1] - (first + goes_on * (first - last) + change + weight * (named - first))), 1e-5);
+  EXPECT_LT(largest(future[1] - (first + kCarry * goes_on * (first - last) + change + weight * (named - first))), 1e-5);
 }
 
 TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {

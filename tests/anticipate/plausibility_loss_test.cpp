@@ -14,6 +14,7 @@ namespace {
 using torch::Tensor;
 
 constexpr int64_t kKappa = 8;
+constexpr double kSharp = 1e-5;  // metres a frame: nothing is rounded off
 
 /// Every word of one window.
 Tensor all_starts(int64_t frames) { return torch::arange(frames - kKappa + 1).unsqueeze(0); }
@@ -29,7 +30,7 @@ Tensor words_of(const Sequence& s) {
 
 TEST(PlausibilityLoss, OfARecordingIsNdmsBesideTheOther) {
   const std::vector<Sequence> all = people(60);  // two walk, two wave
-  const PlausibilityLoss loss(all, kKappa);
+  const PlausibilityLoss loss(all, kKappa, kSharp);
   EXPECT_EQ(action_names(all), (std::vector<std::string>{"walk", "wave"}));
   for (const size_t i : {0U, 1U}) {
     const Tensor words = pose_words(feature_poses(all[i].features), kKappa);
@@ -43,8 +44,8 @@ TEST(PlausibilityLoss, OfARecordingIsNdmsBesideTheOther) {
 TEST(PlausibilityLoss, OfAnActionWithOneRecordingIsBesideThatOne) {
   const std::vector<Sequence> one = {people(60).front()};
   const Tensor words = pose_words(feature_poses(one[0].features), kKappa);
-  EXPECT_NEAR(loss_of(PlausibilityLoss(one, kKappa), one[0].features, 0), 1 - ndms(words, words).mean().item<double>(),
-              0.005)
+  EXPECT_NEAR(loss_of(PlausibilityLoss(one, kKappa, kSharp), one[0].features, 0),
+              1 - ndms(words, words).mean().item<double>(), 0.005)
       << "joints at rest score 0";
 }
 

@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Remakes the tables of docs/ from the recordings: data, then every evaluation, each in a file of its own. What is there
+# already is not made again, so that an interrupted run goes on; how long each part took is in OUT/times.txt.
+# usage: scripts/results.sh forecast|anticipate|inbetween|interact|all RECORDINGS OUT [SPLIT]
+#   RECORDINGS  as scripts/fit_recordings.sh takes it (cmu/ is what anticipation needs; interact needs none)
+#   SPLIT       val (default) or test, of forecast and inbetween; the other two tables are of the test split
+# INHABIT names the command (default build/release/cli/inhabit).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+[ $# -ge 3 ] || { sed -n '2,8s/^# //p' "$0"; exit 2; }
+system=$1 recordings=$(realpath "$2") split=${4:-val}
+mkdir -p "$3"
+out=$(realpath "$3")
+export INHABIT=${INHABIT:-$PWD/build/release/cli/inhabit}
+
+# step NAME COMMAND...: what COMMAND prints becomes NAME.txt, whole or not at all.
+step() {
+  local name=$1 begin=$SECONDS
+  shift
+  if [ -e "$out/$name.txt" ]; then return; fi
+  echo "$name: $*" | sed "s#$INHABIT#inhabit#g; s#$out/##g; s#$recordings#RECORDINGS#g"
+  "$@" >"$out/$name.txt.part" 2>"$out/$name.log" || { tail -3 "$out/$name.log" >&2; return 1; }
+  mv "$out/$name.txt.part" "$out/$name.txt"
+  echo "$name $((SECONDS - begin)) s" >>"$out/times.txt"
+}
+
+rooms() { step data_rooms "$INHABIT" synth rooms --clips 2000 --seed 61 --out "$out/rooms"; }
+fitted() { step data_recordings scripts/fit_recordings.sh "$recordings" "$out"; }
+
+forecast() {
+  rooms
+  fitted
+  step forecast "$INHABIT" eval forecast --data "$out/rooms" "$out/bvh" "$out/hdm05" --split "$split" --stride 200 --intervals \
+    --json "$out/forecast.json"
+  step forecast_contacts "$INHABIT" eval contacts --data "$out/rooms" "$out/bvh" "$out/hdm05" --split "$split" --stride 400
+}
+
+anticipate() {
+  step anticipate "$INHABIT" eval anticipate --data "cmu:$recordings/cmu" --json "$out/anticipate.json"
+  step anticipate_labels "$INHABIT" intentions "cmu:$recordings/cmu" -o "$out/intentions.html"
+}
+
+inbetween() {
+  rooms
+  fitted
+  local straight='straight: way_around=false'
+  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$straight" \
+    --json "$out/inbetween_rooms.json"
+  step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \
+    --seeds 2 --row "$straight" --json "$out/inbetween_recordings.json"
+  step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 2 --row "$straight"
+}
+
+interact() {
+  step data_chairs "$INHABIT" synth chairs --minutes 900 --subjects 6 --seed 2 --out "$out/chairs"
+  step interact "$INHABIT" eval interact --data "$out/chairs" --json "$out/interact.json"
+  step interact_behind "$INHABIT" eval interact --data "$out/chairs" --runs 100 --behind 100 --seed 2
+  step interact_contacts "$INHABIT" eval interact --data "$out/chairs" --draws 10
+}
+
+case $system in
+  forecast | anticipate | inbetween | interact) $system ;;
+  all) for each in forecast anticipate inbetween interact; do $each; done ;;
+  *) sed -n '2,8s/^# //p' "$0"; exit 2 ;;
+esac
+echo "tables in $3"
