@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   add_interact(app);
   add_contacts(app);
   add_serve(app);
+  add_stream(app);
   add_reconstruct(app);
   add_refine(app);
   add_train(app);

@@ -80,3 +80,4 @@ void add_synth(CLI::App& app);
 void add_score(CLI::App& app);
 void add_average(CLI::App& app);
 void add_serve(CLI::App& app);
+void add_stream(CLI::App& app);

@@ -116,6 +116,12 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
                                                   options.points > 0 ? options.points : c.points, random);
   out.forecast = predict(out.past.joints, points);
+  if (options.joints_alone) {
+    out.prediction.skeleton = out.past.skeleton;
+    out.prediction.rate = c.rate;
+    out.prediction.joints = out.forecast.joints;
+    return out;
+  }
   // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
   const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), out.forecast.joints}));
   out.prediction = slice(whole, 1, whole.frames());

@@ -32,6 +32,8 @@ void scene_rows(const float* points, const float* contact, int64_t count, int64_
     for (int64_t n = first; n < last; ++n) {
       float* into = rows.row(n);
       std::copy_n(points + 3 * n, 3, into);
+      // What an earlier call left there: a voxel's mean is over all of its points, touched or not.
+      if (touched[n] == 0) std::fill(into + kPositionChannels, into + rows.stride, 0.0F);
     }
     for (int64_t block = 0; block < features; block += kTransposeBlock) {
       const int64_t end = std::min(features, block + kTransposeBlock);

@@ -1,91 +1,24 @@
 #include "inhabit/motion/landmarks.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "inhabit/error.h"
+#include "inhabit/motion/joint_label.h"
 
 namespace inhabit {
 namespace {
 
-// What a joint's name says once case, separators, prefixes and side are taken off: "Bip01 L Thigh" -> left, "thigh".
-struct Label {
-  int side = -1;  // 0 left, 1 right
-  std::string part;
-};
-
-// Names of each part, the more telling first. A name may stand for two parts ("shoulder" is the upper arm where there
-// is a "collar", and the collar where there is an "arm"); the order settles it.
-const std::vector<std::string> kHip = {"upleg", "upperleg", "thigh", "thighbend", "femur", "hip"};
-const std::vector<std::string> kKnee = {"knee", "lowleg", "lowerleg", "shin", "calf", "tibia", "foreleg", "leg"};
-const std::vector<std::string> kAnkle = {"ankle", "foot"};
-const std::vector<std::string> kToe = {"toebase", "toe", "toes", "toe0", "ball", "forefoot", "foot"};
-const std::vector<std::string> kShoulder = {"upperarm", "uparm", "humerus", "shldr", "shldrbend", "arm", "shoulder"};
-const std::vector<std::string> kElbow = {"forearm", "forearmbend", "lowerarm", "lowarm", "elbow", "radius"};
-const std::vector<std::string> kWrist = {"wrist", "hand"};
-const std::vector<std::string> kHead = {"head"};
-
-bool known_part(const std::string& part) {
-  for (const auto* names : {&kHip, &kKnee, &kAnkle, &kToe, &kShoulder, &kElbow, &kWrist})
-    if (std::find(names->begin(), names->end(), part) != names->end()) return true;
-  return false;
-}
-
-bool take_off(std::string& text, const std::string& what) {
-  const size_t at = text.find(what);
-  if (at == std::string::npos) return false;
-  text.erase(at, what.size());
-  return true;
-}
-
-// What tools put before their joints' names.
-bool is_prefix(const std::string& word) {
-  static const std::vector<std::string> words = {"cc", "base", "def", "valvebiped", "j", "c"};
-  return word.substr(0, 3) == "bip" || word.substr(0, 9) == "mixamorig" ||
-         std::find(words.begin(), words.end(), word) != words.end();
-}
-
-Label label_of(const std::string& name) {
-  Label out;
-  const size_t space = name.find_last_of(":|");
-  std::vector<std::string> words(1);
-  for (const char c : space == std::string::npos ? name : name.substr(space + 1)) {
-    const auto u = static_cast<unsigned char>(c);
-    if (std::isalnum(u))
-      words.back() += static_cast<char>(std::tolower(u));
-    else if (!words.back().empty())
-      words.emplace_back();
-  }
-  for (const std::string& word : words) {
-    if (out.side < 0 && (word == "l" || word == "r"))
-      out.side = word == "r" ? 1 : 0;
-    else if (!is_prefix(word))
-      out.part += word;
-  }
-  if (out.side < 0) {
-    if (take_off(out.part, "left"))
-      out.side = 0;
-    else if (take_off(out.part, "right"))
-      out.side = 1;
-    else if (out.part.size() > 1 && (out.part[0] == 'l' || out.part[0] == 'r') && known_part(out.part.substr(1))) {
-      out.side = out.part[0] == 'r' ? 1 : 0;
-      out.part.erase(0, 1);
-    }
-  }
-  return out;
-}
-
 class Finder {
  public:
   Finder(const Skeleton& skeleton, const std::string& subject) : skeleton_(skeleton), subject_(subject) {
-    for (const std::string& name : skeleton.names) labels_.push_back(label_of(name));
+    for (const std::string& name : skeleton.names) labels_.push_back(joint_label(name));
   }
 
   // The joint of that part and side which hangs below `above` (any joint where that is -1).
   int find(const std::vector<std::string>& names, int side, int above) const {
     for (const std::string& name : names)
       for (int j = 0; j < skeleton_.size(); ++j) {
-        const Label& label = labels_[static_cast<size_t>(j)];
+        const JointLabel& label = labels_[static_cast<size_t>(j)];
         if (label.side == side && label.part == name && (above < 0 || (j != above && is_below(j, above)))) return j;
       }
     return -1;
@@ -129,7 +62,7 @@ class Finder {
 
   const Skeleton& skeleton_;
   const std::string& subject_;
-  std::vector<Label> labels_;
+  std::vector<JointLabel> labels_;
 };
 
 }  // namespace
@@ -140,15 +73,15 @@ Landmarks find_landmarks(const Skeleton& skeleton, const std::string& subject) {
   Landmarks out;
   for (int side = 0; side < 2; ++side) {
     const auto s = static_cast<size_t>(side);
-    out.hip[s] = finder.need(kHip, side, -1, "hip");
-    out.knee[s] = finder.need(kKnee, side, out.hip[s], "knee");
-    out.ankle[s] = finder.need(kAnkle, side, out.knee[s], "ankle");
-    out.toe[s] = finder.find(kToe, side, out.ankle[s]);
-    out.shoulder[s] = finder.need(kShoulder, side, -1, "shoulder");
-    out.elbow[s] = finder.need(kElbow, side, out.shoulder[s], "elbow");
-    out.wrist[s] = finder.need(kWrist, side, out.elbow[s], "wrist");
+    out.hip[s] = finder.need(part_names::kHip, side, -1, "hip");
+    out.knee[s] = finder.need(part_names::kKnee, side, out.hip[s], "knee");
+    out.ankle[s] = finder.need(part_names::kAnkle, side, out.knee[s], "ankle");
+    out.toe[s] = finder.find(part_names::kToe, side, out.ankle[s]);
+    out.shoulder[s] = finder.need(part_names::kShoulder, side, -1, "shoulder");
+    out.elbow[s] = finder.need(part_names::kElbow, side, out.shoulder[s], "elbow");
+    out.wrist[s] = finder.need(part_names::kWrist, side, out.elbow[s], "wrist");
   }
-  out.head = finder.need(kHead, -1, -1, "head");
+  out.head = finder.need(part_names::kHead, -1, -1, "head");
   out.thorax = finder.common(finder.common(out.shoulder[0], out.shoulder[1]), out.head);
   out.pelvis = finder.common(finder.common(out.hip[0], out.hip[1]), out.thorax);
   if (out.thorax == out.head || out.thorax == out.shoulder[0] || out.thorax == out.shoulder[1] ||

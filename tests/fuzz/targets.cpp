@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string_view>
 
 #include "inhabit/anticipate/config.h"
@@ -27,11 +28,14 @@
 #include "inhabit/io/cloud_sequence.h"
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/npz.h"
+#include "inhabit/io/number_text.h"
+#include "inhabit/io/pose_line.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/io/upright.h"
 #include "inhabit/motion/locomotion.h"
+#include "inhabit/motion/pose_stream.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/serve/message.h"
@@ -207,6 +211,33 @@ bool fuzz_keyframes(const uint8_t* data, size_t size) {
 bool fuzz_message(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view text) { serve::parse_message(text); });
 }
+/// Lines of a stream of poses, as `inhabit stream` takes them: names, people, times, and what is seen of them.
+bool fuzz_pose_lines(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view text) {
+    std::optional<PoseStream> stream;
+    std::optional<Error> refused;
+    while (!text.empty()) {
+      try {
+        const StreamLine line = parse_stream_line(next_line(text));
+        if (const auto* joints = std::get_if<JointNames>(&line)) {
+          stream.emplace(PoseStreamOptions{.names = joints->names, .parents = joints->parents, .people = 3}, 1, 0.1);
+          continue;
+        }
+        const auto& pose = std::get<PoseLine>(line);
+        if (!stream) stream.emplace(PoseStreamOptions{.people = 3}, 1, 0.1);
+        stream->push(pose.person, pose.time, pose.joints);
+        for (const PoseStream::Due& due : stream->take()) {
+          const Clip seen = due.window->clip(30, 30);
+          validate(seen, due.person);
+          retarget(seen, due.person);
+        }
+      } catch (const Error& error) {
+        refused = error;
+      }
+    }
+    if (refused) throw *refused;
+  });
+}
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
 template <char... extension>
 bool fuzz_scene(const uint8_t* data, size_t size) {
@@ -219,7 +250,7 @@ bool fuzz_scene(const uint8_t* data, size_t size) {
 }  // namespace
 
 void prepare_fuzzing(const std::string& target) {
-  for (const char* name : {"clip_npz", "smpl_model", "dataset", "motion_set", "retarget"})
+  for (const char* name : {"clip_npz", "smpl_model", "dataset", "motion_set", "retarget", "pose_lines"})
     if (target == name) builtin_body();
 }
 
@@ -244,6 +275,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"checkpoint", fuzz_checkpoint},
       {"keyframes", fuzz_keyframes},
       {"message", fuzz_message},
+      {"pose_lines", fuzz_pose_lines},
       {"obj", fuzz_scene<'o', 'b', 'j'>},
       {"ply", fuzz_scene<'p', 'l', 'y'>},
       {"off", fuzz_scene<'o', 'f', 'f'>},

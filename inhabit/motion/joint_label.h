@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace inhabit {
+
+/// What a joint's name says once case, separators, prefixes and side are taken off: "Bip01 L Thigh" -> left, "thigh".
+struct JointLabel {
+  int side = -1;     ///< 0 left, 1 right, -1 neither
+  std::string part;  ///< lower case
+};
+
+JointLabel joint_label(const std::string& name);
+
+/// Names of each part of a limb, the more telling first. A name may stand for two parts ("shoulder" is the upper arm
+/// where there is a "collar", and the collar where there is an "arm"); the order settles it.
+namespace part_names {
+extern const std::vector<std::string> kHip, kKnee, kAnkle, kToe, kShoulder, kElbow, kWrist, kHead;
+}  // namespace part_names
+
+}  // namespace inhabit
