@@ -28,7 +28,7 @@ std::string no_verb(const CLI::App& app, const std::string& unknown) {
   const std::vector<std::string> verbs = names_of(app);
   if (unknown.empty()) return "a verb is missing; there are " + listed(verbs);
   const std::string meant = meant_by(unknown, verbs);
-  return unknown + ": is no verb" + (meant.empty() ? "" : ", did you mean " + meant + "?") + "; there are " +
+  return unknown + ": is no verb" + (meant.empty() ? "; there are " : ", did you mean " + meant + "? There are ") +
          listed(verbs);
 }
 

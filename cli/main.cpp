@@ -25,7 +25,8 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
   if (said == CLI::RequiredError::Subcommand(1).what()) return no_verb(*last, left.empty() ? "" : left.front());
   for (const std::string& word : left)
     if (word.size() > 1 && word.front() == '-') return no_option(*last, path, word);
-  if (error.get_name() == "ExtrasError" && !left.empty()) return no_option(*last, path, left.front());
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !left.empty())
+    return no_option(*last, path, left.front());
   return said;
 }
 

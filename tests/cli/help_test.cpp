@@ -33,7 +33,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 TEST(Typos, OfVerbsAndOptionsGetASuggestion) {
-  EXPECT_THAT(said("forcast x"), HasSubstr("forcast: is no verb, did you mean forecast?; there are version, forecast"));
+  EXPECT_THAT(said("forcast x"), HasSubstr("forcast: is no verb, did you mean forecast? There are version, forecast"));
   EXPECT_THAT(said("eval forecats"), HasSubstr("did you mean forecast?"));
   EXPECT_THAT(said("help inbetwen"), HasSubstr("did you mean inbetween?"));
   EXPECT_THAT(said("inbetween a.bvh --keyframe 3"),
@@ -119,6 +119,10 @@ TEST(Completion, OfAllShellsKnowsEveryVerbAndOption) {
         run_program("command -v " + std::string(shell) + " >/dev/null || exit 0; " + shell + " -n " + folder / shell);
     EXPECT_EQ(r.exit_code, 0) << shell << r.err;
   }
+  const CommandResult offers =
+      run_program("command -v fish >/dev/null || { echo --intervals; exit 0; }; fish -c 'source " + folder / "fish" +
+                  "; complete -C \"inhabit eval forecast --interv\"'");
+  EXPECT_THAT(offers.out, HasSubstr("--intervals")) << offers.err;
 }
 
 TEST(ManPage, HasEveryVerbWithItsOptions) {
@@ -126,8 +130,10 @@ TEST(ManPage, HasEveryVerbWithItsOptions) {
   EXPECT_THAT(page,
               AllOf(HasSubstr(".TH INHABIT 1"), HasSubstr(".SH EXIT STATUS"), HasSubstr(".SS inhabit eval forecast\n"),
                     HasSubstr("\\fB\\-\\-keyframes\\fR"), HasSubstr("INHABIT_MODELS")));
-  for (const std::string& line : lines_of(page))
-    if (line.front() == '.') EXPECT_THAT(line, testing::ContainsRegex("^\\.(TH|SH|SS|TP|PP|nf|fi)")) << "no request";
+  for (const std::string& line : lines_of(page)) {
+    if (line.front() != '.') continue;
+    EXPECT_THAT(line, testing::ContainsRegex("^\\.(TH|SH|SS|TP|PP|nf|fi)")) << "no request";
+  }
 }
 
 }  // namespace

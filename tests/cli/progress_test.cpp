@@ -9,7 +9,10 @@ namespace {
 
 using testing::AllOf, testing::HasSubstr, testing::Not;
 
-const std::string kWork = INHABIT_COMMAND " eval reconstruct --rooms 3 --seconds 1 --width 64 --no-objects";
+/// Work of a second or so.
+std::string work(const std::string& folder) {
+  return INHABIT_COMMAND " synth rooms --clips 12 --seed 3 --out " + folder;
+}
 
 /// On a terminal of its own.
 std::string on_terminal(const std::string& command) {
@@ -17,19 +20,23 @@ std::string on_terminal(const std::string& command) {
 }
 
 TEST(Progress, IsABarOnATerminalAndGoesAwayInTheEnd) {
-  const std::string out = on_terminal(kWork);
-  EXPECT_THAT(out, AllOf(HasSubstr("rooms ["), HasSubstr("of 3"), HasSubstr("/s, "), HasSubstr(" left")));
-  const size_t bar = out.rfind("rooms ["), gone = out.rfind("\r\x1b[K");
+  const TempFolder folder;
+  const std::string out = on_terminal(work(folder / "a"));
+  EXPECT_THAT(out, AllOf(HasSubstr("clips ["), HasSubstr("of 12, "), HasSubstr("/s, "), HasSubstr(" left")));
+  const size_t bar = out.rfind("clips ["), gone = out.rfind("\r\x1b[K");
   ASSERT_NE(bar, std::string::npos);
   EXPECT_GT(gone, bar);
-  EXPECT_THAT(on_terminal(kWork + " --quiet"), Not(HasSubstr("rooms [")));
+  EXPECT_LT(gone, out.rfind("12 clips")) << "what the verb says in the end stands alone";
+  const std::string quiet = on_terminal(work(folder / "b") + " --quiet");
+  EXPECT_THAT(quiet, AllOf(Not(HasSubstr("clips [")), HasSubstr("12 clips")));
 }
 
-TEST(Progress, LeavesNoBarWhereItIsNoTerminal) {
-  const CommandResult r = run_program(kWork);
+TEST(Progress, LeavesNoBarWhereThereIsNoTerminal) {
+  const TempFolder folder;
+  const CommandResult r = run_program(work(folder / "a"));
   EXPECT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(r.err + r.out, Not(HasSubstr("\r")));
-  EXPECT_THAT(r.out, Not(HasSubstr("of 3")));
+  EXPECT_THAT(r.out, Not(HasSubstr("of 12")));
 }
 
 TEST(Quiet, LeavesAwayWhatWasDetected) {
