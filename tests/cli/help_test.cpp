@@ -131,7 +131,7 @@ TEST(ManPage, HasEveryVerbWithItsOptions) {
               AllOf(HasSubstr(".TH INHABIT 1"), HasSubstr(".SH EXIT STATUS"), HasSubstr(".SS inhabit eval forecast\n"),
                     HasSubstr("\\fB\\-\\-keyframes\\fR"), HasSubstr("INHABIT_MODELS")));
   for (const std::string& line : lines_of(page)) {
-    if (line.front() != '.') continue;
+    if (line.rfind('.', 0) != 0) continue;
     EXPECT_THAT(line, testing::ContainsRegex("^\\.(TH|SH|SS|TP|PP|nf|fi)")) << "no request";
   }
 }
