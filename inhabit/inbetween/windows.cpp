@@ -10,9 +10,7 @@ namespace inhabit::inbetween {
 
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
                                      int64_t redone, double own) {
-  const auto own_frames = [&](int64_t count) {
-    return std::to_string(std::llround(static_cast<double>(count) * own));
-  };
+  const auto own_frames = [&](int64_t count) { return std::to_string(std::llround(static_cast<double>(count) * own)); };
   std::vector<FillWindow> out;
   int64_t first = 0, known = 0;
   size_t next = 1;  // the first key frame that is not filled up to

@@ -54,8 +54,8 @@ TEST(ManyFiles, ABadOneIsSkippedAndCounted) {
 
 /// Sets a variable of the environment for as long as it lives.
 struct Variable {
-  Variable(const char* name, const std::string& value)
-      : name(name), before(std::getenv(name) ? std::getenv(name) : "") {
+  Variable(const char* called, const std::string& value)
+      : name(called), before(std::getenv(called) != nullptr ? std::getenv(called) : "") {
     setenv(name, value.c_str(), 1);
   }
   ~Variable() { before.empty() ? unsetenv(name) : setenv(name, before.c_str(), 1); }
