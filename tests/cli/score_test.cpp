@@ -147,9 +147,9 @@ TEST(Score, RefusesWhatCannotBeScored) {
   expect_refused("score ndms --motion " + folder / "none.npz" + " --reference " + kWalk + to,
                  {"none.npz", "no such file"}, out);
   expect_refused("score ndms --motion " + kWalk + " --reference " + kWalk + " --kappa 500" + to,
-                 {"walk.npz", "no motion word"}, out);
+                 {"walk.npz", "20.00 s are needed"}, out);
   expect_refused("score ndms --motion " + kWalk + " --reference " + kSit + " --observed 75" + to,
-                 {"walk.npz", "no motion word"}, out);
+                 {"walk.npz", "3.04 s are needed"}, out);
   expect_refused("score apd --motion " + kWalk + to, {"--motion", "two futures"}, out);
   expect_refused("score npss --motion " + kWalk + " " + kSit + " --truth " + kWalk + to,
                  {"--truth", "one file for each"}, out);
