@@ -16,6 +16,7 @@ struct AnticipateArguments {
   std::string motion, model;
   inhabit::ClipReadOptions reading;
   std::vector<std::string> outputs;
+  inhabit::WriteOptions writing;
   inhabit::anticipate::Options anticipate;
 };
 
@@ -44,17 +45,18 @@ void add_anticipate(CLI::App& app) {
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_flag("--standard", o->anticipate.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
+  add_writing(*verb, o->writing);
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
                    "(default: futures.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "futures.html", "an anticipation");
+    require_motion_written(o->writing, o->outputs);
     o->anticipate.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
-    const auto anticipator = anticipate::IntentionAnticipator::load(
-        o->model.empty() ? shipped_model("anticipate-cmu.safetensors") : o->model);
+    const auto anticipator = anticipate::IntentionAnticipator::load(model_file(o->model, "anticipate-cmu.safetensors"));
     o->anticipate.name = o->motion;
     const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
@@ -63,7 +65,7 @@ void add_anticipate(CLI::App& app) {
         [&] { return anticipate::anticipation_page(a, "Futures of " + fs::path(o->motion).filename().string()); },
         [&](const std::string& out) {
           const bool standard = o->anticipate.standard;
-          write_motions(out, standard ? a.futures : a.on_source,
+          write_motions(out, standard ? a.futures : a.on_source, o->writing,
                         {{"intention", standard ? a.labels : a.labels_on_source}});
         });
   });

@@ -1,36 +1,85 @@
 #include "inhabit/io/convert.h"
 
 #include <cstdio>
+#include <filesystem>
+#include <map>
 #include <memory>
 
+#include "inhabit/error.h"
 #include "inputs.h"
+#include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
+namespace {
+
+struct Convert {
+  std::vector<std::string> files;
+  std::string format;
+  inhabit::ConvertOptions options;
+};
+
+/// Whether `files` name a folder to convert into, and not one file that becomes another.
+bool into_folder(const Convert& o) {
+  namespace fs = std::filesystem;
+  const std::string& in = o.files.front();
+  std::error_code none;
+  const bool pattern = in.find_first_of("*?[") != std::string::npos && !fs::exists(in, none);
+  return o.files.size() > 2 || !o.format.empty() || pattern || fs::is_directory(in, none);
+}
+
+void convert_many(const Convert& o) {
+  const std::string out = o.files.back();
+  std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
+  std::map<std::string, std::string> targets;
+  for (const inhabit::Conversion& each : inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format)) {
+    files.push_back(each.in);
+    targets[each.in] = each.out;
+  }
+  inhabit::Notes notes;
+  const auto progress = progress_of("files");
+  int64_t done = 0;
+  const inhabit::FileCount count = inhabit::each_file(files, [&](const std::string& file) {
+    inhabit::Notes own;
+    std::error_code none;  // where it cannot be made, the file cannot be written, which is said
+    progress(done++, static_cast<int64_t>(files.size()));
+    std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), none);
+    const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
+    for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
+    end_progress();
+    std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
+  });
+  end_progress();
+  say(notes, 8);
+  end_of(count);
+}
+
+}  // namespace
+
 void add_convert(CLI::App& app) {
-  struct Convert {
-    std::string in, out;
-    inhabit::ConvertOptions options;
-  };
-  CLI::App* verb = app.add_subcommand("convert", "Write a motion or a scene in another format");
+  CLI::App* verb = app.add_subcommand("convert", "Write a motion or a scene, or many motions, in another format");
   auto given = std::make_shared<Convert>();
-  verb->add_option(
-          "IN", given->in,
-          "Motion (.bvh .amc .txt .npz .npy .json) or scene (.obj .ply .glb .gltf .off .stl .pcd .xyz .npz .npy)")
+  verb->add_option("files", given->files,
+                   "IN OUT: motion (.bvh .amc .txt .npz .npy .json) as .npz .json .bvh .glb, or scene (.obj .ply .glb "
+                   ".gltf .off .stl .pcd .xyz .npz .npy) as .glb .ply; or IN... FOLDER: files, folders of motion and "
+                   "patterns, each as a file of the same name in FOLDER")
       ->required();
-  verb->add_option("OUT", given->out, "Motion: .npz .json .bvh .glb; scene: .glb .ply")->required();
-  verb->add_option("--rate", given->options.rate, "Frames a second of the output")->check(frame_rate);
+  verb->add_option("--format", given->format, "Of many files: the format they become (default: npz)")
+      ->check(CLI::IsMember({"npz", "json", "bvh", "glb", "ply"}));
   verb->add_flag("--retarget", given->options.retarget, "Onto the standard 22 joints");
   add_reading(*verb, given->options.reading, "the input");
-  verb->add_option("--out-up", given->options.up, "Up axis of the output, y (default) or z (.bvh, .npz)")
-      ->transform(one_of<inhabit::UpAxis>({{"y", inhabit::UpAxis::y}, {"z", inhabit::UpAxis::z}}))
-      ->option_text("y|z");
+  add_writing(*verb, given->options.writing);
   verb->add_option("--scene", given->options.scene, "Scene to put into a .glb beside the motion");
   verb->add_option("--body", given->options.body,
                    "SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family");
   verb->callback([given] {
+    if (given->files.size() < 2) throw inhabit::Error("OUT", "is missing: the file or folder to write to");
+    if (into_folder(*given)) return convert_many(*given);
+    const std::string &in = given->files.front(), &out = given->files.back();
     inhabit::Notes notes;
-    const std::string written = inhabit::convert_file(given->in, given->out, given->options, &notes);
-    for (const std::string& note : notes) std::printf("%s: %s\n", given->in.c_str(), note.c_str());
-    std::printf("%s: %s\n", given->out.c_str(), written.c_str());
+    const std::string written = inhabit::convert_file(in, out, given->options, &notes);
+    for (std::string& note : notes) note.insert(0, in + ": ");
+    say(notes);
+    std::printf("%s: %s\n", out.c_str(), written.c_str());
   });
 }

@@ -50,7 +50,7 @@ std::vector<inhabit::anticipate::Fold> folds_of(const AnticipateOptions& o, inha
   std::vector<std::string> files = o.models;
   if (files.empty() && !by_turns) files = {shipped_model("anticipate-cmu.safetensors")};
   for (const std::string& file : files) {
-    networks.push_back(anticipate::load_networks(file));
+    networks.push_back(anticipate::load_networks(model_file(file, "")));
     set_used(networks.back().config, o.settings, {"inference."});
     if (by_turns && networks.back().config.training.folds == 0)
       throw Error(file, "was trained on every recording: --split left-out takes models trained with training.folds");
@@ -106,7 +106,9 @@ void add_eval_anticipate(CLI::App& verb) {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
     Notes notes;
-    const anticipate::Table table = anticipate::evaluate(folds_of(*o, notes), o->evaluation);
+    const std::vector<anticipate::Fold> folds = folds_of(*o, notes);
+    o->evaluation.progress = progress_of("rows of observations");
+    const anticipate::Table table = anticipate::evaluate(folds, o->evaluation);
     if (table.actions.empty()) throw Error(o->data, "has no recording long enough in split " + o->split);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     say(notes);
@@ -133,9 +135,8 @@ inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFil
     const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
     if (chairs.empty()) throw Error(file, "holds nothing to sit on");
     for (const interact::Chair& chair : chairs)
-      for (interact::StartScores& s :
-           interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed,
-                                     progress_lines("runs")))
+      for (interact::StartScores& s : interact::evaluate_starts(
+               chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed, progress_of("runs")))
         scores.push_back(std::move(s));
   }
   return interact::score_table(scores);
@@ -147,7 +148,7 @@ inhabit::ScoreTable starts_behind(const InteractOptions& o, const InteractFiles&
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true, .straight = true}, {.raw = true}});
   return interact::score_table(interact::evaluate_starts("behind", interact::behind_chairs(trials, o.behind, o.seed),
-                                                         methods, o.seed, progress_lines("runs")));
+                                                         methods, o.seed, progress_of("runs")));
 }
 
 void add_eval_interact(CLI::App& verb) {
@@ -192,7 +193,7 @@ void add_eval_interact(CLI::App& verb) {
     if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
     InteractFiles files;
     for (const std::string& model : o->models) {
-      files.emplace_back(model, interact::load_networks(model));
+      files.emplace_back(model, interact::load_networks(model_file(model, "")));
       set_used(files.back().second.config, o->settings, {"inference."});
     }
     const auto write_table = [&](const ScoreTable& table) {
@@ -209,7 +210,7 @@ void add_eval_interact(CLI::App& verb) {
       return write_table(interact::score_table(
           interact::evaluate_contacts(trials, interact::ChairInteractor(files.front().second), o->draws, o->seed)));
     const interact::Table table = interact::evaluate(
-        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_lines("runs"));
+        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_of("runs"));
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
     std::printf("%s", table_text(table).c_str());
   });

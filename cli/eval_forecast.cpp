@@ -7,6 +7,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
 #include "outputs.h"
+#include "progress.h"
 #include "settings.h"
 #include "verbs.h"
 
@@ -37,8 +38,8 @@ std::shared_ptr<ForecastEvaluation> add_options(CLI::App& verb) {
 
 inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
   if (!o.json.empty()) require_writable(o.json);
-  inhabit::forecast::Networks model = inhabit::forecast::load_networks(
-      o.model.empty() ? inhabit::shipped_model("forecast-compact.safetensors") : o.model);
+  inhabit::forecast::Networks model =
+      inhabit::forecast::load_networks(model_file(o.model, "forecast-compact.safetensors"));
   set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
   return model;
 }
@@ -60,7 +61,7 @@ void add_eval_forecast(CLI::App& verb) {
     const inhabit::forecast::Networks model = model_of(*o);
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
-    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data);
+    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"));
     if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table, o->intervals).dump(2) + "\n");
     std::printf("%s", table_text(table, o->intervals).c_str());
   });
@@ -76,8 +77,8 @@ void add_eval_contacts(CLI::App& verb) {
     dense.points = inhabit::forecast::kDensePoints;
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
-    const inhabit::ScoreTable table =
-        inhabit::forecast::evaluate_contacts(model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride));
+    const inhabit::ScoreTable table = inhabit::forecast::evaluate_contacts(
+        model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride), progress_of("windows"));
     if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table).dump(2) + "\n");
     std::printf("%s", inhabit::text_of(table).c_str());
   });

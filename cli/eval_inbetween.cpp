@@ -95,7 +95,7 @@ std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config, bool noi
   if (!o.options.key_groups.defined())  // they know whole poses only
     for (const Method& method : inbetween::interpolation_methods(noisy)) add_rows(methods, method, o.refine);
   for (const std::string& file : o.models) {
-    inbetween::Networks networks = inbetween::load_networks(file);
+    inbetween::Networks networks = inbetween::load_networks(model_file(file, ""));
     set_used(networks.config, o.settings, kUse);
     config = networks.config;
     if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
@@ -165,7 +165,7 @@ void eval_inbetween(InbetweenOptions& o) {
   const auto windows = o.motions.empty() ? windows_of_data(o, config) : windows_of_files(o, config, notes);
   const inbetween::MotionAutoencoder features =
       inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
-  o.evaluation.progress = progress_lines("windows filled");
+  o.evaluation.progress = progress_of("windows filled");
   const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
   if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
   say(notes);
@@ -262,7 +262,7 @@ void add_eval_detour(CLI::App& verb) {
     inbetween::Config config;
     const std::vector<inbetween::Method> methods = methods_of(o->rows, config);
     const auto rooms = inbetween::blocked_rooms((o->rooms + 1) / 2, config.frames, config.rate, o->evaluation.seed);
-    o->evaluation.progress = progress_lines("runs");
+    o->evaluation.progress = progress_of("runs");
     const ScoreTable table =
         inbetween::score_table(inbetween::evaluate_detour(rooms, methods, o->evaluation), rooms, o->evaluation);
     if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");

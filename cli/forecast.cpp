@@ -16,6 +16,7 @@ struct ForecastArguments {
   inhabit::ClipReadOptions reading;
   SceneInput scene;
   std::vector<std::string> outputs;
+  inhabit::WriteOptions writing;
   inhabit::forecast::Options forecast;
 };
 
@@ -38,17 +39,18 @@ void add_forecast(CLI::App& app) {
       "--no-refine", [o] { o->forecast.refine = false; }, "Leave the motion as the network makes it");
   verb->add_flag("--standard", o->forecast.standard,
                  "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
+  add_writing(*verb, o->writing);
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");
+    require_motion_written(o->writing, o->outputs);
     o->forecast.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
     const Scene scene = read_scene(o->scene, notes);
-    const auto forecaster =
-        forecast::ContactForecaster::load(o->model.empty() ? shipped_model("forecast-compact.safetensors") : o->model);
+    const auto forecaster = forecast::ContactForecaster::load(model_file(o->model, "forecast-compact.safetensors"));
     o->forecast.name = o->motion;
     const forecast::Result r = forecaster.run(clip, scene, o->forecast);
     if (r.floor_assumed) notes.emplace_back("no scene given: a flat floor under the feet is assumed");
@@ -58,6 +60,8 @@ void add_forecast(CLI::App& app) {
         [&] {
           return forecast::forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string());
         },
-        [&](const std::string& out) { write_clip(out, o->forecast.standard ? r.prediction : r.on_source, &r.scene); });
+        [&](const std::string& out) {
+          write_motion(out, o->forecast.standard ? r.prediction : r.on_source, o->writing, &r.scene);
+        });
   });
 }

@@ -29,16 +29,31 @@ struct InbetweenArguments {
   std::string model, keys, joints;
   ClipReadOptions reading;
   SceneInput scene;
+  WriteOptions writing;
+  ControlTexts controls;
   bool noisy = false, no_common_skeleton = false;
   uint64_t samples = 1;
   inbetween::Options options;
 };
 
+/// Key frames of one file at other times than it has them.
+Clip keys_at_other_times(InbetweenArguments& o, const Clip& clip) {
+  if (o.keys.empty())
+    throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
+  const std::vector<int64_t> frames = inbetween::listed_frames(o.keys, clip.frames());
+  std::vector<Clip> poses;
+  for (const int64_t frame : frames) poses.push_back(slice(clip, frame, frame + 1));
+  inbetween::PosesInTime in_time =
+      inbetween::poses_at_times(poses, o.times, clip.rate, std::vector<std::string>(frames.size(), o.motions[0]));
+  o.options.keys = in_time.keys;
+  return in_time.clip;
+}
+
 /// The motion whose key frames are given, with them in o.options.keys.
 Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   if (o.motions.size() == 1) {
-    if (!o.times.empty()) throw Error("--times", "is for several files; one has --keyframes");
     Clip clip = read_motion(o.motions[0], o.reading, notes);
+    if (!o.times.empty()) return keys_at_other_times(o, clip);
     try {
       o.options.keys = inbetween::key_frames(o.keys.empty() ? "ends" : o.keys, clip.frames(), o.options.seed);
     } catch (const Error& e) {
@@ -87,7 +102,9 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--keyframes", o->keys,
                    "Key frames of the file: every:N, a list such as 0,30,95, random:P, or ends (default)")
       ->check(not_empty);
-  verb->add_option("--times", o->times, "Seconds at which several files' poses stand")->delimiter(',');
+  verb->add_option("--times", o->times,
+                   "Seconds at which several files' poses stand, or the frames that --keyframes lists of one file")
+      ->delimiter(',');
   verb->add_option(
           "--joints", o->joints,
           "Joints that the keys between the ends constrain, such as pelvis,left_wrist; root is the root's path "
@@ -104,7 +121,7 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--samples", o->samples, "How many motions, with seeds from --seed on")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  add_controls(*verb, o->options.controls);
+  add_controls(*verb, o->options.controls, o->controls);
   verb->add_flag_callback(
       "--no-refine", [o] { o->options.refine = false; }, "Leave the motion as the network makes it");
   verb->add_flag_callback(
@@ -112,25 +129,27 @@ void add_inbetween(CLI::App& app) {
       "The network alone goes around obstacles: its baseline is the straight line between keys");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
+  add_writing(*verb, o->writing, /*loop=*/false);
   verb->add_option("-o,--out", o->outputs,
                    "Output files: .npz .bvh .glb .json hold the motion (of several samples .npz all, the others a file "
                    "each), .html is a page (default: inbetween.html)");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
+    require_motion_written(o->writing, o->outputs);
     o->options.standard |= pages_alone(o->outputs);
     const std::string model =
-        !o->model.empty() ? o->model
-                          : shipped_model(o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
+        model_file(o->model, o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
     const auto inbetweener = inbetween::SceneInbetweener::load(model);
     if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
     Notes notes;
     const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
+    set_contacts(o->options.controls, o->controls, clip.skeleton);
     const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
     o->options.name = o->motions[0];
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
                                         [](const std::string& out) { return extension_of(out) == "html"; });
-    o->options.progress = progress_lines("steps of the denoiser");
+    o->options.progress = progress_of("steps of the denoiser");
     std::vector<inbetween::Result> results;
     for (uint64_t s = 0; s < o->samples; ++s) {
       inbetween::Options options = o->options;
@@ -160,7 +179,7 @@ void add_inbetween(CLI::App& app) {
           std::vector<Clip> motions;
           for (const inbetween::Result& result : results)
             motions.push_back(o->options.standard ? result.motion : result.on_source);
-          write_motions(out, motions, {}, &r.scene);
+          write_motions(out, motions, o->writing, {}, &r.scene);
         });
   });
 }

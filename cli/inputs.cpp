@@ -1,8 +1,10 @@
 #include "inputs.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "inhabit/io/files.h"
+#include "progress.h"
 #include "verbs.h"
 
 void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise) {
@@ -33,6 +35,15 @@ void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::s
   verb.add_option("--asf", reading.asf, "Skeleton of an .amc (default: the .asf beside it)");
 }
 
+void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& name) {
+  const std::string what = "--" + name;
+  add_up_axis(verb, reading.up, what + "-up", what);
+  verb.add_option(what + "-scale", reading.scale, "Metres per unit of " + what + " (default: detected)")
+      ->check(positive_number);
+  verb.add_option(what + "-input-rate", reading.rate, "Frames a second of " + what + ", whatever its files say")
+      ->check(frame_rate);
+}
+
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes) {
   inhabit::Notes own;
   inhabit::Clip clip = inhabit::read_clip(path, reading, &own);
@@ -40,6 +51,17 @@ inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOption
   return clip;
 }
 
-void say(const inhabit::Notes& notes) {
-  for (const std::string& note : notes) std::printf("%s\n", note.c_str());
+void say(const inhabit::Notes& notes, size_t most) {
+  if (is_quiet()) return;
+  for (size_t i = 0; i < std::min(most, notes.size()); ++i) std::printf("%s\n", notes[i].c_str());
+  if (notes.size() > most) std::printf("and %zu more such notes\n", notes.size() - most);
+}
+
+void end_of(const inhabit::FileCount& count) {
+  end_progress();
+  if (count.skipped.empty()) return;
+  for (const std::string& reason : count.skipped) std::fprintf(stderr, "inhabit: skipped: %s\n", reason.c_str());
+  std::fprintf(stderr, "inhabit: %zu of %zu files were skipped\n", count.skipped.size(),
+               count.skipped.size() + static_cast<size_t>(count.done));
+  throw CLI::RuntimeError(1);
 }

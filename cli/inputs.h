@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "inhabit/io/many_files.h"
 #include "inhabit/io/read_options.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/motion/clip.h"
@@ -23,8 +24,15 @@ inhabit::Scene read_scene(const SceneInput& scene, inhabit::Notes& notes);
 /// Adds --up, --scale, --input-rate, --level and --asf: how a verb's user wants its motion files understood.
 void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& what = "the motion");
 
+/// The same for a second kind of files, of which the format is all that may be open: --NAME-up, --NAME-scale and
+/// --NAME-input-rate.
+void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& name);
+
 /// The motion in a file. @param notes what was detected and assumed is added to it
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes);
 
-/// Prints notes, a line each: once nothing can be refused any more.
-void say(const inhabit::Notes& notes);
+/// Prints notes, a line each: once nothing can be refused any more. @param most of many files' only so many
+void say(const inhabit::Notes& notes, size_t most = SIZE_MAX);
+
+/// The end of a verb of many files: where some were skipped, says which and why on stderr and ends with exit code 1.
+void end_of(const inhabit::FileCount& count);

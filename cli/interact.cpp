@@ -27,6 +27,7 @@ struct InteractArguments {
   std::string start_file, start, model, left, right, contacts, sit_at, then_walk;
   ClipReadOptions reading;
   SceneInput scene;
+  WriteOptions writing;
   int samples = 0;
   std::vector<std::string> outputs;
   interact::Options options;
@@ -128,14 +129,15 @@ void add_interact(CLI::App& app) {
   verb->add_flag("--raw", o->options.raw, "The networks' motion as it is, not fitted to contacts, floor and chair");
   verb->add_flag("--force", o->options.force, "Try seats of any height and contacts out of reach");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
+  add_writing(*verb, o->writing);
   verb->add_option("-o,--out", o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "interact.html", "interaction");
+    require_motion_written(o->writing, o->outputs);
     if (o->scene.file.empty()) throw Error("--scene", "is needed: it holds the chair");
     Notes notes;
     const Scene scene = read_scene(o->scene, notes);
-    const auto interactor =
-        interact::ChairInteractor::load(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
+    const auto interactor = interact::ChairInteractor::load(model_file(o->model, "interact-compact.safetensors"));
     if (!o->sit_at.empty()) {
       const std::vector<double> at = numbers(o->sit_at, 4, "--sit-at");
       o->options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
@@ -178,7 +180,7 @@ void add_interact(CLI::App& app) {
       motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
     write_outputs(
         o->outputs, [&] { return interact::interaction_page(results, scene); },
-        [&](const std::string& out) { write_motions(out, motions, {}, &scene); });
+        [&](const std::string& out) { write_motions(out, motions, o->writing, {}, &scene); });
   });
 }
 
@@ -204,8 +206,7 @@ void add_contacts(CLI::App& app) {
     SceneInput input;
     input.file = o->scene;
     const Scene scene = read_scene(input, notes);
-    const auto interactor =
-        interact::ChairInteractor::load(o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model);
+    const auto interactor = interact::ChairInteractor::load(model_file(o->model, "interact-compact.safetensors"));
     interact::Options options;
     options.chair = o->chair;
     const interact::Chair chair = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, options);

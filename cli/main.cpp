@@ -3,6 +3,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/simd.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -10,21 +11,35 @@ namespace {
 // First line only: LibTorch appends a stack trace to its messages.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// Where a verb is missing or wrong: what was said, and what may be.
-std::string without_verb(const CLI::App& app) {
+// What is said of arguments that do not fit: of a verb or an option that there is none of first, for what else is
+// missing may follow from it.
+std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* last = &app;
-  while (!last->get_subcommands().empty()) last = last->get_subcommands().front();
-  std::string verbs;
-  for (const CLI::App* verb : last->get_subcommands([](const CLI::App*) { return true; }))
-    verbs += (verbs.empty() ? "" : ", ") + verb->get_name();
-  const std::vector<std::string> unknown = app.remaining(true);
-  return (unknown.empty() ? "a verb is missing" : unknown.front() + ": is no verb") + "; there are " + verbs;
+  std::string path = app.get_name();
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands().front();
+    path += " " + last->get_name();
+  }
+  const std::vector<std::string> left = app.remaining(true);
+  const std::string said = first_line(error.what());
+  if (said == CLI::RequiredError::Subcommand(1).what()) return no_verb(*last, left.empty() ? "" : left.front());
+  for (const std::string& word : left)
+    if (word.size() > 1 && word.front() == '-') return no_option(*last, path, word);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !left.empty())
+    return no_option(*last, path, left.front());
+  return said;
+}
+
+int refused(const std::string& text) {
+  end_progress();
+  std::fprintf(stderr, "inhabit: %s\n", text.c_str());
+  return 2;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"inhabit: human motion in 3D scenes"};
+  CLI::App app{"Human motion in 3D scenes", "inhabit"};
   app.require_subcommand(1);
   add_version(app);
   add_forecast(app);
@@ -45,6 +60,10 @@ int main(int argc, char** argv) {
   add_synth(app);
   add_score(app);
   add_average(app);
+  add_help(app);
+  add_completion(app);
+  add_quiet(app);
+  add_examples(app);
   try {
     inhabit::simd_level();  // a wrong INHABIT_SIMD is said at once
     app.parse(argc, argv);
@@ -56,20 +75,14 @@ int main(int argc, char** argv) {
     return app.exit(e);
   } catch (const CLI::RuntimeError& e) {  // a verb that has said what it found, as an exit code
     return e.get_exit_code();
-  } catch (const CLI::RequiredError& e) {
-    const bool no_verb = first_line(e.what()) == CLI::RequiredError::Subcommand(1).what();
-    std::fprintf(stderr, "inhabit: %s\n", no_verb ? without_verb(app).c_str() : first_line(e.what()).c_str());
-    return 2;
   } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
-    return 2;
+    return refused(refusal(app, e));
   } catch (const inhabit::Error& e) {
-    std::fprintf(stderr, "inhabit: %s\n", first_line(e.what()).c_str());
-    return 2;
+    return refused(first_line(e.what()));
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "inhabit: out of memory\n");
-    return 2;
+    return refused("out of memory");
   } catch (const std::exception& e) {
+    end_progress();
     std::fprintf(stderr, "inhabit: unexpected: %s\n", first_line(e.what()).c_str());
     return 3;
   }

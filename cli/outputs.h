@@ -1,9 +1,11 @@
 #pragma once
+#include <CLI/CLI.hpp>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "inhabit/io/write_options.h"
 #include "inhabit/view/page.h"
 
 /// Throws inhabit::Error where a file cannot be written to `path` (no folder, a folder itself, no permission): for
@@ -17,11 +19,24 @@ void require_motion_outputs(std::vector<std::string>& outputs, const std::string
 /// Whether every output is a page, so that no motion is written.
 bool pages_alone(const std::vector<std::string>& outputs);
 
+/// Adds --from, --to, --rate, --out-up and --loop: how a verb's user wants its motion written. @param loop false: the
+/// verb has a --loop of its own
+void add_writing(CLI::App& verb, inhabit::WriteOptions& writing, bool loop = true);
+
+/// Throws inhabit::Error where that is asked for and pages alone are written, which show the motion as it is.
+void require_motion_written(const inhabit::WriteOptions& writing, const std::vector<std::string>& outputs);
+
 /// Writes every output, an .html by `page`, others by `write_motion`, and prints its name.
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
                    const std::function<void(const std::string& path)>& write_motion);
 
+/// One motion as it is asked for.
+void write_motion(const std::string& path, const inhabit::Clip& motion, const inhabit::WriteOptions& writing,
+                  const inhabit::Scene* scene = nullptr);
+
 /// Several motions of one person: all of them in one .npz, with `more` arrays (S, ...), else a file each,
-/// "out_000.bvh", "out_001.bvh", ... @param scene shown in a .glb, may be null
+/// "out_000.bvh", "out_001.bvh", ... `more` has the frames of what is written. @param scene shown in a .glb, may be
+/// null
 void write_motions(const std::string& path, const std::vector<inhabit::Clip>& motions,
-                   const std::map<std::string, torch::Tensor>& more = {}, const inhabit::Scene* scene = nullptr);
+                   const inhabit::WriteOptions& writing, const std::map<std::string, torch::Tensor>& more = {},
+                   const inhabit::Scene* scene = nullptr);

@@ -1,14 +1,89 @@
 #include "progress.h"
 
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
 
-std::function<void(int64_t, int64_t)> progress_lines(const std::string& what) {
-  using Clock = std::chrono::steady_clock;
-  return [what, last = Clock::now()](int64_t done, int64_t all) mutable {
-    if (Clock::now() - last < std::chrono::seconds(10)) return;
-    last = Clock::now();
-    spdlog::info("{}: {} of {}", what, done, all);
-  };
+#include "verbs.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+bool quiet = false, bar_stands = false;
+
+bool on_terminal() {
+  const char* terminal = std::getenv("TERM");
+  return isatty(STDERR_FILENO) == 1 && (terminal == nullptr || std::string(terminal) != "dumb");
+}
+
+std::string duration(double seconds) {
+  const auto whole = static_cast<int64_t>(seconds + 0.5);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+struct ProgressLine {
+  std::string what;
+  bool terminal = on_terminal();
+  Clock::time_point first = Clock::now(), last = first;
+  std::mutex mutex;
+
+  void say(int64_t done, int64_t all) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto now = Clock::now();
+    const bool ends = done >= all;
+    if (terminal && ends) return end_progress();
+    if (now - last < (terminal ? std::chrono::milliseconds(200) : std::chrono::seconds(10)) || all < 1) return;
+    last = now;
+    const double seconds = std::chrono::duration<double>(now - first).count(),
+                 rate = static_cast<double>(done) / seconds;
+    const std::string text = fmt::format(
+        "{} of {}{}", done, all,
+        done > 0 ? fmt::format(", {:.3g}/s, {} left", rate, duration(static_cast<double>(all - done) / rate)) : "");
+    if (!terminal) {
+      std::fprintf(stderr, "%s: %s\n", what.c_str(), text.c_str());
+      return;
+    }
+    constexpr int64_t kWidth = 24;
+    const auto filled = static_cast<size_t>(kWidth * done / all);
+    std::fprintf(stderr, "\r%s [%s%s] %s\x1b[K", what.c_str(), std::string(filled, '#').c_str(),
+                 std::string(kWidth - filled, '.').c_str(), text.c_str());
+    std::fflush(stderr);
+    bar_stands = true;
+  }
+};
+
+}  // namespace
+
+std::function<void(int64_t, int64_t)> progress_of(const std::string& what) {
+  if (quiet) return [](int64_t, int64_t) {};
+  const auto progress = std::make_shared<ProgressLine>();
+  progress->what = what;
+  return [progress](int64_t done, int64_t all) { progress->say(done, all); };
+}
+
+void end_progress() {
+  if (!bar_stands) return;
+  std::fputs("\r\x1b[K", stderr);
+  std::fflush(stderr);
+  bar_stands = false;
+}
+
+bool is_quiet() { return quiet; }
+
+void add_quiet(CLI::App& app) {
+  for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {
+    const bool below = !verb->get_subcommands([](CLI::App*) { return true; }).empty();
+    if (below)
+      add_quiet(*verb);
+    else if (verb->get_option_no_throw("--quiet") == nullptr)
+      verb->add_flag("--quiet", quiet, "Say nothing of progress and of what was detected in files");
+  }
 }

@@ -3,5 +3,13 @@
 #include <functional>
 #include <string>
 
-/// Logs "what: done of all" every ten seconds, for jobs that may be long.
-std::function<void(int64_t done, int64_t all)> progress_lines(const std::string& what);
+/// Says on stderr how far a job is that may be long: on a terminal a bar with what is done, how fast and how long it
+/// will take; elsewhere a line every ten seconds; with --quiet nothing. May be called by several threads.
+/// @param what "rooms"
+std::function<void(int64_t done, int64_t all)> progress_of(const std::string& what);
+
+/// Removes a bar that stands: before anything else is said on the terminal.
+void end_progress();
+
+/// Whether --quiet is given.
+bool is_quiet();

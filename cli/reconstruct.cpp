@@ -27,11 +27,12 @@ struct ReconstructArguments {
   std::vector<std::string> outputs;
   std::string model, body, scene;
   double rate = 0;
+  WriteOptions writing;
   reconstruct::Options options;
 };
 
 inbetween::SceneInbetweener noise_aware(const std::string& given) {
-  const std::string model = given.empty() ? shipped_model("inbetween-noisy.safetensors") : given;
+  const std::string model = model_file(given, "inbetween-noisy.safetensors");
   auto out = inbetween::SceneInbetweener::load(model);
   if (out.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
   return out;
@@ -51,6 +52,7 @@ void say_result(const reconstruct::Result& r) {
 
 void run_reconstruct(ReconstructArguments& o) {
   require_motion_outputs(o.outputs, "reconstruction.html", "a reconstruction");
+  require_motion_written(o.writing, o.outputs);
   if (!o.scene.empty()) {
     if (extension_of(o.scene) != "glb") throw Error(o.scene, "is no output of a scene: .glb");
     require_writable(o.scene);
@@ -68,7 +70,7 @@ void run_reconstruct(ReconstructArguments& o) {
   const reconstruct::Inputs inputs = reconstruct::open_inputs(o.files, reading, &notes);
   const auto inbetweener = noise_aware(o.model);
   o.options.name = o.files.motion;
-  o.options.progress = progress_lines("depth maps");
+  o.options.progress = progress_of("depth maps");
   const reconstruct::Result r = reconstruct::run(inputs, inbetweener, o.options);
   say(r.notes);
   say_result(r);
@@ -79,7 +81,9 @@ void run_reconstruct(ReconstructArguments& o) {
   write_outputs(
       o.outputs,
       [&] { return reconstruct::reconstruction_page(r, std::filesystem::path(o.files.motion).filename().string()); },
-      [&](const std::string& out) { write_clip(out, o.options.standard ? r.motion : r.on_source, &r.scene); });
+      [&](const std::string& out) {
+        write_motion(out, o.options.standard ? r.motion : r.on_source, o.writing, &r.scene);
+      });
 }
 
 }  // namespace
@@ -120,6 +124,7 @@ void add_reconstruct(CLI::App& app) {
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("--scene-out", o->scene, "Also write the room: floor and objects, and all else as points (.glb)");
+  add_writing(*verb, o->writing);
   verb->add_option(
       "-o,--out", o->outputs,
       "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: reconstruction.html)");
@@ -167,7 +172,7 @@ void add_eval_reconstruct(CLI::App& eval) {
     reconstruct::Evaluation& evaluation = o->evaluation;
     evaluation.objects = !o->no_objects;
     evaluation.render.height = evaluation.render.width * 3 / 4;
-    evaluation.progress = progress_lines("rooms");
+    evaluation.progress = progress_of("rooms");
     const ScoreTable table = reconstruct::table_of(reconstruct::evaluate(noise_aware(o->model), evaluation));
     if (!o->json.empty()) write_atomically(o->json, rows_json(table).dump(2) + "\n");
     std::printf("%s", text_of(table).c_str());

@@ -19,6 +19,7 @@ struct RefineArguments {
   double smooth = 1;
   inhabit::ClipReadOptions reading;
   SceneInput scene;
+  inhabit::WriteOptions writing;
   std::vector<std::string> outputs;
   std::string depth, body;
   double depth_scale = 1;
@@ -33,7 +34,7 @@ void write_refined(const RefineArguments& o, const inhabit::Clip& before, const 
       [&] {
         return refined_page(before, after, scene, "Refined: " + std::filesystem::path(o.motion).filename().string());
       },
-      [&](const std::string& out) { write_clip(out, o.standard ? after : on_source, &scene); });
+      [&](const std::string& out) { write_motion(out, o.standard ? after : on_source, o.writing, &scene); });
 }
 
 void run_on_depth(const RefineArguments& o) {
@@ -101,12 +102,14 @@ void add_refine(CLI::App& app) {
       ->capture_default_str();
   depth->excludes("--contacts", "--keep");
   verb->add_flag("--standard", o->standard, "Write the standard 22 joints, not the file's skeleton");
+  add_writing(*verb, o->writing);
   verb->add_option(
       "-o,--out", o->outputs,
       "Output files: .npz .bvh .glb .json hold the motion, .html is a page with both (default: refined.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "refined.html", "a refined motion");
+    require_motion_written(o->writing, o->outputs);
     o->standard |= pages_alone(o->outputs);
     if (!o->depth.empty()) return run_on_depth(*o);
     Notes notes;

@@ -42,7 +42,7 @@ void add_serve(CLI::App& app) {
     using namespace inhabit;
     Notes notes;
     const Scene scene = o->scene.file.empty() ? serve::default_room() : read_scene(o->scene, notes);
-    const serve::ModelFiles models{o->model.empty() ? shipped_model("interact-compact.safetensors") : o->model,
+    const serve::ModelFiles models{model_file(o->model, "interact-compact.safetensors"),
                                    model_if_there(o->forecast, "forecast-compact.safetensors"),
                                    model_if_there(o->inbetween, "inbetween-compact.safetensors"),
                                    model_if_there(o->anticipate, "anticipate-cmu.safetensors")};

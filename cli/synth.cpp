@@ -46,7 +46,7 @@ void add_rooms(CLI::App& synth) {
           "such clips have a room of their own")
       ->capture_default_str();
   verb->callback([given] {
-    given->options.progress = progress_lines("clips");
+    given->options.progress = progress_of("clips");
     print_summary(inhabit::generate_rooms(given->out, given->options));
   });
 }
@@ -64,7 +64,7 @@ void add_chairs(CLI::App& synth) {
   verb->add_option("--chairs", given->options.chairs, "Number of chairs")->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   verb->callback([given] {
-    given->options.progress = progress_lines("clips");
+    given->options.progress = progress_of("clips");
     print_summary(inhabit::generate_chairs(given->out, given->options));
   });
 }
@@ -89,7 +89,7 @@ void add_reseat(CLI::App& synth) {
   verb->add_flag("--frame-by-frame", given->options.frame_by_frame, "Every frame on its own, not smooth in time");
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   verb->callback([given] {
-    given->options.progress = progress_lines("clips");
+    given->options.progress = progress_of("clips");
     const bool one = given->chairs.size() == 1;
     if (one && given->chairs[0] == "procedural") {
       given->options.chairs = NewChairs::procedural;
@@ -115,8 +115,10 @@ void add_fit(CLI::App& synth) {
   auto given = std::make_shared<Given>();
   given->chord_frames = {given->options.chords.shortest, given->options.chords.longest};
   CLI::App* verb = synth.add_subcommand("fit", "Furnish rooms around recorded motion");
-  verb->add_option("--mocap", given->mocap,
-                   "Recordings (.npz, .bvh, .amc, .txt); those in a folder called test are kept for testing")
+  verb->add_option(
+          "--mocap", given->mocap,
+          "Recordings (.npz, .bvh, .amc, .txt), folders of them or patterns; those in a folder called test are "
+          "kept for testing")
       ->required();
   verb->add_option("--val", given->options.val, "Recordings kept for validation; else every tenth of the others");
   verb->add_option("--test", given->options.test, "Recordings kept for testing");
@@ -141,18 +143,21 @@ void add_fit(CLI::App& synth) {
       ->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   verb->callback([given] {
-    for (const std::string& file : given->mocap) {
+    for (const std::string& file : inhabit::motion_files(given->mocap)) {
       bool test = false;
       for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
       (test ? given->options.test : given->options.train).push_back(file);
     }
+    for (auto* kept : {&given->options.val, &given->options.test}) *kept = inhabit::motion_files(*kept);
     std::tie(given->options.chords.shortest, given->options.chords.longest) = given->chord_frames;
-    given->options.progress = progress_lines("recording");
+    given->options.progress = progress_of("recording");
     const Dataset made = inhabit::fit_recordings(given->out, given->options);
     print_summary(made);
     std::printf("%.1f minutes were recorded, %.1f of them have rooms\n",
                 made.provenance.at("recorded_minutes").get<double>(),
                 made.provenance.at("furnished_minutes").get<double>());
+    const auto skipped = made.provenance.value("skipped", std::vector<std::string>());
+    end_of({static_cast<int64_t>(made.provenance.at("recordings").size()), skipped});
   });
 }
 

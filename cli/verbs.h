@@ -33,6 +33,14 @@ inline std::string frame_rate(const std::string& text) {
 
 inline std::string not_empty(const std::string& text) { return text.empty() ? "is empty" : ""; }
 
+/// "{a,b}": what completions find the names of an option in.
+template <class Value>
+std::string names_in_braces(const std::map<std::string, Value>& values) {
+  std::string out;
+  for (const auto& [name, value] : values) out += (out.empty() ? "{" : ",") + name;
+  return out + "}";
+}
+
 /// For transform(): one of several names, which stands for a value.
 template <class Value>
 CLI::Validator one_of(const std::map<std::string, Value>& values) {
@@ -47,7 +55,7 @@ CLI::Validator one_of(const std::map<std::string, Value>& values) {
         for (const auto& [name, value] : values) names += (names.empty() ? "" : ", ") + name;
         return "is " + text + ", which is none of " + names;
       },
-      "");
+      names_in_braces(values));
 }
 
 inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& option = "--up",
@@ -57,7 +65,15 @@ inline void add_up_axis(CLI::App& verb, inhabit::UpAxis& up, const std::string& 
       ->option_text("y|z");
 }
 
+/// What is said where a verb is missing (`unknown` is empty) or wrong, and where a word or option is left over.
+std::string no_verb(const CLI::App& app, const std::string& unknown);
+std::string no_option(const CLI::App& verb, const std::string& path, const std::string& unknown);
+
 void add_version(CLI::App& app);
+void add_help(CLI::App& app);
+void add_completion(CLI::App& app);
+void add_examples(CLI::App& app, const std::string& above = "");  ///< to the help of all verbs, once they are there
+void add_quiet(CLI::App& app);                                    ///< --quiet to all verbs, once they are there
 void add_forecast(CLI::App& app);
 void add_inbetween(CLI::App& app);
 void add_anticipate(CLI::App& app);

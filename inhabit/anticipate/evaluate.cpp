@@ -66,7 +66,7 @@ std::set<std::string> actions_of(const std::vector<Fold>& folds) {
 /// Adds one fold's windows of an action. @param windows of the action
 void collect(const Fold& fold, const std::string& action, const std::vector<Cut>& windows,
              const std::vector<FutureMethod>& methods, const std::vector<double>& horizons, const Evaluation& options,
-             Collected& out) {
+             const std::function<void()>& done, Collected& out) {
   const Config& c = fold.networks.config;
   const WordIndex database(action_database(fold.test, action, c.kappa, options.words));
   Mean speed;
@@ -93,6 +93,7 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
       const Tensor futures = method.run(past, seed);
       out.scores[method.name].push_back(measure(past, futures, truth, by));
       out.spectra[method.name].add(futures, truth, c.rate);
+      done();
     }
   }
 }
@@ -147,6 +148,10 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
     if (horizon <= options.seconds + 1e-9) table.horizons.push_back(horizon);
   std::map<std::string, Collected> found;
   bool compared = false;
+  int64_t done = 0, all = 0;
+  const auto one_more = [&] {
+    if (options.progress) options.progress(++done, all);
+  };
   for (const Fold& fold : folds) {
     const Config& c = fold.networks.config;
     const auto frames = static_cast<int64_t>(std::lround(table.horizons.back() * c.rate));
@@ -155,8 +160,13 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
     std::map<std::string, std::vector<Cut>> windows;
     for (const Cut& window : test_windows(fold.test, c, options.windows))
       windows[fold.test[window.sequence].action].push_back(window);
+    // How many the folds to come have is not known yet: they are alike.
+    int64_t observations = 0;
+    for (const auto& [action, own] : windows) observations += static_cast<int64_t>(own.size());
+    const auto left = static_cast<int64_t>(folds.size() - static_cast<size_t>(&fold - folds.data()));
+    all = done + left * observations * static_cast<int64_t>(methods.size());
     for (const auto& [action, own] : windows)
-      collect(fold, action, own, methods, table.horizons, options, found[action]);
+      collect(fold, action, own, methods, table.horizons, options, one_more, found[action]);
   }
   for (const std::string& action : actions_of(folds)) {
     const auto of = found.find(action);

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -49,7 +50,8 @@ struct Evaluation {
   int64_t windows = 8;  ///< of each action
   double seconds = 30;  ///< longest horizon
   uint64_t seed = 1;
-  WordKind words = WordKind::poses;  ///< the package's take futures in the world
+  WordKind words = WordKind::poses;                              ///< the package's take futures in the world
+  std::function<void(int64_t done, int64_t all)> progress = {};  ///< told how many observations' rows are done
 };
 
 /// What is scored together: networks, the recordings that they are tested on, and all others, which rows that remember

@@ -9,6 +9,7 @@
 #include "inhabit/io/extension.h"
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/json_text.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/io/scene_file.h"
 
 namespace inhabit {
@@ -91,6 +92,14 @@ void check(const Dataset& d, const std::string& subject) {
   }
 }
 
+bool holds_motion(const std::string& folder) {
+  try {
+    return std::filesystem::is_directory(folder) && !motion_files({folder}).empty();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 std::vector<DatasetClip> Dataset::split(const std::string& name) const {
@@ -102,6 +111,9 @@ std::vector<DatasetClip> Dataset::split(const std::string& name) const {
 
 Dataset open_dataset(const std::string& folder) {
   const std::string subject = index_path(folder);
+  if (!std::filesystem::exists(subject) && holds_motion(folder))
+    throw Error(folder, "is no data set but a folder of motion; `inhabit synth fit --mocap " + folder +
+                            " --out DATASET` makes one of it");
   const json root = parse_json(read_whole_file(subject, kLargestIndex), subject);
   if (!root.is_object() || root.value("format", json()) != kFormat)
     throw Error(subject, "is no index of a data set (\"format\" is not \"inhabit-dataset\")");

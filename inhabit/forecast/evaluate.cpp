@@ -117,7 +117,8 @@ Scores scores_of(const std::string& method, const std::string& data, const torch
 
 }  // namespace
 
-Table evaluate(const Networks& model, const Data& data) {
+Table evaluate(const Networks& model, const Data& data,
+               const std::function<void(int64_t done, int64_t all)>& progress) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
@@ -138,6 +139,7 @@ Table evaluate(const Networks& model, const Data& data) {
     for (size_t m = 0; m < methods.size(); ++m)
       parts[m].push_back(
           measured(windows, methods[m].run(windows, 0), config.root, data.windows().dataset(first).parents));
+    if (progress) progress(std::min(data.size(), first + kBatch), data.size());
   }
 
   for (int64_t quarter = 1; quarter <= 4; ++quarter)

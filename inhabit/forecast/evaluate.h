@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -29,8 +30,10 @@ struct Table {
 };
 
 /// The model with predicted contact points, without any and with the true ones, two baselines (the last pose held; the
-/// root at its last velocity with the last pose), and LTD, on every window of `data`.
-Table evaluate(const Networks& networks, const Data& data);
+/// root at its last velocity with the last pose), and LTD, on every window of `data`. @param progress told how many
+/// windows are done; may be empty
+Table evaluate(const Networks& networks, const Data& data,
+               const std::function<void(int64_t done, int64_t all)>& progress = {});
 
 /// Laid out as the paper's Tables 1 and 2, with seam and bones behind.
 ScoreTable score_table(const Table& table);

@@ -100,7 +100,8 @@ std::vector<Estimate> cells_of(const Tensor& counts) {
 
 }  // namespace
 
-ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense) {
+ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense,
+                             const std::function<void(int64_t done, int64_t all)>& progress) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   if (config.joints != kStandardJoints) throw Error("eval contacts", "needs a model of the standard 22 joints");
@@ -114,6 +115,7 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     const double floor = d.points.select(1, 1).contiguous().quantile(kFloorShare).item<double>();
     const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
     for (size_t k = 0; k < sources.size(); ++k) counts[k].add(sources[k].contacts(w), real, floor, second);
+    if (progress) progress(i + 1, data.size());
   }
 
   ScoreTable out;

@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/metrics/score_table.h"
@@ -14,7 +16,9 @@ inline constexpr int kDensePoints = 20000;
 /// observed map kept, and what the contact network predicts (where there is one), each for feet (ankles and balls of
 /// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint.
 /// @param data windows with config.points scene points; @param dense the same windows with kDensePoints.
+/// @param progress told how many windows are done; may be empty
 /// Throws Error where the data have no window or the model is not of the standard joints.
-ScoreTable evaluate_contacts(const Networks& networks, const Data& data, const Data& dense);
+ScoreTable evaluate_contacts(const Networks& networks, const Data& data, const Data& dense,
+                             const std::function<void(int64_t done, int64_t all)>& progress = {});
 
 }  // namespace inhabit::forecast

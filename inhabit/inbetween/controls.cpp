@@ -10,25 +10,24 @@
 #include "inhabit/error.h"
 #include "inhabit/math/natural_spline.h"
 #include "inhabit/motion/canonical.h"
-#include "inhabit/motion/pose_track.h"
+#include "inhabit/motion/landmarks.h"
 
 namespace inhabit::inbetween {
 
 using torch::Tensor;
 
-JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place) {
+JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place,
+                           const Skeleton& file) {
   constexpr int kWrists = 20;  // left, then right
   JointContact out;
-  const std::vector<std::string>& names = standard_joint_names();
-  const auto found = std::find(names.begin(), names.end(), name);
   if (name == "left_hand" || name == "right_hand") {
     const int side = name == "left_hand" ? 0 : 1;
     out.joint = kWrists + side;
     out.offset = palm_offset(side).cast<double>();
-  } else if (found != names.end()) {
-    out.joint = static_cast<int>(found - names.begin());
   } else {
-    throw Error("\"" + name + "\" is no joint of the standard skeleton, nor left_hand or right_hand");
+    out.joint = standard_joint_called(name, file);
+    if (out.joint < 0)
+      throw Error("\"" + name + "\" is no joint; there are left_hand, right_hand, " + joint_names_for(file));
   }
   out.from = from;
   out.to = to;
@@ -110,19 +109,6 @@ Clip with_looped_end(const Clip& clip, const Clip& standard) {
     out.*part = (clip.*part).clone();
     (out.*part)[last].copy_((end.*part)[0]);
   }
-  return out;
-}
-
-Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& shares) {
-  PoseTrack track = pose_track(a);
-  const PoseTrack other = pose_track(b);
-  for (int64_t t = 0; t < track.frames(); ++t) {
-    const auto frame = static_cast<size_t>(t);
-    track.trans[frame] += shares[frame] * (other.trans[frame] - track.trans[frame]);
-    for (int j = 0; j < track.joints; ++j) track.at(t, j) = track.at(t, j).slerp(shares[frame], other.at(t, j));
-  }
-  Clip out = a;
-  set_pose(out, track);
   return out;
 }
 

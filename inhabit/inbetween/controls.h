@@ -17,9 +17,10 @@ struct JointContact {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();   ///< metres
 };
 
-/// The contact of a standard joint by name, or of the palm of "left_hand" or "right_hand". Throws Error where `name` is
-/// none of these.
-JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place);
+/// The contact of a joint by its standard name or the one it has in a file's skeleton (standard_joint_called), or of
+/// the palm of "left_hand" or "right_hand". Throws Error that lists the names where `name` is none of these.
+JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place,
+                           const Skeleton& file = {});
 
 /// Where the root is above the floor at a time.
 struct PathPoint {
@@ -52,9 +53,5 @@ torch::Tensor path_curve(const std::vector<PathPoint>& path, const torch::Tensor
 /// The clip with its first pose as the last, moved to the last root's place over the floor and turned to its heading.
 /// @param standard the same clip on the standard skeleton
 Clip with_looped_end(const Clip& clip, const Clip& standard);
-
-/// Poses of `b` and `a` mixed, frame by frame: root linearly, rotations by slerp. Both on one skeleton. @param shares
-/// (T) of b, 0 to 1
-Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& shares);
 
 }  // namespace inhabit::inbetween

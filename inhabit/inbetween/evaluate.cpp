@@ -27,7 +27,6 @@ using torch::Tensor;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int64_t kResamples = 1000, kFidResamples = 200, kHalves = 20;
-constexpr int64_t kWindowsPerDimension = 10;  // of the features that a covariance is estimated of
 
 /// What the measures are called in a row; in the order of Measure.
 constexpr std::array<Score Scores::*, kMeasures> kScores = {&Scores::skating,
@@ -201,17 +200,13 @@ void estimate_measures(Row& row, const Tensor& counts, Scores& out) {
 class Distances {
  public:
   Distances(const std::vector<Row>& rows, int64_t windows, uint64_t seed) : windows_(windows), seed_(seed) {
-    const Tensor real = torch::stack(rows.front().features.front()).to(torch::kDouble);
-    dimensions_ = std::clamp<int64_t>(windows / kWindowsPerDimension, 1, real.size(1));
-    directions_ = principal_directions(real, dimensions_);
-    real_ = real.matmul(directions_);
-    gaussian_ = feature_gaussian(real_);
+    real_ = frechet_reference(torch::stack(rows.front().features.front()));
     counts_ = bootstrap_counts(windows, kFidResamples, item_seed(seed, 1));
     resampled_.resize(kFidResamples);
     for (int64_t r = 0; r < kFidResamples; ++r)
-      resampled_[static_cast<size_t>(r)] = feature_gaussian(real_, counts_[r]);
+      resampled_[static_cast<size_t>(r)] = feature_gaussian(real_.features, counts_[r]);
   }
-  int64_t dimensions() const { return dimensions_; }
+  int64_t dimensions() const { return real_.dimensions(); }
 
   /// Random halves of the real motion against each other.
   Score of_halves() const {
@@ -224,7 +219,7 @@ class Distances {
       for (size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
       const Tensor at = torch::tensor(order);
       const auto half = [&](int64_t from, int64_t to) {
-        return feature_gaussian(real_.index_select(0, at.slice(0, from, to)));
+        return feature_gaussian(real_.features.index_select(0, at.slice(0, from, to)));
       };
       distances.push_back(frechet_distance(half(0, windows_ / 2), half(windows_ / 2, windows_)));
     }
@@ -236,8 +231,8 @@ class Distances {
     std::vector<Tensor> runs;
     std::vector<double> of_runs;
     for (const auto& run : row.features) {
-      runs.push_back(torch::stack(run).to(torch::kDouble).matmul(directions_));
-      of_runs.push_back(frechet_distance(gaussian_, feature_gaussian(runs.back())));
+      runs.push_back(real_.along(torch::stack(run)));
+      of_runs.push_back(frechet_distance(real_.gaussian, feature_gaussian(runs.back())));
     }
     const Tensor all = torch::cat(runs);
     row.resampled_fid.resize(kFidResamples);
@@ -251,10 +246,10 @@ class Distances {
   }
 
  private:
-  int64_t windows_, dimensions_ = 0;
+  int64_t windows_;
   uint64_t seed_;
-  Tensor directions_, real_, counts_;
-  FeatureGaussian gaussian_;
+  FrechetReference real_;
+  Tensor counts_;
   std::vector<FeatureGaussian> resampled_;
 };
 

@@ -10,6 +10,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
+#include "inhabit/motion/pose_track.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit::inbetween {

@@ -10,6 +10,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 
@@ -36,6 +37,20 @@ bool read(std::string_view text, Number& number) {
 
 }  // namespace
 
+std::vector<int64_t> listed_frames(const std::string& text, int64_t frames) {
+  const std::string subject = "key frames " + text;
+  std::vector<int64_t> out;
+  for (const std::string_view part : parts(text)) {
+    int64_t t = 0;
+    if (!read(part, t)) throw Error(subject, "are none of every:N, random:P, ends or a list of frames such as 0,30,95");
+    if (t < 0 || t >= frames)
+      throw Error(subject, "frame " + std::to_string(t) + " is outside the clip, whose last frame is " +
+                               std::to_string(frames - 1));
+    out.push_back(t);
+  }
+  return out;
+}
+
 std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed) {
   const std::string subject = "key frames " + text;
   if (frames < 2) throw Error(subject, "a clip of " + std::to_string(frames) + " frames has no two key frames");
@@ -55,17 +70,7 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
     for (int64_t t = 0; t < frames; ++t)
       if (chance(random, p)) keys.insert(t);
   } else if (text != "ends") {
-    for (const std::string_view part : parts(all)) {
-      int64_t t = 0;
-      if (!read(part, t))
-        throw Error(subject,
-                    "are none of every:N, random:P, ends or a list of "
-                    "frames such as 0,30,95");
-      if (t < 0 || t > last)
-        throw Error(subject,
-                    "frame " + std::to_string(t) + " is outside the clip, whose last frame is " + std::to_string(last));
-      keys.insert(t);
-    }
+    for (const int64_t t : listed_frames(text, frames)) keys.insert(t);
   }
   return {keys.begin(), keys.end()};
 }
@@ -106,7 +111,8 @@ torch::Tensor key_groups(const std::string& joints) {
   for (const std::string_view part : parts(joints)) {
     const auto found = part == "root" ? names.begin() : std::find(names.begin(), names.end(), part);
     if (found == names.end())
-      throw Error("--joints " + joints, "\"" + std::string(part) + "\" is no joint of the standard skeleton");
+      throw Error("--joints " + joints,
+                  "\"" + std::string(part) + "\" is no joint of the standard skeleton: root, " + joint_names_for({}));
     groups[kJointGroups + (found - names.begin())] = 1;
   }
   groups[kRootTranslationGroup] = groups[kJointGroups];

@@ -20,6 +20,10 @@ namespace inhabit::inbetween {
 /// frames.
 std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0);
 
+/// The frames of a list such as 40,0,95, in its order. Throws Error("key frames TEXT", ...) where it is none, or a
+/// frame is outside the clip.
+std::vector<int64_t> listed_frames(const std::string& text, int64_t frames);
+
 /// Key poses at given times as a clip; frames between them repeat the pose before.
 struct PosesInTime {
   Clip clip;                  ///< on the poses' skeleton, or the standard one where they have several or no rotations

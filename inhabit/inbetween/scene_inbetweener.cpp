@@ -13,6 +13,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/metrics/collision.h"
+#include "inhabit/motion/pose_track.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/refine/refine_clip.h"
@@ -164,7 +165,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::vector<std::vector<FillWindow>> windows;
   int64_t done_before = 0, all = 0;
   for (const std::vector<int64_t>& keys : passes) {
-    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, noisy ? kRedone : 0));
+    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, noisy ? kRedone : 0, clip.rate / c.rate));
     all += static_cast<int64_t>(windows.back().size()) * steps;
   }
   Options asking = options;

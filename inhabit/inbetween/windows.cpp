@@ -1,6 +1,7 @@
 #include "inhabit/inbetween/windows.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "inhabit/error.h"
@@ -8,7 +9,8 @@
 namespace inhabit::inbetween {
 
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
-                                     int64_t redone) {
+                                     int64_t redone, double own) {
+  const auto own_frames = [&](int64_t count) { return std::to_string(std::llround(static_cast<double>(count) * own)); };
   std::vector<FillWindow> out;
   int64_t first = 0, known = 0;
   size_t next = 1;  // the first key frame that is not filled up to
@@ -16,10 +18,10 @@ std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t f
     const auto beyond = std::upper_bound(keys.begin(), keys.end(), first + frames - 1);
     const auto reached = static_cast<size_t>(beyond - keys.begin());
     if (reached <= next)
-      throw Error("key frames", std::to_string(keys[next - 1]) + " and " + std::to_string(keys[next]) + " are " +
-                                    std::to_string(keys[next] - keys[next - 1]) + " frames apart; at most " +
-                                    std::to_string(frames - least - redone) + " can be filled in a clip of more than " +
-                                    std::to_string(frames) + " frames");
+      throw Error("key frames", own_frames(keys[next - 1]) + " and " + own_frames(keys[next]) + " are " +
+                                    own_frames(keys[next] - keys[next - 1]) + " frames apart; at most " +
+                                    own_frames(frames - least - redone) + " can be filled in a clip of more than " +
+                                    own_frames(frames) + " frames");
     out.push_back({first, keys[reached - 1], known});
     if (reached == keys.size()) break;
     known = keys[reached - 1] - redone;

@@ -14,7 +14,8 @@ struct FillWindow {
 /// continues from the last `overlap` frames of the one before, from fewer where the next key frame would be out of
 /// reach, and from at least `least`. The last `redone` frames of a window are filled again by the next. Throws
 /// Error("key frames", ...) naming two key frames that are too far apart.
+/// @param own frames of the file that keys came from for one of these: what errors count in
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
-                                     int64_t redone);
+                                     int64_t redone, double own = 1);
 
 }  // namespace inhabit::inbetween

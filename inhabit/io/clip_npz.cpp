@@ -5,6 +5,7 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/io/joint_array.h"
 #include "inhabit/io/upright.h"
 #include "inhabit/math/rotation.h"
 
@@ -229,6 +230,15 @@ void read_annotations(const Npz& npz, Clip& clip) {
   clip.object_pose = any_of(npz, {"object_pose"});
 }
 
+const Names kPoses = {"poses",  "pose",      "root_orient", "global_orient",
+                      "orient", "pose_body", "body_pose",   "human_pose"};
+
+/// Whether a file of others holds joint positions and no pose.
+bool holds_positions(const Npz& npz) {
+  return !(npz.has("parents") && npz.has("offsets")) && first_of(npz, kPoses) == nullptr &&
+         !joint_array_name(npz).empty();
+}
+
 /// Arrays of npz_from_clip with a row a frame.
 constexpr const char* kFrameArrays[] = {"trans",        "root_orient", "pose_body",   "poses",
                                         "joints",       "root_path",   "action",      "contact",
@@ -288,11 +298,12 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
 }
 
 /// A file of positions alone: `joints` (T, 22+, 3), the first 22 in SMPL's order.
-Clip positions_clip(const Npz& npz, const char* name, const std::string& subject, const ClipReadOptions& options,
-                    Notes* notes) {
-  const Tensor joints = as_float(npz.at(name, subject));
-  if (joints.dim() != 3 || joints.size(1) < kStandardJoints || joints.size(2) != 3)
-    throw Error(subject, std::string("its array ") + name + " is not (T, 22, 3) joint positions");
+Clip positions_clip(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
+  const Tensor joints = as_float(npz.at("joints", subject));
+  if (joints.dim() != 3 || joints.size(2) != 3) throw Error(subject, "its joint positions are not (T, J, 3)");
+  if (joints.size(1) < kStandardJoints)
+    throw Error(subject, "its joint positions are of " + std::to_string(joints.size(1)) +
+                             " joints: without joint_names, parents and offsets SMPL's first 22 are needed");
   if (joints.size(0) == 0) throw Error(subject, "no frames");
   Clip clip;
   clip.joints = joints.narrow(1, 0, kStandardJoints).contiguous();
@@ -383,21 +394,14 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
 
 }  // namespace
 
-bool holds_clip(const Npz& npz) {
-  // A nameless array of rows of three numbers is a point cloud, frames of joints have a dimension more.
-  return first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
-                        "human_pose", "joints"}) != nullptr ||
-         (npz.has("arr_0") && npz.tensors.at("arr_0").dim() != 2);
-}
+bool holds_clip(const Npz& npz) { return first_of(npz, kPoses) != nullptr || !joint_array_name(npz).empty(); }
 
 Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
-  if (npz.has("parents") && npz.has("offsets") && options.scale > 0)
+  const bool own = npz.has("parents") && npz.has("offsets");
+  if (own && options.scale > 0)
     throw Error(subject, "was written by inhabit, in metres: a scale given by hand is for foreign files");
-  if (npz.has("parents") && npz.has("offsets")) return own_clip(npz, subject, options, notes);
-  const bool posed = first_of(npz, {"poses", "pose", "root_orient", "global_orient", "orient", "pose_body", "body_pose",
-                                    "human_pose"}) != nullptr;
-  const char* positions = first_of(npz, {"joints", "arr_0"});
-  if (!posed && positions != nullptr) return positions_clip(npz, positions, subject, options, notes);
+  if (own) return own_clip(npz, subject, options, notes);
+  if (holds_positions(npz)) return positions_clip(with_joint_array(npz), subject, options, notes);
   return smpl_clip(npz, subject, options, notes);
 }
 
@@ -490,8 +494,9 @@ std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions&
   return clips_from_npz(read_npz(path), path, options, notes);
 }
 
-std::vector<Clip> clips_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options,
+std::vector<Clip> clips_from_npz(const Npz& given, const std::string& subject, const ClipReadOptions& options,
                                  Notes* notes) {
+  const Npz npz = holds_positions(given) ? with_joint_array(given) : given;
   if (samples_of(npz) < 0) return {clip_from_npz(npz, subject, options, notes)};
   std::vector<Clip> out;
   for (int64_t s = 0; s < samples_of(npz); ++s) {

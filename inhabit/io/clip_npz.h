@@ -10,7 +10,8 @@
 
 namespace inhabit {
 
-/// A clip from an .npz file of the AMASS and SMPL families or of inhabit itself (a single .npy of joints works too).
+/// A clip from an .npz file of the AMASS and SMPL families or of inhabit itself. Joint positions alone, SMPL's first 22
+/// or more, may have any usual name and shape, and come as .npy too (joint_array.h).
 ///
 /// Pose, axis-angle radians, either whole: `poses` (T, 3J) or (T, J, 3) with J = 22, 24 (SMPL), 52 (SMPL-H) or 55
 /// (SMPL-X); or in parts: `root_orient`, `global_orient` or `orient` (T, 3); `pose_body` or `body_pose` (T, 63|69); and

@@ -2,12 +2,15 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <filesystem>
+#include <map>
+
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
-#include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit {
@@ -22,19 +25,8 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
   }
   Clip clip = read_clip(in, options, notes);
   clip.file = {};
-  if (given.up == UpAxis::z) {
-    clip.file.format = extension_of(out);
-    if (clip.file.format != "bvh" && clip.file.format != "npz")
-      throw Error(out, "is +Y up by its format; --out-up z is for .bvh and .npz");
-    clip.file.metres_per_unit = 0.01;
-    clip.file.z_up = true;
-  }
-  if (given.retarget) {
-    const FileConventions file = clip.file;
-    clip = retarget(clip, in);
-    clip.file = file;
-  }
-  if (given.rate > 0) clip = resample(clip, given.rate, in);
+  if (given.retarget) clip = retarget(clip, in);
+  clip = to_be_written(clip, given.writing, out);
   SceneFile scene;
   if (!given.scene.empty()) {
     if (extension_of(out) != "glb") throw Error(out, "only .glb holds a scene beside the motion");
@@ -49,9 +41,11 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
   SceneReadOptions options;
   options.up = given.reading.up;
   if (given.reading.scale > 0) options.scale = given.reading.scale;
-  if (given.rate > 0 || given.reading.rate > 0 || !given.reading.asf.empty() || given.retarget ||
-      !given.scene.empty() || !given.body.empty() || given.up == UpAxis::z)
-    throw Error(in, "is a scene: frame rates, --asf, --retarget, --scene, --out-up and --body go with motions");
+  if (given.writing.any() || given.reading.rate > 0 || !given.reading.asf.empty() || given.retarget ||
+      !given.scene.empty() || !given.body.empty())
+    throw Error(in,
+                "is a scene: times, frame rates, --loop, --asf, --retarget, --scene, --out-up and --body go with "
+                "motions");
   const SceneFile file = read_scene_file(in, options);
   write_scene(out, file.scene);
   return describe(file.report);
@@ -62,6 +56,26 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
 std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options, Notes* notes) {
   const bool is_motion = is_clip_file(in) || !is_scene_extension(extension_of(in));
   return is_motion ? convert_motion(in, out, options, notes) : convert_scene(in, out, options);
+}
+
+std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
+                                    const std::string& format) {
+  namespace fs = std::filesystem;
+  std::vector<Conversion> all;
+  std::map<std::string, std::string> sources;
+  for (const std::string& name : named) {
+    std::error_code none;
+    const bool folder = fs::is_directory(name, none);
+    for (const std::string& file : motion_files({name})) {
+      const fs::path relative = folder ? fs::path(file).lexically_relative(name) : fs::path(file).filename();
+      const std::string target = ((fs::path(out) / relative).replace_extension(format)).string();
+      const auto [before, fresh] = sources.emplace(target, file);
+      if (!fresh) throw Error(target, "would be written of both " + before->second + " and " + file);
+      if (fs::equivalent(file, target, none)) throw Error(target, "would be written over what it is made of");
+      all.push_back({file, target});
+    }
+  }
+  return all;
 }
 
 }  // namespace inhabit

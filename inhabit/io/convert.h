@@ -1,16 +1,16 @@
 #pragma once
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "inhabit/io/read_options.h"
+#include "inhabit/io/write_options.h"
 
 namespace inhabit {
 
 /// How a file becomes one of another format.
 struct ConvertOptions {
   ClipReadOptions reading;  ///< of the input, `up` and `scale` of a scene too
-  UpAxis up = UpAxis::y;    ///< of the output; z for .bvh and .npz of motion
-  double rate = 0;          ///< frames a second of the output; 0: as they are
+  WriteOptions writing;     ///< of the output; +Y up unless z is asked for
   bool retarget = false;    ///< onto the standard 22 joints
   std::string scene;        ///< file of a scene that a .glb holds beside the motion; empty: none
   std::string body;         ///< SMPL, SMPL-H or SMPL-X model file (.npz) for motions of that family
@@ -21,5 +21,15 @@ struct ConvertOptions {
 /// Throws Error naming the file that cannot be read or written, or that the options do not go with.
 std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options,
                          Notes* notes = nullptr);
+
+/// A file to be converted, and what it becomes.
+struct Conversion {
+  std::string in, out;
+};
+
+/// What convert_file makes of files, folders of motion and patterns (many_files.h) in the folder `out`: a file of the
+/// same name with the extension `format`, below folders as it was. Throws Error where two would become one file.
+std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
+                                    const std::string& format);
 
 }  // namespace inhabit

@@ -16,6 +16,7 @@
 #include "inhabit/io/upright.h"
 #include "inhabit/motion/level.h"
 #include "inhabit/motion/locomotion.h"
+#include "inhabit/motion/plausible.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit {
@@ -58,8 +59,14 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
 
 }  // namespace
 
-Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* notes) {
-  const torch::NoGradGuard no_gradient;
+namespace {
+
+void note_implausible(const Clip& clip, Notes* notes) {
+  if (notes == nullptr) return;
+  for (std::string& doubt : implausible(clip)) notes->push_back(std::move(doubt));
+}
+
+Clip read_any(const std::string& path, const ClipReadOptions& options, Notes* notes) {
   const std::string extension = extension_of(path);
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
   if (extension == "npz" || extension == "npy") {
@@ -83,6 +90,15 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* n
   throw Error(path, "is no motion format inhabit reads (.bvh .amc .txt .npz .npy .json)");
 }
 
+}  // namespace
+
+Clip read_clip(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  const torch::NoGradGuard no_gradient;
+  Clip clip = read_any(path, options, notes);
+  note_implausible(clip, notes);
+  return clip;
+}
+
 std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options, Notes* notes) {
   const torch::NoGradGuard no_gradient;
   if (extension_of(path) == "npz") {
@@ -91,6 +107,7 @@ std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& opt
     for (Clip& clip : clips)
       if (options.level) levelled(clip, true, own);
     if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
+    if (!clips.empty()) note_implausible(clips.front(), notes);
     return clips;
   }
   return {read_clip(path, options, notes)};

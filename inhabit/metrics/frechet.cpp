@@ -1,6 +1,7 @@
 #include "inhabit/metrics/frechet.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "inhabit/error.h"
 
@@ -53,6 +54,25 @@ double frechet_distance(const FeatureGaussian& first, const FeatureGaussian& sec
   const double distance = (first.mean - second.mean).squaredNorm() + first.covariance.trace() +
                           second.covariance.trace() - 2 * product.eigenvalues().cwiseMax(0).cwiseSqrt().sum();
   return std::max(0.0, distance);
+}
+
+torch::Tensor FrechetReference::along(const torch::Tensor& others) const {
+  return others.to(torch::kDouble).matmul(directions);
+}
+
+double FrechetReference::distance(const torch::Tensor& others) const {
+  return frechet_distance(gaussian, feature_gaussian(along(others)));
+}
+
+FrechetReference frechet_reference(const torch::Tensor& features) {
+  constexpr int64_t kPerDimension = 10;
+  FrechetReference out;
+  const torch::Tensor all = features.to(torch::kDouble);
+  out.directions = principal_directions(
+      all, std::clamp<int64_t>(all.size(0) / kPerDimension, 1, std::max<int64_t>(1, all.size(-1))));
+  out.features = all.matmul(out.directions);
+  out.gaussian = feature_gaussian(out.features);
+  return out;
 }
 
 }  // namespace inhabit

@@ -26,4 +26,21 @@ torch::Tensor principal_directions(const torch::Tensor& features, int64_t d);
 /// |m1 - m2|^2 + tr(C1 + C2 - 2 (C1^1/2 C2 C1^1/2)^1/2), roots by symmetric eigendecomposition.
 double frechet_distance(const FeatureGaussian& first, const FeatureGaussian& second);
 
+/// What the features of a reference, real motion, are compared along: one of their principal directions for every ten
+/// of them, for fewer do not tell a covariance.
+struct FrechetReference {
+  torch::Tensor directions;  ///< (D, d) double
+  torch::Tensor features;    ///< (N, d) double, of the reference
+  FeatureGaussian gaussian;  ///< of `features`
+
+  int64_t dimensions() const { return directions.size(1); }
+  /// (M, d) double from other features (M, D).
+  torch::Tensor along(const torch::Tensor& others) const;
+  /// Of other features (M, D), M > 1, from the reference.
+  double distance(const torch::Tensor& others) const;
+};
+
+/// Of features (N, D), N > 1, all finite.
+FrechetReference frechet_reference(const torch::Tensor& features);
+
 }  // namespace inhabit

@@ -15,15 +15,24 @@ namespace {
 
 using torch::Tensor;
 
-/// (S, T, 22, 3), as long as the shortest, or `frames` where that is fewer.
-Tensor local_futures(const std::vector<NamedMotion>& motions, int64_t frames = -1) {
+/// World joints (S, T, 22, 3), as long as the shortest, or `frames` where that is fewer.
+Tensor futures_of(const std::vector<NamedMotion>& motions, int64_t frames = -1) {
   std::vector<Tensor> all;
   for (const NamedMotion& motion : motions) {
-    all.push_back(local_poses(motion.joints));
+    all.push_back(motion.joints);
     if (frames < 0 || motion.joints.size(0) < frames) frames = motion.joints.size(0);
   }
   for (Tensor& each : all) each = each.slice(0, 0, frames);
   return torch::stack(all);
+}
+
+/// The same as poses without place and heading.
+Tensor local_futures(const std::vector<NamedMotion>& motions) { return local_poses(futures_of(motions)); }
+
+/// @param each (S, T) metres
+ErrorByFrame by_frame(const Tensor& each) {
+  const Tensor best = each[each.mean(1).argmin()];
+  return {each.mean(0), best, each.mean().item<double>(), best.mean().item<double>()};
 }
 
 }  // namespace
@@ -85,13 +94,14 @@ double score_sequence_apd(const std::vector<NamedMotion>& futures) {
   return sequence_pairwise_distance(local_futures(futures).flatten(2));
 }
 
-PoseError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth) {
+MotionError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth) {
   if (truth.size() != 1)
     throw Error(truth.empty() ? "truth" : truth.front().name,
                 "holds " + std::to_string(truth.size()) + " motions where one is wanted");
-  const Tensor came = local_futures(truth), all = local_futures(futures, came.size(1));
-  const auto [error, best] = futures_error(all, came[0].slice(0, 0, all.size(1)));
-  return {error.mean(0), best, error.mean().item<double>(), best.mean().item<double>()};
+  const Tensor all = futures_of(futures, truth.front().joints.size(0)),
+               came = truth.front().joints.slice(0, 0, all.size(1)).unsqueeze(0);
+  const Tensor poses = pose_error(local_poses(all), local_poses(came), 0);
+  return {by_frame(poses), by_frame(path_error(all, came, 0)), by_frame((all - came).norm(2, -1).mean(-1))};
 }
 
 }  // namespace inhabit

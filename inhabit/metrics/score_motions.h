@@ -53,13 +53,20 @@ torch::Tensor score_apd(const std::vector<NamedMotion>& futures);
 /// That of whole futures, as tables print it (metrics/diversity.h).
 double score_sequence_apd(const std::vector<NamedMotion>& futures);
 
-struct PoseError {
-  torch::Tensor mean;  ///< (T) metres: joint error of each frame, over all futures
-  torch::Tensor best;  ///< (T) of the best future of each horizon (metrics/forecast_error.h)
+/// Errors by frame and over all frames, metres.
+struct ErrorByFrame {
+  torch::Tensor mean;  ///< (T) of each frame, over all futures
+  torch::Tensor best;  ///< (T) of the future whose error is the least (metrics/forecast_error.h)
   double overall = 0, best_overall = 0;
 };
 
-/// Joint error of futures against the one that came true. Throws Error where `truth` holds several.
-PoseError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth);
+struct MotionError {
+  ErrorByFrame pose;   ///< of the joints, poses without place and heading: whoever stands still as they walk has little
+  ErrorByFrame path;   ///< of the root in the world
+  ErrorByFrame world;  ///< of all joints in the world
+};
+
+/// Errors of futures against the one that came true. Throws Error where `truth` holds several.
+MotionError score_error(const std::vector<NamedMotion>& futures, const std::vector<NamedMotion>& truth);
 
 }  // namespace inhabit

@@ -97,4 +97,54 @@ Landmarks find_landmarks(const Skeleton& skeleton, const std::string& subject) {
   return out;
 }
 
+std::array<int, kStandardJoints> counterparts(const Landmarks& marks) {
+  std::array<int, kStandardJoints> out;
+  out.fill(-1);
+  out[0] = marks.pelvis;
+  out[9] = marks.thorax;
+  out[12] = marks.neck;
+  out[15] = marks.head;
+  for (size_t s = 0; s < 2; ++s) {
+    out[1 + s] = marks.hip[s], out[4 + s] = marks.knee[s], out[7 + s] = marks.ankle[s];
+    out[10 + s] = marks.toe[s], out[13 + s] = marks.collar[s];
+    out[16 + s] = marks.shoulder[s], out[18 + s] = marks.elbow[s], out[20 + s] = marks.wrist[s];
+  }
+  return out;
+}
+
+namespace {
+
+/// None stands for any where the skeleton is empty or a creature's.
+std::array<int, kStandardJoints> counterparts_in(const Skeleton& file) {
+  try {
+    if (file.size() > 0) return counterparts(find_landmarks(file, "skeleton"));
+  } catch (const Error&) {
+  }
+  return counterparts({});
+}
+
+}  // namespace
+
+int standard_joint_called(const std::string& name, const Skeleton& file) {
+  const std::vector<std::string>& names = standard_joint_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  const std::array<int, kStandardJoints> known = counterparts_in(file);
+  for (size_t j = 0; j < known.size(); ++j)
+    if (known[j] >= 0 && file.names[static_cast<size_t>(known[j])] == name) return static_cast<int>(j);
+  return -1;
+}
+
+std::string joint_names_for(const Skeleton& file) {
+  std::string out, of_file;
+  const std::vector<std::string>& names = standard_joint_names();
+  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
+  for (const int joint : counterparts_in(file)) {
+    if (joint < 0) continue;
+    const std::string& name = file.names[static_cast<size_t>(joint)];
+    if (std::find(names.begin(), names.end(), name) == names.end()) of_file += (of_file.empty() ? "" : ", ") + name;
+  }
+  return of_file.empty() ? out : out + "; of the file " + of_file;
+}
+
 }  // namespace inhabit

@@ -30,4 +30,15 @@ struct Landmarks {
 /// Throws Error(subject, ...) naming the first part that no joint stands for.
 Landmarks find_landmarks(const Skeleton& skeleton, const std::string& subject);
 
+/// For each standard joint the joint that stands for it, -1 where there is none (spine1 and spine2, and what may be
+/// missing).
+std::array<int, kStandardJoints> counterparts(const Landmarks& marks);
+
+/// The standard joint that a user means by a name: a standard one, or that of a joint of a file's skeleton which stands
+/// for one. -1 where it is neither. @param file may be empty, or of a creature that has no landmarks
+int standard_joint_called(const std::string& name, const Skeleton& file);
+
+/// The names that standard_joint_called knows, for errors: "pelvis, left_hip, ...; of the file Hips, LeftUpLeg, ...".
+std::string joint_names_for(const Skeleton& file);
+
 }  // namespace inhabit

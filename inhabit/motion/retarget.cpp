@@ -475,18 +475,7 @@ Clip retarget(const Clip& source, const std::string& subject) {
     for (size_t j = 0; j < J; ++j, p += 3)  // toes that the source lacks stay where the fitted foot has them
       if (!targets.at[j].empty()) Eigen::Map<Eigen::Vector3f>(p, 3) = targets.at[j][t].cast<float>();
   if (source.contact.defined()) {
-    std::array<int, J> counterpart;
-    counterpart.fill(-1);
-    counterpart[0] = marks.pelvis;
-    counterpart[9] = marks.thorax;
-    counterpart[12] = marks.neck;
-    counterpart[15] = marks.head;
-    for (size_t s = 0; s < 2; ++s) {
-      counterpart[1 + s] = marks.hip[s], counterpart[4 + s] = marks.knee[s], counterpart[7 + s] = marks.ankle[s];
-      counterpart[10 + s] = marks.toe[s], counterpart[13 + s] = marks.collar[s];
-      counterpart[16 + s] = marks.shoulder[s], counterpart[18 + s] = marks.elbow[s];
-      counterpart[20 + s] = marks.wrist[s];
-    }
+    const std::array<int, J> counterpart = counterparts(marks);
     out.contact = torch::zeros({source.frames(), J}, source.contact.options());
     for (int j = 0; j < J; ++j)
       if (counterpart[static_cast<size_t>(j)] >= 0)

@@ -1,13 +1,12 @@
 #include "inhabit/reconstruct/images.h"
 
-#include <glob.h>
-
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/png_mask.h"
 
@@ -15,16 +14,6 @@ namespace inhabit::reconstruct {
 namespace {
 
 constexpr int64_t kMostMaps = 64;
-
-std::vector<std::string> matches(const std::string& pattern) {
-  glob_t found{};
-  const int failed = ::glob(pattern.c_str(), 0, nullptr, &found);
-  std::vector<std::string> out;
-  if (failed == 0) out.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-  ::globfree(&found);
-  if (out.empty()) throw Error(pattern, "there is no such file");
-  return out;
-}
 
 /// The numbers in a file's name, one of more than 15 digits modulo 10^15.
 std::vector<int64_t> numbers_in(const std::string& path) {
@@ -62,7 +51,7 @@ int64_t ImageSequence::index_of(int64_t frame) const {
 std::vector<NumberedFile> numbered_files(const std::vector<std::string>& patterns) {
   std::set<std::string> paths;
   for (const std::string& pattern : patterns)
-    for (std::string& path : matches(pattern)) paths.insert(std::move(path));
+    for (std::string& path : files_matching(pattern)) paths.insert(std::move(path));
   const std::string& name = patterns.front();
   std::vector<std::vector<int64_t>> numbers;
   for (const std::string& path : paths) {

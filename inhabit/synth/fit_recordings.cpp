@@ -33,6 +33,7 @@ struct Recording {
 struct Furnished {
   std::vector<DatasetClip> clips;
   double seconds = 0, kept = 0;  // of the recording, and of its pieces that have a room at least
+  std::string skipped;           // why, where it could not be used
 };
 
 /// (T) bool: frames that a flat floor at y = 0 explains.
@@ -181,27 +182,39 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   try {
     each_item(static_cast<int64_t>(recordings.size()), options.progress, [&](int64_t i) {
       const auto recording = static_cast<size_t>(i);
-      furnish_recording(out, recordings[recording], recording, options, made[recording]);
+      try {
+        furnish_recording(out, recordings[recording], recording, options, made[recording]);
+      } catch (const Error& e) {
+        if (recordings.size() == 1) throw;
+        made[recording] = {};
+        made[recording].skipped = e.what();
+      }
     });
   } catch (...) {
     failed = std::current_exception();
   }
   double seconds = 0, kept = 0;
-  nlohmann::json sources = nlohmann::json::array();
+  nlohmann::json sources = nlohmann::json::array(), skipped = sources;
   for (size_t i = 0; i < recordings.size(); ++i) {
     out.clips.insert(out.clips.end(), made[i].clips.begin(), made[i].clips.end());
+    if (!made[i].skipped.empty()) {
+      skipped.push_back(made[i].skipped);
+      continue;
+    }
     sources.push_back(std::filesystem::path(recordings[i].file).filename().string());
     seconds += made[i].seconds, kept += made[i].kept;
   }
   if (failed || out.clips.empty()) {  // nothing half-written
     remove_clips(out);
     if (failed) std::rethrow_exception(failed);
+    if (sources.empty()) throw Error("no recording can be used; of the first: " + skipped.front().get<std::string>());
     throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
   }
   out.provenance = {
       {"command", "inhabit synth fit"},   {"seed", options.seed},           {"rooms_per_clip", options.rooms_per_clip},
       {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.share},
       {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
+  if (!skipped.empty()) out.provenance["skipped"] = skipped;
   write_index(out);
   return out;
 }

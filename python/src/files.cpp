@@ -101,9 +101,9 @@ void add_files(py::module_& m) {
         ConvertOptions options;
         options.reading = reading_of(up, scale, input_rate, asf);
         if (rate && !(*rate >= 0.1 && *rate <= 1000)) throw Error("rate", "is not in [0.1, 1000]");
-        options.rate = rate.value_or(0);
+        options.writing.rate = rate.value_or(0);
         options.retarget = retarget;
-        options.up = up_axis(out_up);
+        if (up_axis(out_up) == UpAxis::z) options.writing.up = UpAxis::z;
         if (scene) options.scene = scene->string();
         if (body) options.body = body->string();
         Notes notes;

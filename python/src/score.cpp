@@ -106,16 +106,23 @@ void add_score(py::module_& m) {
   m.def(
       "score_error",
       [](const Clips& futures, const Clip& truth, double rate) {
-        const PoseError error = released([&] {
+        const MotionError error = released([&] {
           return score_error(standard_motions(futures, rate, "future"), standard_motions({truth}, rate, "truth"));
         });
-        return py::dict("mean"_a = array_of(error.mean), "best"_a = array_of(error.best), "overall"_a = error.overall,
-                        "best_overall"_a = error.best_overall);
+        const auto dict_of = [](const ErrorByFrame& e) {
+          return py::dict("mean"_a = array_of(e.mean), "best"_a = array_of(e.best), "overall"_a = e.overall,
+                          "best_overall"_a = e.best_overall);
+        };
+        py::dict out = dict_of(error.pose);
+        out["path"] = dict_of(error.path);
+        out["world"] = dict_of(error.world);
+        return out;
       },
       "futures"_a, "truth"_a, py::kw_only(), "rate"_a = 25.0,
       "Joint error of futures against the one that came true, metres: by frame (T) of all ('mean') and of the best "
       "future\n"
-      "of each horizon ('best'), and both over all frames ('overall', 'best_overall').");
+      "of each horizon ('best'), and both over all frames ('overall', 'best_overall'). These are of poses without\n"
+      "place and heading; the same of the root ('path') and of all joints ('world') in the world are dictionaries.");
   m.def(
       "foot_skating",
       [](const Clip& clip, double height, double distance) {

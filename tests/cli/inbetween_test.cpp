@@ -87,6 +87,57 @@ TEST(Inbetween, KeyFramesAreTheFilesOwnAtAnyRate) {
   }
 }
 
+TEST(Inbetween, AHandGoesThroughATarget) {
+  const TempFolder folder;
+  const Clip walk = read_clip(kWalk);
+  // A hand's breadth outside of where the wrist is anyway.
+  const torch::Tensor wrist = walk.joints[45][20],
+                      aside = (wrist - walk.joints[45][0]) * torch::tensor({1.F, 0.F, 1.F});
+  const torch::Tensor target = wrist + 0.1 * aside / aside.norm();
+  char text[96];
+  std::snprintf(text, sizeof text, "@1.5=%.4f,%.4f,%.4f", target[0].item<double>(), target[1].item<double>(),
+                target[2].item<double>());
+  const std::string out = folder / "out.npz";
+  const auto distance = [&](const std::string& arguments, int joint) {
+    const CommandResult r = run_command("inbetween " + arguments + " --keyframes every:30 -o " + out);
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    return (read_clip(out).joints[45][joint] - target).norm().item<double>();
+  };
+  EXPECT_GT(distance(kWalk, 20), 0.03);
+  EXPECT_LT(distance(kWalk + " --target left_wrist" + text, 20), 0.01);
+  // By the name that a joint has in its file.
+  Clip renamed = walk;
+  renamed.skeleton.names[20] = "LeftHand";
+  renamed.skeleton.names[18] = "LeftForeArm";
+  write_clip(folder / "renamed.npz", renamed);
+  EXPECT_LT(distance(folder / "renamed.npz" + " --target LeftHand" + text, 20), 0.01);
+  const TempFolder empty;
+  const std::string to = " -o " + empty / "x.npz", nothing = empty / "";
+  expect_refused("inbetween " + folder / "renamed.npz" + " --target nose@1=0,1,0" + to,
+                 {"--target nose@1=0,1,0", "\"nose\" is no joint; there are left_hand, right_hand, pelvis",
+                  "of the file", "LeftForeArm"},
+                 nothing);
+  expect_refused("inbetween " + kWalk + " --target left_hand=0,1,0" + to, {"JOINT@SECONDS=X,Y,Z"}, nothing);
+  expect_refused("inbetween " + kWalk + " --target left_hand@9=0,1,0" + to, {"from 9 to 9 s is not within"}, nothing);
+}
+
+TEST(Inbetween, KeyFramesOfAFileStandAtOtherTimes) {
+  const TempFolder folder;
+  const Clip walk = read_clip(kWalk);
+  const std::string out = folder / "slow.npz";
+  const CommandResult r = run_command("inbetween " + kWalk + " --keyframes 0,40,89 --times 0,2,4 -o " + out);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Clip slow = read_clip(out);
+  ASSERT_EQ(slow.frames(), 121);
+  for (const auto& [at, key] : {std::pair(0, 0), {60, 40}, {120, 89}})
+    EXPECT_TRUE(torch::equal(slow.joints[at], walk.joints[key])) << key;
+  const TempFolder empty;
+  const std::string to = " -o " + empty / "x.npz", nothing = empty / "";
+  expect_refused("inbetween " + kWalk + " --times 0,2" + to, {"--times", "need --keyframes"}, nothing);
+  expect_refused("inbetween " + kWalk + " --keyframes 0,40 --times 0,2,4" + to, {"3 are named for 2 poses"}, nothing);
+  expect_refused("inbetween " + kWalk + " --keyframes 0,90 --times 0,2" + to, {"frame 90 is outside", "89"}, nothing);
+}
+
 TEST(Inbetween, TakesWhatAnAnimatorGivesBesideKeys) {
   const TempFolder folder;
   const std::string out = folder / "out";

@@ -6,6 +6,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/files.h"
+#include "inhabit/motion/resample.h"
 
 TEST(Score, RealMotionScoresHigherAgainstItselfThanAgainstOther) {
   const TempFolder folder;
@@ -56,16 +57,103 @@ TEST(Score, AMotionHasNoErrorAndNoSpectralDistanceToItself) {
   EXPECT_GT(nlohmann::json::parse(inhabit::read_whole_file(folder / "a.json"))["apd_m"].get<double>(), 0.05);
 }
 
+nlohmann::json scored(const std::string& arguments, int exit_code = 0) {
+  const TempFolder folder;
+  const CommandResult r = run_command("score " + arguments + " --json " + folder / "s.json");
+  EXPECT_EQ(r.exit_code, exit_code) << arguments << "\n" << r.err;
+  return nlohmann::json::parse(inhabit::read_whole_file(folder / "s.json"));
+}
+
+TEST(Score, OneWhoStandsStillAsTheyWalkIsWrongInTheWorld) {
+  const TempFolder folder;
+  inhabit::Clip still = inhabit::read_clip(kWalk);
+  const torch::Tensor gone = (still.joints.narrow(1, 0, 1) - still.joints[0][0]) * torch::tensor({1.F, 0.F, 1.F});
+  still.joints = still.joints - gone;
+  still.trans = still.trans - gone.squeeze(1);
+  inhabit::write_clip_npz(folder / "still.npz", still);
+  const auto error = scored("error --motion " + folder / "still.npz" + " --truth " + kWalk);
+  EXPECT_LT(error["pose_error_mm"].get<double>(), 1);
+  EXPECT_GT(error["world_error_mm"].get<double>(), 1000);
+  EXPECT_NEAR(error["path_error_mm"].get<double>(), error["world_error_mm"].get<double>(), 1);
+}
+
+/// Joints alone as a network writes them: any name, millimetres, 60 frames a second, z up, flattened.
+TEST(Score, TakesJointsOfAnybodyWithTheirUnitAndRate) {
+  const TempFolder folder;
+  const inhabit::Clip walk = inhabit::read_clip(kWalk);
+  const torch::Tensor j = inhabit::resample(walk, 60).joints;
+  const torch::Tensor z_up = torch::stack({j.select(2, 0), -j.select(2, 2), j.select(2, 1)}, 2) * 1000;
+  inhabit::Npz npz;
+  npz.tensors["keypoints"] = z_up.reshape({j.size(0), 66});
+  inhabit::write_npz(folder / "net.npz", npz);
+  const std::string net = folder / "net.npz" + " --scale 0.001 --up z --input-rate 60";
+  const auto own = scored("skating --motion " + kWalk), theirs = scored("skating --motion " + net);
+  EXPECT_NEAR(theirs["foot_skating"].get<double>(), own["foot_skating"].get<double>(), 0.03);
+  const auto jerk = scored("jerk --motion " + kWalk + " --reference " + kWalk), other = scored("jerk --motion " + net);
+  EXPECT_DOUBLE_EQ(jerk["jerk_ratio"].get<double>(), 1);
+  EXPECT_NEAR(other["jerk"].get<double>(), jerk["jerk"].get<double>(), 0.2 * jerk["jerk"].get<double>());
+  EXPECT_NEAR(other["speed"].get<double>(), 1.29, 0.02);
+  const auto in = scored("penetration --motion " + net + " --scene " + kRoom);
+  EXPECT_LT(in["collision_frame_ratio"].get<double>(), 0.1);
+  const auto error = scored("error --motion " + kWalk + " --truth " + kWalk);
+  EXPECT_NEAR(error["world_error_mm"].get<double>(), 0, 1e-3);
+}
+
+TEST(Score, DeepInTheSceneIsSaidWithTheFilesOwnFrame) {
+  const TempFolder folder;
+  inhabit::Clip sit = inhabit::read_clip(kSit);
+  inhabit::Clip sunk = inhabit::slice(sit, 0, 60);
+  sunk.rate = 60;  // half of the frames are looked at
+  for (torch::Tensor* places : {&sunk.joints, &sunk.trans}) *places = places->clone();
+  const inhabit::Clip walk = inhabit::read_clip(kWalk);
+  const auto clean = scored("penetration --motion " + kWalk + " --scene " + kRoom);
+  // Through the armchair: the place of the seat that somebody sits on in the end.
+  const torch::Tensor seat = sit.joints[sit.frames() - 1][0], from = sit.joints[0][0];
+  sunk.joints.slice(0, 20, 60) += (seat - from) * torch::tensor({1.F, 0.F, 1.F});
+  sunk.trans.slice(0, 20, 60) += (seat - from) * torch::tensor({1.F, 0.F, 1.F});
+  inhabit::write_clip_npz(folder / "sunk.npz", sunk);
+  const auto in = scored("penetration --motion " + folder / "sunk.npz" + " --scene " + kSitRoom);
+  EXPECT_GT(in["collision_frame_ratio"].get<double>(), clean["collision_frame_ratio"].get<double>() + 0.5);
+  EXPECT_GT(in["penetration_max_mm"].get<double>(), 50);
+  EXPECT_GE(in["files"][0]["deepest_frame"].get<int>(), 20);
+  EXPECT_LT(in["files"][0]["deepest_frame"].get<int>(), 60);
+}
+
+TEST(Score, FidAndDiversityOfFoldersSkipWhatIsBadAndCountIt) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "real");
+  const inhabit::Clip sit = inhabit::read_clip(kSit), walk = inhabit::read_clip(kWalk);
+  ASSERT_GE(sit.frames(), 2 * 121);
+  for (int64_t i = 0; i < 2; ++i)
+    inhabit::write_clip_npz(folder / "real/" + std::to_string(i) + ".npz", inhabit::slice(sit, i * 121, (i + 1) * 121));
+  const auto fid = scored("fid --motion " + folder / "real" + " --reference " + kSit);
+  EXPECT_NEAR(fid["fid"].get<double>(), 0, 0.1) << "the same windows, over a floor of their own";
+  EXPECT_EQ(fid["windows"], 2);
+  inhabit::write_atomically(folder / "real/bad.npz", "no archive");
+  inhabit::write_clip_npz(folder / "real/short.npz", walk);
+  const auto skipped = scored("diversity --motion '" + folder / "real/*.npz'" + " --reference " + kSit, 1);
+  EXPECT_EQ(skipped["windows"], 2);
+  EXPECT_EQ(skipped["skipped"].size(), 2U);
+  EXPECT_GT(skipped["diversity"].get<double>(), 0.1);
+  const CommandResult r = run_command("score diversity --motion " + folder / "real");
+  EXPECT_NE(r.err.find("bad.npz"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("4.03 s are needed"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("2 of 4 files were skipped"), std::string::npos) << r.err;
+}
+
 TEST(Score, RefusesWhatCannotBeScored) {
   const TempFolder folder;
   const std::string out = folder.path.string(), to = " --json " + folder / "out.json";
   expect_refused("score ndms --motion " + folder / "none.npz" + " --reference " + kWalk + to,
                  {"none.npz", "no such file"}, out);
   expect_refused("score ndms --motion " + kWalk + " --reference " + kWalk + " --kappa 500" + to,
-                 {"walk.npz", "no motion word"}, out);
+                 {"walk.npz", "20.00 s are needed"}, out);
   expect_refused("score ndms --motion " + kWalk + " --reference " + kSit + " --observed 75" + to,
-                 {"walk.npz", "no motion word"}, out);
+                 {"walk.npz", "3.04 s are needed"}, out);
   expect_refused("score apd --motion " + kWalk + to, {"--motion", "two futures"}, out);
   expect_refused("score npss --motion " + kWalk + " " + kSit + " --truth " + kWalk + to,
                  {"--truth", "one file for each"}, out);
+  expect_refused("score fid --motion " + kWalk + " --reference " + kSit + to, {"walk.npz", "4.03 s are needed"}, out);
+  expect_refused("score penetration --motion " + kWalk + to, {"--scene", "is needed"}, out);
+  expect_refused("score skating --motion " + folder.path.string() + to, {"without motion files"}, out);
 }

@@ -63,6 +63,11 @@ TEST(FillWindows, RefuseKeysOutOfReach) {
   EXPECT_EQ(fill_windows({0, 120}, 121, 60, 8, 0).size(), 1U);
   EXPECT_THAT(refusal_of([] { fill_windows({0, 121}, 121, 60, 8, 0); }), ::testing::HasSubstr("0 and 121"));
   EXPECT_THAT(refusal_of([] { fill_windows({0, 60, 175}, 121, 60, 8, 0); }), ::testing::HasSubstr("115 frames apart"));
+  // Of a file of 120 frames a second.
+  EXPECT_THAT(refusal_of([] {
+                fill_windows({0, 60, 175}, 121, 60, 8, 0, 4);
+              }),
+              ::testing::HasSubstr("240 and 700 are 460 frames apart; at most 452"));
   EXPECT_EQ(fill_windows({0, 60, 173}, 121, 60, 8, 0).back().last, 173);
   EXPECT_THAT(refusal_of([] { fill_windows({0, 60, 170}, 121, 60, 8, 8); }), ::testing::HasSubstr("at most 105"));
   EXPECT_EQ(fill_windows({0, 60, 165}, 121, 60, 8, 8).back().last, 165);

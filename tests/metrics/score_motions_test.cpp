@@ -50,12 +50,24 @@ TEST(ScoreMotions, NdmsIsTheMeanOverWordsThatHoldAForecast) {
 TEST(ScoreMotions, FuturesCountAsLongAsTheShortest) {
   const NamedMotion truth = swinging("truth", 50, 1), same = {"same", truth.joints.slice(0, 0, 30)},
                     other = swinging("other", 40, 2);
-  const PoseError error = score_error({same, other}, {truth});
-  ASSERT_EQ(error.mean.size(0), 30);
-  EXPECT_NEAR(error.best_overall, 0, 1e-6);
-  EXPECT_GT(error.overall, 0.01);
+  const MotionError error = score_error({same, other}, {truth});
+  for (const ErrorByFrame* of : {&error.pose, &error.path, &error.world}) {
+    ASSERT_EQ(of->mean.size(0), 30);
+    EXPECT_NEAR(of->best_overall, 0, 1e-6);
+    EXPECT_GT(of->overall, 0.01);
+  }
   EXPECT_EQ(score_apd({same, other}).size(0), 30);
   EXPECT_NEAR(score_npss({same}, {truth}), 0, 1e-6);
+}
+
+TEST(ScoreMotions, WhoStandsStillAsTheyWalkIsWrongInTheWorldAlone) {
+  NamedMotion still = swinging("still", 50, 1), walks = still;
+  walks.joints = still.joints + torch::linspace(0, 2, 50).view({50, 1, 1}) * torch::tensor({1.F, 0.F, 0.F});
+  const MotionError error = score_error({still}, {walks});
+  EXPECT_NEAR(error.pose.overall, 0, 1e-6);
+  EXPECT_NEAR(error.path.overall, 1, 1e-5);
+  EXPECT_NEAR(error.world.overall, 1, 1e-5);
+  EXPECT_NEAR(error.world.mean[49].item<double>(), 2, 1e-5);
 }
 
 TEST(ScoreMotions, WhatCannotBeScoredIsNamed) {

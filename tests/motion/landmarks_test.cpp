@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/io/expmap_text.h"
 #include "refusal_of.h"
@@ -45,6 +46,19 @@ void expect_person(const Landmarks& found) {
   EXPECT_EQ(found.shoulder, (std::array<int, 2>{10, 18}));
   EXPECT_EQ(found.elbow, (std::array<int, 2>{11, 19}));
   EXPECT_EQ(found.wrist, (std::array<int, 2>{12, 20}));
+}
+
+TEST(Landmarks, StandardJointsAreKnownByTheNamesOfAFileToo) {
+  Skeleton file = builtin_body().skeleton;
+  file.names[20] = "LeftHand";
+  file.names[9] = "Chest";
+  EXPECT_EQ(standard_joint_called("left_wrist", file), 20);
+  EXPECT_EQ(standard_joint_called("LeftHand", file), 20);
+  EXPECT_EQ(standard_joint_called("LeftHand", {}), -1);
+  EXPECT_EQ(standard_joint_called("tail", file), -1);
+  EXPECT_NE(joint_names_for(file).find("right_wrist; of the file "), std::string::npos) << joint_names_for(file);
+  EXPECT_NE(joint_names_for(file).find("LeftHand"), std::string::npos);
+  EXPECT_EQ(joint_names_for({}).find("of the file"), std::string::npos);
 }
 
 }  // namespace

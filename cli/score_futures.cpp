@@ -1,0 +1,95 @@
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/motion/local_pose.h"
+#include "score.h"
+
+using namespace inhabit;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+std::vector<NamedMotion> joints_of(const std::vector<ScoredClip>& clips, const Skeleton& bones = {}) {
+  std::vector<NamedMotion> out;
+  out.reserve(clips.size());
+  for (const ScoredClip& of : clips)
+    out.push_back({of.name, bones.size() == 0 ? of.clip.joints : on_skeleton(of.clip, bones).joints});
+  return out;
+}
+
+Json at_seconds(const torch::Tensor& by_frame, double rate, double scale) {
+  Json out = Json::array();
+  for (const double horizon : {0.4, 0.8, 1.6, 2.0, 4.0, 10.0, 20.0, 30.0}) {
+    const auto frame = static_cast<int64_t>(std::lround(horizon * rate)) - 1;
+    if (frame < by_frame.size(0))
+      out.push_back({{"seconds", horizon}, {"value", by_frame[frame].item<double>() * scale}});
+  }
+  return out;
+}
+
+}  // namespace
+
+void score_ndms_of(Score& given) {
+  NdmsOptions& options = given.ndms;
+  options.rate = given.rate;
+  const auto reference = score_clips(given, given.reference, given.reading_reference,
+                                     options.rate * static_cast<double>(options.reference_stride));
+  // All on the bones of the first reference, as `eval anticipate` has them on those of the training data.
+  const Skeleton bones = reference.front().clip.skeleton;
+  const auto motions =
+      score_clips(given, given.motion, given.reading, options.rate, std::max(options.kappa, options.observed + 1));
+  const NdmsScore score = score_ndms(joints_of(motions, bones), joints_of(reference, bones), options);
+  report_scores(
+      given,
+      {{"ndms", score.ndms},
+       {"ndms_as_coded", score.coded},
+       {"words", score.words},
+       {"reference_words", score.reference_words},
+       {"files", rows_by_file(motions, [&](size_t i) {
+          const NdmsOfMotion& of = score.motions[i];
+          return Json{{"ndms", of.ndms}, {"ndms_as_coded", of.coded}, {"words", of.words}, {"by_second", of.by_second}};
+        })}});
+}
+
+void score_npss_of(Score& given) {
+  const std::vector<std::string> truth = motion_files(given.truth), files = motion_files(given.motion);
+  if (truth.size() != files.size()) throw Error("--truth", "one file for each of --motion is needed");
+  std::vector<ScoredClip> motions, came;
+  size_t next = 0;
+  given.files = each_file(files, [&](const std::string& file) {
+    const std::string& its_truth = truth[next++];
+    const auto own = score_clips(given, file, given.reading, given.rate, 1);
+    const auto true_ones = score_clips(given, its_truth, given.reading, given.rate, 1);
+    motions.insert(motions.end(), own.begin(), own.end());
+    came.insert(came.end(), true_ones.begin(), true_ones.end());
+  });
+  report_scores(given, {{"npss", score_npss(joints_of(motions), joints_of(came))}, {"sequences", motions.size()}});
+}
+
+void score_apd_of(Score& given) {
+  const std::vector<NamedMotion> futures = joints_of(score_clips(given, given.motion, given.reading, given.rate));
+  if (futures.size() < 2) throw Error("--motion", "APD needs two futures or more");
+  const torch::Tensor apd = score_apd(futures);
+  report_scores(given, {{"apd_m", apd.mean().item<double>()},
+                        {"sequence_apd_m", score_sequence_apd(futures)},
+                        {"futures", futures.size()},
+                        {"by_horizon", at_seconds(apd, given.rate, 1)}});
+}
+
+void score_error_of(Score& given) {
+  if (given.truth.size() != 1) throw Error("--truth", "one file is needed, the future that came true");
+  const auto futures = joints_of(score_clips(given, given.motion, given.reading, given.rate));
+  const auto truth = joints_of(score_clips(given, given.truth.front(), given.reading, given.rate, 1));
+  const auto [pose, path, world] = score_error(futures, truth);
+  const auto horizons = [&](const torch::Tensor& error) { return at_seconds(error, given.rate, 1000); };
+  report_scores(given, {{"world_error_mm", world.overall * 1000},
+                        {"path_error_mm", path.overall * 1000},
+                        {"pose_error_mm", pose.overall * 1000},
+                        {"best_of_n_world_mm", world.best_overall * 1000},
+                        {"best_of_n_mm", pose.best_overall * 1000},
+                        {"futures", futures.size()},
+                        {"world_by_horizon_mm", horizons(world.mean)},
+                        {"path_by_horizon_mm", horizons(path.mean)},
+                        {"by_horizon_mm", horizons(pose.mean)},
+                        {"best_by_horizon_mm", horizons(pose.best)}});
+}

@@ -1,0 +1,62 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+// Scores of how anybody's motion moves and of what it runs into: the measures of `inhabit eval` over whole files.
+
+/// One motion on the standard skeleton at the score's rate, and what errors call it.
+struct ScoredClip {
+  std::string name;
+  Clip clip;
+  double file_rate = 0;  ///< frames a second of the motion as it was read: what its frames are counted in
+};
+
+/// @param rate frames a second to score at. @param least frames that are needed at that rate. Throws Error(name, ...)
+/// where the skeleton cannot be mapped or the motion is shorter, in the frames that it has itself.
+ScoredClip scored_clip(const Clip& clip, double rate, int64_t least, const std::string& name);
+
+/// The clip over the floor y = 0: that of the scene under the feet, or without a scene the one that the feet stand on.
+Clip over_floor(const Clip& clip, const Scene& scene);
+
+struct SkatingScore {
+  double foot_skating = 0;      ///< fraction of all frames (metrics/foot_skating.h), which is per frame: 30 a second
+  std::vector<double> by_clip;  ///< of each
+};
+
+/// @param clips as over_floor gives them, of two frames or more each.
+SkatingScore score_skating(const std::vector<ScoredClip>& clips);
+
+/// How motions move, means over the frames of all of them (metrics/dynamics.h).
+struct JerkScore {
+  double jerk = 0;          ///< m/s^3
+  double acceleration = 0;  ///< m/s^2
+  double speed = 0;         ///< of the root over the ground, m/s
+  std::vector<double> by_clip;
+};
+
+/// @param clips of four frames or more each.
+JerkScore score_jerk(const std::vector<ScoredClip>& clips);
+
+/// The skin against a scene, without tolerance where `exact` is said (metrics/collision.h).
+struct PenetrationScore {
+  double frame_ratio = 0, vertex_ratio = 0;  ///< of all frames
+  double penetration_max = 0;                ///< metres, the deepest of each clip, the mean over clips
+  double exact_frame_ratio = 0, exact_vertex_ratio = 0, exact_penetration_max = 0;
+  struct OfClip {
+    double depth = 0;    ///< metres
+    int64_t frame = -1;  ///< of the deepest place, counted in the file's own frames; -1 where none collides
+    double frame_ratio = 0;
+  };
+  std::vector<OfClip> by_clip;
+};
+
+/// The body has the clip's betas or, where there are none, the shape that fits its bones. @param clips where the scene
+/// is, with rotations.
+PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& scene);
+
+}  // namespace inhabit

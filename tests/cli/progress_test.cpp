@@ -1,0 +1,52 @@
+// Protects what is seen of long work: a bar on a terminal, plain lines elsewhere, nothing with --quiet; and that what
+// is printed for other programs stays clean.
+#include <gmock/gmock.h>
+
+#include "cli/command.h"
+#include "cli/examples.h"
+
+namespace {
+
+using testing::AllOf, testing::HasSubstr, testing::Not;
+
+/// Work of a second or so.
+std::string work(const std::string& folder) {
+  return INHABIT_COMMAND " synth rooms --clips 12 --seed 3 --out " + folder;
+}
+
+/// On a terminal of its own.
+std::string on_terminal(const std::string& command) {
+  return run_program("TERM=xterm script -qec '" + command + "' /dev/null </dev/null").out;
+}
+
+TEST(Progress, IsABarOnATerminalAndGoesAwayInTheEnd) {
+  const TempFolder folder;
+  const std::string out = on_terminal(work(folder / "a"));
+  EXPECT_THAT(out, AllOf(HasSubstr("clips ["), HasSubstr("of 12, "), HasSubstr("/s, "), HasSubstr(" left")));
+  const size_t bar = out.rfind("clips ["), gone = out.rfind("\r\x1b[K");
+  ASSERT_NE(bar, std::string::npos);
+  EXPECT_GT(gone, bar);
+  EXPECT_LT(gone, out.rfind("12 clips")) << "what the verb says in the end stands alone";
+  const std::string quiet = on_terminal(work(folder / "b") + " --quiet");
+  EXPECT_THAT(quiet, AllOf(Not(HasSubstr("clips [")), HasSubstr("12 clips")));
+}
+
+TEST(Progress, LeavesNoBarWhereThereIsNoTerminal) {
+  const TempFolder folder;
+  const CommandResult r = run_program(work(folder / "a"));
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.err + r.out, Not(HasSubstr("\r")));
+  EXPECT_THAT(r.out, Not(HasSubstr("of 12")));
+}
+
+TEST(Quiet, LeavesAwayWhatWasDetected) {
+  const TempFolder folder;
+  const std::string in = "convert " + kWalk + " " + folder / "a.bvh && " INHABIT_COMMAND " convert " +
+                         folder / "a.bvh" + " " + folder / "b.npz";
+  const CommandResult loud = run_command(in), quiet = run_command(in + " --quiet");
+  ASSERT_EQ(loud.exit_code, 0) << loud.err;
+  EXPECT_THAT(loud.out, HasSubstr("detected"));
+  EXPECT_THAT(quiet.out, AllOf(Not(HasSubstr("detected")), HasSubstr("b.npz: 90 frames")));
+}
+
+}  // namespace

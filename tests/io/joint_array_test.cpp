@@ -1,0 +1,68 @@
+// Protects the reading of joint positions under other names and shapes than ours, and that clouds of points stay
+// clouds.
+#include "inhabit/io/joint_array.h"
+
+#include <gtest/gtest.h>
+
+#include "inhabit/body/body_model.h"
+#include "inhabit/body/kinematics.h"
+#include "inhabit/io/clip_npz.h"
+#include "refusal_of.h"
+
+namespace inhabit {
+namespace {
+
+torch::Tensor standing(int64_t frames) {
+  return joint_positions(builtin_body().skeleton, torch::zeros({frames, 22, 3}),
+                         torch::tensor({0.F, 1.F, 0.F}).expand({frames, 3}));
+}
+
+TEST(JointArray, HasAnyUsualNameAndShape) {
+  const torch::Tensor joints = standing(7);
+  for (const char* name : {"joints", "keypoints", "positions", "poses_3d", "joint_positions", "joints3d", "arr_0"})
+    for (const torch::Tensor& as : {joints, joints.view({7, 66})}) {
+      Npz npz;
+      npz.tensors[name] = as;
+      ASSERT_TRUE(holds_clip(npz)) << name << as.sizes();
+      EXPECT_TRUE(torch::equal(clip_from_npz(npz, name).joints, joints)) << name << as.sizes();
+    }
+}
+
+TEST(JointArray, SeveralMotionsLead) {
+  Npz npz;
+  npz.tensors["keypoints"] = torch::stack({standing(7), standing(7) + 1, standing(7) + 2});
+  const std::vector<Clip> clips = clips_from_npz(npz, "three");
+  ASSERT_EQ(clips.size(), 3U);
+  EXPECT_TRUE(torch::equal(clips[2].joints, standing(7) + 2));
+}
+
+TEST(JointArray, IsNoCloudAndACloudIsNone) {
+  for (const int64_t columns : {3, 6, 7, 9}) {
+    Npz cloud;
+    cloud.tensors["positions"] = torch::rand({500, columns});
+    EXPECT_FALSE(holds_clip(cloud)) << columns;
+    Npz nameless;
+    nameless.tensors["arr_0"] = torch::rand({500, columns});
+    EXPECT_FALSE(holds_clip(nameless)) << columns;
+  }
+  Npz clouds;  // of a depth camera
+  clouds.tensors["positions"] = torch::rand({5, 4000, 3});
+  EXPECT_FALSE(holds_clip(clouds));
+}
+
+TEST(JointArray, IsLeftAloneBesideAPose) {
+  Npz npz;
+  npz.tensors["poses"] = torch::zeros({5, 66});
+  npz.tensors["trans"] = torch::zeros({5, 3});
+  npz.tensors["keypoints"] = torch::rand({2, 5, 25, 3});
+  EXPECT_TRUE(clips_from_npz(npz, "pose").front().rotations.defined());
+}
+
+TEST(JointArray, OfTooFewJointsIsSaid) {
+  Npz npz;
+  npz.tensors["poses_3d"] = torch::rand({9, 17, 3});
+  EXPECT_NE(refusal_of([&] { clip_from_npz(npz, "h36m.npz"); }).find("of 17 joints"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace inhabit
