@@ -2,10 +2,11 @@
 import { pathToFileURL } from 'node:url';
 import { openPage } from '../browser.mjs';
 
-/** Opens a page, and gathers what it says or asks for. */
-export async function openListening(context, path) {
+/** Opens a page, and gathers what it says or asks for. `also(page)` comes before it is loaded. */
+export async function openListening(context, path, also = () => {}) {
   const complaints = [];
   const listen = (page) => {
+    also(page);
     page.on('console', (message) => {
       if (['error', 'warning'].includes(message.type()) && !/GPU stall|ReadPixels|software WebGL|GL Driver Message/i.test(message.text())) complaints.push(message.text());
     });
