@@ -24,6 +24,7 @@ import { makeTrails } from './trails';
 export class MotionPage {
   private readonly stage: Stage;
   private readonly gone = new AbortController();
+  private readonly watcher: ResizeObserver; // of what the view is fitted to
   private readonly room: Room;
   private readonly people: Person[];
   private readonly timeline: Timeline;
@@ -105,6 +106,8 @@ export class MotionPage {
     this.resize();
     const { signal } = this.gone;
     addEventListener('resize', () => this.resize(), { signal });
+    this.watcher = new ResizeObserver(() => this.resize());
+    for (const id of ['bar', 'tools']) this.watcher.observe(element(id));
     this.stage.controls.addEventListener('change', this.moved);
     this.lookFirst(header.scene ? 1.6 : 1.35);
   }
@@ -114,6 +117,7 @@ export class MotionPage {
   /** Takes it off the page: what is shown next finds the stage empty. */
   end() {
     this.gone.abort();
+    this.watcher.disconnect();
     this.stage.controls.removeEventListener('change', this.moved);
     this.gallery?.end();
     this.stage.clear();
@@ -348,15 +352,20 @@ export class MotionPage {
     const height = innerHeight;
     this.dirty = true;
     const bar = this.people.length > 0 ? element('bar').getBoundingClientRect() : { top: height };
-    document.documentElement.style.setProperty('--bar-top', `${height - bar.top}px`);
-    const tools = element('tools').getBoundingClientRect();
-    document.documentElement.style.setProperty('--tools-top', `${height - tools.top}px`);
-    document.documentElement.style.setProperty('--tools-bottom', `${tools.bottom}px`);
-    document.documentElement.style.setProperty('--tools-left', `${width - tools.left}px`);
+    this.layOut('bar-top', height - bar.top);
+    const tools = element('tools').getBoundingClientRect(); // below the bar's place, which moves it
+    this.layOut('tools-top', height - tools.top);
+    this.layOut('tools-bottom', tools.bottom);
+    this.layOut('tools-left', width - tools.left);
     if (this.gallery) return this.gallery.resize(width, height);
     const pixels = this.stage.resize(width, height, 0, this.host.framed ? 0 : height - bar.top);
     this.contacts?.points.setHeight(pixels);
     this.room.points?.setHeight(pixels);
+  }
+
+  /** Tells the style sheet where something stands. */
+  private layOut(what: string, pixels: number) {
+    document.documentElement.style.setProperty(`--${what}`, `${pixels}px`);
   }
 
   /** A person is there from its first frame on; an observed past leaves when what comes after it starts. */

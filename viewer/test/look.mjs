@@ -19,6 +19,12 @@ export async function openListening(context, path, also = () => {}) {
   return { page, complaints };
 }
 
+/** Makes the window so large, and waits until the page is laid out for it: a frame takes seconds where many share a core. */
+export async function setWindow(page, width, height) {
+  await page.setViewportSize({ width, height });
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
 /** Brightness deviation of the view at a time, and how many pixels turned warm since the look before (contact colours). */
 export const look = (page, time, joint) => page.evaluate(([at, name]) => {
   if (name) inhabit.setJoint(name);

@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { readFileSync } from 'node:fs';
 import { findChromium, withBrowser } from '../browser.mjs';
-import { openListening } from './look.mjs';
+import { openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -107,7 +107,7 @@ await withBrowser({ viewport: { width: 1280, height: 800 } }, async (context) =>
       const ids = await page.evaluate('[...document.querySelectorAll("[id]")].map(({ id }) => id)');
       assert.deepEqual(ids.filter((id, i) => ids.indexOf(id) !== i), [], 'ids that are there twice');
       for (const [width, height] of [[1280, 800], [390, 844]]) {
-        await page.setViewportSize({ width, height });
+        await setWindow(page, width, height);
         for (const colorScheme of ['light', 'dark']) {
           await page.emulateMedia({ colorScheme });
           for (const panel of ['', '#list', '#file', '#helper']) {

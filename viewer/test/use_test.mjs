@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { mkdir, readFile } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance, joints, look, openListening } from './look.mjs';
+import { distance, joints, look, openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -92,8 +92,7 @@ async function keysAndNames(context) {
 async function telephone(browserContext) {
   const { page, complaints } = await open(browserContext, 'two.html');
   for (const [width, height] of [[844, 390], [390, 844]]) {
-    await page.setViewportSize({ width, height });
-    await page.waitForTimeout(200);
+    await setWindow(page, width, height);
     const beyond = await page.evaluate(() => [...document.querySelectorAll('button, select, input, h1, #head, #tools, #bar')]
       .filter((node) => node.checkVisibility()).map((node) => [node.id || node.textContent, node.getBoundingClientRect()])
       .filter(([, box]) => box.width > 0 && (box.left < 0 || box.right > innerWidth || box.top < 0 || box.bottom > innerHeight)).map(([id]) => id));
