@@ -1,5 +1,6 @@
 #include "inhabit/view/page.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -7,9 +8,9 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/extension.h"
-#include "inhabit/motion/retarget.h"
 #include "inputs.h"
 #include "verbs.h"
+#include "view_cards.h"
 
 namespace {
 
@@ -20,14 +21,21 @@ struct ViewArguments {
   SceneInput scene;
 };
 
-/// The motion on the standard body where its skeleton can be mapped to it, as it is (a bare skeleton) otherwise.
-inhabit::Clip read_for_view(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes) {
-  const inhabit::Clip clip = read_motion(path, reading, notes);
-  try {
-    return inhabit::retarget(clip, path);
-  } catch (const inhabit::Error&) {
-    return clip;
+void write_cards(const ViewArguments& given, const std::vector<std::string>& paths) {
+  if (!given.scene.file.empty()) throw inhabit::Error("--scene", "is for motions, not for a page of cards");
+  inhabit::Notes notes;
+  inhabit::CardsPage page;
+  page.cards = cards_of(paths, given.reading, notes);
+  const std::filesystem::path first = std::filesystem::path(paths.front()).lexically_normal();
+  page.title = given.title;
+  if (page.title.empty()) {
+    page.title = (first.has_filename() ? first : first.parent_path()).filename().string();
+    if (paths.size() > 1) page.title += " and " + std::to_string(paths.size() - 1) + " more";
   }
+  page.note = given.note;
+  inhabit::write_page(given.out, page);
+  say(notes);
+  std::printf("%s: %zu card%s\n", given.out.c_str(), page.cards.size(), page.cards.size() == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -35,7 +43,10 @@ inhabit::Clip read_for_view(const std::string& path, const inhabit::ClipReadOpti
 void add_view(CLI::App& app) {
   auto options = std::make_shared<ViewArguments>();
   CLI::App* verb = app.add_subcommand("view", "Write a page that shows motions, and the scene they are in");
-  verb->add_option("motions", options->motions, "Motion files")->required();
+  verb->add_option(
+      "motions", options->motions,
+      "Motion files; none: a page that others are dropped on. Or folders, training logs (.jsonl) and tables "
+      "of `eval --json`, a card each");
   add_reading(*verb, options->reading, "the motions");
   add_scene(*verb, options->scene);
   verb->add_option("-o,--out", options->out, "The page (page.html)");
@@ -44,9 +55,16 @@ void add_view(CLI::App& app) {
   verb->callback([options] {
     if (inhabit::extension_of(options->out) != "html")
       throw inhabit::Error(options->out, "is no name of a page: .html");
+    const std::vector<std::string>& motions = options->motions;
+    if (std::any_of(motions.begin(), motions.end(), is_shown_as_cards)) return write_cards(*options, motions);
+    if (motions.empty() && options->scene.file.empty()) {
+      inhabit::write_empty_page(options->out, options->title, options->note);
+      std::printf("%s: empty, to drop files on\n", options->out.c_str());
+      return;
+    }
     inhabit::Notes notes;
     inhabit::Page page;
-    for (const std::string& path : options->motions) {
+    for (const std::string& path : motions) {
       inhabit::PagePerson person;
       person.clip = read_for_view(path, options->reading, notes);
       person.name = std::filesystem::path(path).stem().string();
@@ -55,10 +73,16 @@ void add_view(CLI::App& app) {
     const inhabit::Scene scene = read_scene(options->scene, notes);
     if (!options->scene.file.empty()) page.scene = &scene;
     for (inhabit::PagePerson& person : page.people) person.tracks = inhabit::interact::label_tracks(person.clip);
-    page.title = options->title.empty() ? page.people.front().name : options->title;
+    page.title = options->title;
+    if (page.title.empty() && !page.people.empty()) page.title = page.people.front().name;
+    if (page.title.empty() && page.scene != nullptr) page.title = std::filesystem::path(scene.name).stem().string();
     page.note = options->note;
     inhabit::write_page(options->out, page);
     say(notes);
+    if (page.people.empty()) {
+      std::printf("%s: a scene\n", options->out.c_str());
+      return;
+    }
     double longest = 0;
     for (const inhabit::PagePerson& person : page.people) longest = std::max(longest, person.clip.seconds());
     std::printf("%s: %zu motion%s, %.1f s\n", options->out.c_str(), page.people.size(),

@@ -37,7 +37,7 @@ const [source, target] = positionals;
 
 await withBrowser({ viewport: { width, height }, colorScheme: values.theme }, async (context) => {
   const page = await openPage(context, pathToFileURL(resolve(source)).href);
-  if (values.bare) await page.addStyleTag({ content: '#head, #tools, #bar { visibility: hidden }' });
+  if (values.bare) await page.addStyleTag({ content: '#head, #tools, #bar, #names { visibility: hidden }' });
   const shots = [];
   for (const time of times) {
     await page.evaluate(([view, at]) => {

@@ -72,8 +72,10 @@ struct Page {
 
 /// Writes one HTML file that needs no other file and no network: a three.js view with orbit camera, timeline, bodies or
 /// skeletons, the scene, root paths and footprints, and contact maps. Many futures (or motions of intentions) are small
-/// figures side by side or in one place, with a strip of labels under the timeline. Positions are kept to 1/65535 of
-/// their extent, rotations to 1/32767; scenes beyond 200,000 triangles or 60,000 points are thinned. Throws Error(path,
+/// figures side by side or in one place, with a strip of labels under the timeline. Objects that Clip::object_pose
+/// moves go along, from where the scene has them, which is where they are in the first frame. Positions are kept to
+/// 1/65535 of their extent, rotations to 1/32767; scenes beyond 200,000 triangles or 60,000 points are thinned. Throws
+/// Error(path,
 /// ...) where a clip, the scene or the contacts are inconsistent or not finite, or the file cannot be written; an older
 /// file of that name then stays as it was.
 void write_page(const std::string& path, const Page& page);

@@ -40,6 +40,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/serve/message.h"
 #include "inhabit/train/checkpoint.h"
+#include "inhabit/view/charts.h"
 
 namespace {
 
@@ -125,6 +126,12 @@ bool fuzz_smpl_model(const uint8_t* data, size_t size) {
 }
 bool fuzz_clip_json(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_clip_json(bytes, "fuzz"); });
+}
+bool fuzz_training_log(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) { parse_training_log(bytes, "fuzz"); });
+}
+bool fuzz_score_chart(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) { parse_score_chart(bytes, "fuzz"); });
 }
 bool fuzz_bvh(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
@@ -261,6 +268,8 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"smpl_model", fuzz_smpl_model},
       {"clouds", fuzz_clouds},
       {"clip_json", fuzz_clip_json},
+      {"training_log", fuzz_training_log},
+      {"score_chart", fuzz_score_chart},
       {"bvh", fuzz_bvh},
       {"asf_amc", fuzz_asf_amc},
       {"expmap_text", fuzz_expmap_text},

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "cli/command.h"
+#include "in_browser.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "refusal_of.h"
@@ -107,12 +108,10 @@ TEST(FuturesPageInBrowser, StandSideBySideAndGoOverlaid) {
     expected.push_back({joints[j][0].item<float>(), joints[j][1].item<float>(), joints[j][2].item<float>()});
   std::ofstream(folder / "expected.json") << expected.dump();
 
-  const std::string log = folder / "log.txt";
-  const std::string line =
-      "node '" INHABIT_SOURCE_DIR "/viewer/test/futures_test.mjs' '" + folder.path.string() + "' > '" + log + "' 2>&1";
-  const int status = std::system(line.c_str());
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << read_whole_file(log);
-  EXPECT_EQ(status, 0) << read_whole_file(log);
+  std::string said;
+  const int status = in_browser("futures_test.mjs", folder, said);
+  if (status == kNoBrowser) GTEST_SKIP() << said;
+  EXPECT_EQ(status, 0) << said;
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "cli/refusal.h"
-#include "inhabit/body/kinematics.h"
+#include "in_browser.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
@@ -19,31 +19,10 @@
 #include "inhabit/synth/room.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
+#include "view/striding.h"
 
 namespace inhabit {
 namespace {
-
-/// Somebody who strides along +Z at 1 m/s from (x, z), arms and legs swinging.
-Clip striding(int64_t frames, double x, double z, int64_t from = 0) {
-  Clip clip;
-  clip.skeleton = builtin_body().skeleton;
-  clip.rotations = torch::zeros({frames, kStandardJoints, 3});
-  const torch::Tensor seconds = torch::arange(from, from + frames).to(torch::kFloat32) / 30.0;
-  const torch::Tensor swing = torch::sin(seconds * 6.0);
-  clip.rotations.select(2, 0).select(1, 1).copy_(0.4 * swing);
-  clip.rotations.select(2, 0).select(1, 2).copy_(-0.4 * swing);
-  clip.rotations.select(2, 0).select(1, 4).copy_(0.35 * (1 - swing));
-  clip.rotations.select(2, 0).select(1, 5).copy_(0.35 * (1 + swing));
-  clip.rotations.select(2, 2).select(1, 16).fill_(-1.2);
-  clip.rotations.select(2, 2).select(1, 17).fill_(1.2);
-  clip.rotations.select(2, 1).select(1, 0).copy_(0.2 * swing);
-  clip.trans = torch::stack({torch::full({frames}, x), torch::zeros({frames}), seconds + z}, 1).to(torch::kFloat32);
-  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
-  const torch::Tensor lift = -clip.joints.select(2, 1).min() + 0.02;
-  clip.trans.select(1, 1).add_(lift);
-  clip.joints.select(2, 1).add_(lift);
-  return clip;
-}
 
 /// A second observed and two seconds predicted in a furnished room, with true motion beside it and contact maps.
 struct Forecast {
@@ -238,12 +217,10 @@ TEST(PageInBrowser, ShowsMovesAndPaints) {
   expected["wrist"] = numbers(partial.given->joints[1][20]);
   std::ofstream(folder / "expected.json") << expected.dump();
 
-  const std::string log = folder / "log.txt";
-  const std::string line =
-      "node '" INHABIT_SOURCE_DIR "/viewer/test/page_test.mjs' '" + folder.path.string() + "' > '" + log + "' 2>&1";
-  const int status = std::system(line.c_str());
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << text_of(log);
-  EXPECT_EQ(status, 0) << text_of(log);
+  std::string said;
+  const int status = in_browser("page_test.mjs", folder, said);
+  if (status == kNoBrowser) GTEST_SKIP() << said;
+  EXPECT_EQ(status, 0) << said;
 }
 
 TEST(ViewCommand, ShowsAMotionInAScene) {

@@ -34,6 +34,7 @@ export interface PersonData {
   frames: number;
   joints?: ArrayRef; // (T, J, 3) metres
   motion?: MotionRef; // the same of a small figure
+  full?: boolean; // a figure of rounded limbs where there is no body
   names: string[];
   parents: number[];
   body?: number;
@@ -48,6 +49,14 @@ export interface PersonData {
   collides?: [number, number][]; // stretches: first frame, 1 where the body is inside the scene
   tracks?: TrackData[];
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
+  objects?: ObjectMotionData[];
+}
+
+/** Where an object is that moves: the scene has it as it is in the first frame. */
+export interface ObjectMotionData {
+  name: string;
+  places: ArrayRef; // (T, 3) metres
+  turns: ArrayRef; // (T, 4) quaternions w x y z
 }
 
 /** A curve of bytes, 255 being 1, or stretches with names: first frame, label, negative for nothing. */
@@ -81,11 +90,56 @@ export interface RecordingsData {
   rows: { name: string; group: string; frames: number; spans: [number, number][]; marked: [number, number][] }[];
 }
 
-export interface Header {
+export interface SceneData {
+  meshes: MeshData[];
+  points?: ArrayRef;
+}
+
+/** One curve, or a row of bars: a value for each of the panel's ticks, or for each x. */
+export interface SeriesData {
+  name: string;
+  x?: number[];
+  y: (number | null)[];
+  interval?: number[]; // half of the 95 % confidence interval
+}
+
+export interface PanelData {
+  title: string;
+  group: string; // of several that one chooses between; empty: all belong together
+  ticks?: string[]; // names along x; without them x is a number
+  bars: boolean;
+  series: SeriesData[];
+}
+
+export interface ChartData {
+  x: string; // what runs along x
+  panels: PanelData[];
+}
+
+/** One file of a page of cards. */
+export interface CardData {
+  name: string;
   note: string;
+  person?: PersonData;
+  scene?: number; // index into `scenes`
+  chart?: ChartData;
+}
+
+/** The standard skeleton (inhabit/body/skeleton.h). */
+export interface StandardData {
+  names: string[];
+  parents: number[];
+  offsets: number[]; // (J, 3) of the built-in body
+}
+
+export interface Header {
+  standard: StandardData;
+  note: string;
+  cards?: CardData[];
+  scenes?: SceneData[]; // of cards
   bodies: BodyData[];
   people: PersonData[];
-  scene?: { meshes: MeshData[]; points?: ArrayRef };
+  scene?: SceneData;
   contacts?: ContactsData;
   recordings?: RecordingsData;
 }
@@ -101,6 +155,42 @@ export class Data {
     const packed = Uint8Array.from(text, (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
     return new Data(header, await new Response(stream).arrayBuffer());
+  }
+
+  /** The same arrays, of which other things are to be shown. */
+  with(header: Partial<Header>) {
+    return new Data({ ...this.header, cards: undefined, recordings: undefined, contacts: undefined, ...header }, this.bytes);
+  }
+
+  /** With what was opened on the page beside what is there. */
+  joined(people: PersonData[], scene: SceneData | undefined, arrays: Arrays): Data {
+    const { header, bytes } = this;
+    const start = Math.ceil(bytes.byteLength / 4) * 4;
+    const all = new Uint8Array(start + arrays.size);
+    all.set(new Uint8Array(bytes));
+    arrays.copyTo(all, start);
+    const old = header.scene;
+    const points = [old?.points, scene?.points].filter((ref) => ref !== undefined);
+    const joined = (old || scene) && {
+      meshes: [...(old?.meshes ?? []), ...(scene?.meshes ?? [])],
+      points: points.length > 1 ? undefined : points[0],
+    };
+    const data = new Data({ ...header, people: [...header.people, ...people], scene: joined }, all.buffer);
+    if (points.length > 1) {
+      const clouds = points.map((ref) => data.floats(ref));
+      const one = new Float32Array(clouds[0].length + clouds[1].length);
+      one.set(clouds[0]);
+      one.set(clouds[1], clouds[0].length);
+      const more = new Arrays(data.bytes.byteLength);
+      const ref = more.add(one);
+      return data.with({ ...data.header, scene: { ...joined!, points: undefined } }).joined([], { meshes: [], points: ref }, more);
+    }
+    return data;
+  }
+
+  /** Bytes from which arrays of what is joined next will begin. */
+  get end() {
+    return Math.ceil(this.bytes.byteLength / 4) * 4;
   }
 
   raw(ref: ArrayRef) {
@@ -133,5 +223,25 @@ export class Data {
       for (let i = 0; i < out.length; ++i) out[i] = ref.min[i % n] + ref.scale[i % n] * stored[i];
     }
     return out;
+  }
+}
+
+/** Arrays that are made on the page, to be joined to its data. */
+export class Arrays {
+  size = 0;
+  private readonly parts: { at: number; values: ArrayBufferView }[] = [];
+
+  /** @param start where in the data's bytes they will begin */
+  constructor(private readonly start: number) {}
+
+  add(values: Float32Array | Uint32Array): ArrayRef {
+    const at = this.size;
+    this.parts.push({ at, values });
+    this.size += values.byteLength;
+    return { at: this.start + at, count: values.length, type: values instanceof Float32Array ? 'f32' : 'u32' };
+  }
+
+  copyTo(bytes: Uint8Array, start: number) {
+    for (const { at, values } of this.parts) bytes.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), start + at);
   }
 }

@@ -6,6 +6,7 @@ import type { Stage } from './stage';
 import { Strip, stripOfPerson, Strips, stripsOfRecordings } from './strips';
 import { Wall } from './wall';
 
+const LEAST_HEIGHT = 120; // pixels
 const NEAR = 45; // pixels from the pointer to a figure that it chooses
 
 /** Many small figures: side by side, or overlaid where they go; and the strips of their intentions. */
@@ -24,6 +25,7 @@ export class Gallery {
   private hovered?: Person;
   private chosen?: Person;
   private reach = 0;
+  private readonly gone = new AbortController();
   private readonly free = { left: 0, top: 0, right: 1, bottom: 1 };
   private readonly target = new THREE.Vector3();
   private readonly v = new THREE.Vector3();
@@ -61,12 +63,26 @@ export class Gallery {
       }
     }
     this.watchPointer();
-    stage.controls.addEventListener('start', () => {
-      this.automatic = false;
-      this.changed();
-    });
+    stage.controls.addEventListener('start', this.taken);
     stage.controls.maxDistance = 150;
     this.setApart(true);
+  }
+
+  /** The camera is moved by hand. */
+  private readonly taken = () => {
+    this.automatic = false;
+    this.changed();
+  };
+
+  /** Lets go of the stage, which shows something else next. */
+  end() {
+    this.gone.abort();
+    this.stage.controls.removeEventListener('start', this.taken);
+  }
+
+  /** Who was chosen, if anybody. */
+  get picked() {
+    return this.chosen;
   }
 
   setApart(on: boolean) {
@@ -110,6 +126,7 @@ export class Gallery {
     this.free.top = (head.height > 0 ? head.bottom : 0) + 8;
     this.free.right = tools.width > 0 && !below ? tools.left - 8 : width;
     this.free.bottom = bar.height === 0 ? height : below ? tools.top : bar.top;
+    if (this.free.bottom - this.free.top < LEAST_HEIGHT) this.free.top = 0; // behind the head rather than too small to see
     const { left, top, right, bottom } = this.free;
     this.wall.arrange((right - left) / Math.max(50, bottom - top));
     if (this.apart) this.stage.resize(width, height, width - right, height - bottom - top);
@@ -174,7 +191,7 @@ export class Gallery {
     key.append('Intention');
     for (const label of labels) {
       const mark = document.createElement('b');
-      mark.style.background = this.colors[label];
+      mark.style.borderLeftColor = this.colors[label];
       mark.textContent = String(label);
       key.append(mark);
     }
@@ -183,13 +200,14 @@ export class Gallery {
 
   private watchPointer() {
     const canvas = this.stage.renderer.domElement;
+    const { signal } = this.gone;
     let pressed = [0, 0];
-    canvas.addEventListener('pointermove', (event) => event.buttons === 0 && this.canOverlay && this.hover(this.under(event)));
-    canvas.addEventListener('pointerleave', () => this.hover());
-    canvas.addEventListener('pointerdown', (event) => (pressed = [event.clientX, event.clientY]));
+    canvas.addEventListener('pointermove', (event) => event.buttons === 0 && this.canOverlay && this.hover(this.under(event)), { signal });
+    canvas.addEventListener('pointerleave', () => this.hover(), { signal });
+    canvas.addEventListener('pointerdown', (event) => (pressed = [event.clientX, event.clientY]), { signal });
     canvas.addEventListener('click', (event) => {
       if (this.canOverlay && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) this.choose(this.under(event));
-    });
+    }, { signal });
   }
 
   private under(event: MouseEvent): Person | undefined {

@@ -5,6 +5,10 @@ import type { Theme } from './stage';
 export interface Hooks {
   ready: boolean;
   error: string;
+  /** Milliseconds from the page's start to its first picture. */
+  firstPicture: number;
+  /** How many files were opened or refused so far. */
+  opened?: number;
   duration: number;
   people: string[];
   setTime(seconds: number): void;
@@ -27,4 +31,13 @@ export interface Hooks {
   setApart(on: boolean): void;
   /** Makes one of many figures stand out; -1: none. */
   choose(person: number): void;
+  /** What is in the scene: by name, whether it is shown and stands out, and the middle of its box as drawn now. */
+  objects(): { name: string; shown: boolean; marked: boolean; middle: number[] }[];
+  /** Place of the camera, then what it looks at. */
+  camera(): number[];
+  /** Of each person, whether it has a body to show. */
+  bodies(): boolean[];
+  /** On a page of cards: how many, and how often their thumbnails were drawn. */
+  cards(): number;
+  pictures(): number;
 }

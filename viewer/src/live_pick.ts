@@ -1,4 +1,5 @@
 import { Camera, Intersection, Mesh, MeshBasicMaterial, MeshStandardMaterial, Object3D, Raycaster, Scene, SphereGeometry, Vector2, Vector3 } from 'three';
+import { objectOf } from './scene_objects';
 
 const HANDS = [0x1fb5a3, 0xd64c8a];
 const RADIUS = 0.03;
@@ -9,9 +10,6 @@ export interface Hit {
   object: string; // of the scene; empty: the floor
   level: boolean; // one could stand there
 }
-
-/** The object of a mesh: "chair_0" of "chair_0.2" (inhabit/scene/objects.h). */
-const objectOf = (name: string) => name.replace(/\.\d+$/, '');
 
 /** Rays from the screen into the room, and the handles of the hands' contacts. */
 export class Picks {

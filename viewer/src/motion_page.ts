@@ -8,17 +8,23 @@ import type { Hooks } from './hooks';
 import { Keys } from './keys';
 import { makeLegend } from './legend';
 import { Menu } from './menu';
+import { ObjectList } from './object_list';
+import { Host, Panels } from './panels';
 import { extentOf, facing, groundUnder, makePeople } from './people';
 import { Bodies, isFigure, Person, Shape } from './person';
 import { Room } from './room';
-import { Stage, Theme } from './stage';
+import type { SceneObject } from './scene_objects';
+import { Stage } from './stage';
 import { Strips, stripsOfTracks } from './strips';
+import { Tags } from './tags';
 import { Timeline } from './timeline';
 import { makeTrails } from './trails';
 
-/** People in a room over time, and the controls to look at them. */
+/** People in a room over time, and the controls to look at them. `end` takes it off the page again. */
 export class MotionPage {
-  private readonly stage = new Stage(element<HTMLCanvasElement>('view'));
+  private readonly stage: Stage;
+  private readonly gone = new AbortController();
+  private readonly watcher: ResizeObserver; // of what the view is fitted to
   private readonly room: Room;
   private readonly people: Person[];
   private readonly timeline: Timeline;
@@ -31,18 +37,21 @@ export class MotionPage {
   private readonly contacts?: Contacts;
   private readonly gallery?: Gallery;
   private readonly strips?: Strips;
-  private readonly menu = new Menu(() => this.repose());
+  private readonly menu = new Menu(() => this.repose(), this.gone.signal);
+  private readonly tags?: Tags;
+  private readonly objectList?: ObjectList;
+  private panels?: Panels;
   private readonly focus = new Vector3();
   private following = true;
   private showsTrails = true;
   private apart = false;
   private shape: Shape;
-  private theme: Theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
   private dirty = true;
   private painted = NaN; // time the scene was last posed at
 
-  constructor(data: Data, private readonly framed: boolean) {
+  constructor(private readonly data: Data, private readonly host: Host) {
     const { header } = data;
+    this.stage = host.stage;
     const { scene } = this.stage;
     const bodies = new Bodies(data);
     this.room = new Room(data);
@@ -83,22 +92,44 @@ export class MotionPage {
       element('line').append(this.strips.element);
     }
 
+    for (const { objects, start, rate } of header.people) if (objects) this.room.objects.move(data, objects, start, rate);
+    if (this.room.objects.list.length > 0) this.objectList = new ObjectList(this.room.objects, (object) => this.bringIntoView(object));
+    if (!figures && this.people.length > 1 && this.people.length <= 8) this.tags = new Tags(this.people, element('names'));
+
     makeLegend(this.people, () => this.repose());
     element('note').textContent = header.note;
+    element('bar').hidden = this.people.length === 0;
+    element('welcome').hidden = this.people.length > 0 || header.scene !== undefined;
     this.addControls();
-    this.setTheme(this.theme);
+    this.describe();
+    this.themed();
     this.resize();
-    addEventListener('resize', () => this.resize());
-    this.stage.controls.addEventListener('change', () => (this.dirty = true));
+    const { signal } = this.gone;
+    addEventListener('resize', () => this.resize(), { signal });
+    this.watcher = new ResizeObserver(() => this.resize());
+    for (const id of ['bar', 'tools']) this.watcher.observe(element(id));
+    this.stage.controls.addEventListener('change', this.moved);
     this.lookFirst(header.scene ? 1.6 : 1.35);
+  }
+
+  private readonly moved = () => (this.dirty = true);
+
+  /** Takes it off the page: what is shown next finds the stage empty. */
+  end() {
+    this.gone.abort();
+    this.watcher.disconnect();
+    this.stage.controls.removeEventListener('change', this.moved);
+    this.gallery?.end();
+    this.stage.clear();
   }
 
   /** Draws the first picture, and from now on whatever changes. */
   begin() {
-    this.timeline.setPlaying(this.framed);
+    this.timeline.setPlaying(this.host.framed);
     this.drawSettled();
     let before = performance.now();
     const tick = (now: number) => {
+      if (this.gone.signal.aborted) return;
       const seconds = Math.min(0.1, (now - before) / 1000);
       before = now;
       this.timeline.advance(seconds);
@@ -109,7 +140,7 @@ export class MotionPage {
     requestAnimationFrame(tick);
   }
 
-  hooks(): Omit<Hooks, 'ready' | 'error'> {
+  hooks(): Omit<Hooks, 'ready' | 'error' | 'firstPicture' | 'cards' | 'pictures'> {
     const { timeline, people } = this;
     return {
       duration: timeline.end - timeline.begin,
@@ -129,7 +160,7 @@ export class MotionPage {
         this.setGhosts(on);
         press('ghosts', on);
       },
-      setTheme: (theme) => this.setTheme(theme),
+      setTheme: (theme) => this.host.setTheme(theme),
       setJoint: (name) => this.chooseJoint(this.contacts ? this.contacts.names.indexOf(name) : -1),
       setCamera: (x, y, z, target) => {
         this.following = false;
@@ -146,6 +177,12 @@ export class MotionPage {
         if (this.gallery && this.gallery.apart !== on) element('spread').click();
       },
       choose: (i) => this.gallery?.choose(people[i]),
+      objects: () => this.room.objects.list.map((object) => {
+        const { name, shown, marked } = object;
+        return { name, shown, marked, middle: this.room.objects.middle(object).toArray() };
+      }),
+      camera: () => [...this.stage.camera.position.toArray(), ...this.stage.controls.target.toArray()],
+      bodies: () => people.map((person) => person.hasBody),
     };
   }
 
@@ -160,12 +197,26 @@ export class MotionPage {
   }
 
   private addControls() {
-    const { menu, timeline, people, gallery } = this;
+    const { menu, timeline, people, gallery, host, data } = this;
     for (const key of [' ', 'k']) menu.on(key, () => timeline.setPlaying(!timeline.playing));
-    menu.on('arrowright', () => timeline.step(1));
     menu.on('arrowleft', () => timeline.step(-1));
+    menu.on('arrowright', () => timeline.step(1));
     menu.on('home', () => timeline.setTime(timeline.begin));
     menu.on('end', () => timeline.setTime(timeline.end));
+    menu.on('[', () => this.orbit(-0.15, 0, 1));
+    menu.on(']', () => this.orbit(0.15, 0, 1));
+    menu.on('pageup', () => this.orbit(0, -0.1, 1));
+    menu.on('pagedown', () => this.orbit(0, 0.1, 1));
+    for (const key of ['+', '=']) menu.on(key, () => this.orbit(0, 0, 0.85));
+    menu.on('-', () => this.orbit(0, 0, 1 / 0.85));
+    menu.on('escape', () => this.panels!.escape());
+    menu.tell('space K', 'Play, pause');
+    menu.tell('← →', 'Frame by frame');
+    menu.tell('home end', 'First and last frame');
+    menu.tell('[ ]', 'Orbit left and right');
+    menu.tell('PgUp PgDn', 'Orbit up and down');
+    menu.tell('+ -', 'Zoom');
+    menu.tell('esc', 'Close what is open');
 
     menu.toggle('shape', 'b', () => {
       this.setShape(this.shape === 'body' ? 'skeleton' : 'body');
@@ -183,14 +234,24 @@ export class MotionPage {
       return this.ghosts.on;
     }).hidden = gallery !== undefined || people.length > 8;
     menu.toggle('spread', 's', () => this.setApart()).hidden = people.length < 2;
+    if (people.length === 0) for (const id of ['follow', 'trails', 'ghosts']) element(id).hidden = true;
     if (gallery) {
       press('spread', true);
       this.stage.showGround(false);
       for (const id of ['follow', 'trails', 'spread']) element(id).hidden = !gallery.canOverlay;
     }
-    menu.toggle('theme', 'd', () => {
-      this.setTheme(this.theme === 'dark' ? 'light' : 'dark');
-      return false;
+    if (this.tags) {
+      menu.toggle('tags', 'n', () => (this.tags!.on = !this.tags!.on)).hidden = false;
+      press('tags', this.tags.on);
+    }
+    menu.press('theme', 'd', () => this.host.setTheme(this.host.theme() === 'dark' ? 'light' : 'dark'));
+    this.panels = new Panels(menu, host, data, {
+      people, gallery, hasObjects: this.objectList !== undefined,
+      picture: () => {
+        this.drawSettled();
+        return this.stage.renderer.domElement;
+      },
+      time: () => timeline.time,
     });
 
     if (this.contacts) {
@@ -244,11 +305,36 @@ export class MotionPage {
     return this.apart;
   }
 
-  private setTheme(next: Theme) {
-    this.theme = next;
-    document.documentElement.dataset.theme = next;
-    element('theme').textContent = next === 'dark' ? 'Light' : 'Dark';
-    this.stage.setTheme(next);
+  /** The list of objects has changed; an object that stands out now should be seen. */
+  private bringIntoView(object?: SceneObject) {
+    this.repose();
+    if (!object) return;
+    const middle = this.room.objects.middle(object);
+    const seen = middle.clone().project(this.stage.camera);
+    if (Math.abs(seen.x) < 0.85 && Math.abs(seen.y) < 0.85 && seen.z < 1) return;
+    if (this.following) element('follow').click();
+    this.stage.follow(middle, 1);
+    this.stage.controls.update();
+  }
+
+  private orbit(across: number, up: number, factor: number) {
+    this.stage.orbit(across, up, factor);
+    if (this.gallery) this.gallery.automatic = false;
+    this.dirty = true;
+  }
+
+  /** Says in words what the view shows. */
+  private describe() {
+    const { people, timeline, room } = this;
+    const count = room.objects.list.length;
+    const who = people.length === 0 ? '' : people.length <= 4 ? people.map(({ data_ }) => data_.name || data_.role).join(', ') : `${people.length} people`;
+    const parts = [who && `${who}, ${(timeline.end - timeline.begin).toFixed(1)} seconds`, count > 0 && `a scene of ${count} object${count > 1 ? 's' : ''}`];
+    element('view').setAttribute('aria-label', `3D view: ${parts.filter(Boolean).join(', in ') || 'nothing yet'}`);
+  }
+
+  /** The page is light or dark now. */
+  themed() {
+    this.stage.setTheme(this.host.theme());
     this.gallery?.redraw();
     this.strips?.draw();
     this.dirty = true;
@@ -265,12 +351,21 @@ export class MotionPage {
     const width = innerWidth;
     const height = innerHeight;
     this.dirty = true;
-    const bar = element('bar').getBoundingClientRect();
-    document.documentElement.style.setProperty('--bar-top', `${height - bar.top}px`);
+    const bar = this.people.length > 0 ? element('bar').getBoundingClientRect() : { top: height };
+    this.layOut('bar-top', height - bar.top);
+    const tools = element('tools').getBoundingClientRect(); // below the bar's place, which moves it
+    this.layOut('tools-top', height - tools.top);
+    this.layOut('tools-bottom', tools.bottom);
+    this.layOut('tools-left', width - tools.left);
     if (this.gallery) return this.gallery.resize(width, height);
-    const pixels = this.stage.resize(width, height, 0, this.framed ? 0 : height - bar.top);
+    const pixels = this.stage.resize(width, height, 0, this.host.framed ? 0 : height - bar.top);
     this.contacts?.points.setHeight(pixels);
     this.room.points?.setHeight(pixels);
+  }
+
+  /** Tells the style sheet where something stands. */
+  private layOut(what: string, pixels: number) {
+    document.documentElement.style.setProperty(`--${what}`, `${pixels}px`);
   }
 
   /** A person is there from its first frame on; an observed past leaves when what comes after it starts. */
@@ -298,6 +393,7 @@ export class MotionPage {
     this.gallery?.setTime(time);
     this.strips?.setTime(time);
     this.contacts?.setTime(time);
+    this.room.objects.setTime(time);
     this.painted = time;
   }
 
@@ -338,6 +434,7 @@ export class MotionPage {
     stage.lightAround(this.focus);
     stage.controls.update();
     const fading = room.update(stage.camera, seconds);
+    this.tags?.place(stage.camera, (person) => this.isVisible(person));
     stage.render();
     return fading;
   }

@@ -18,7 +18,7 @@ export function makePeople(data: Data, bodies: Bodies): Person[] {
   return sources.map((source, i) => {
     const ofRole = (other: PersonData) => other.role === source.role;
     const opacity = sources.filter(ofRole).length > 6 ? 0.45 : 1;
-    return new Person(data, bodies, source, colorOf(source, sources.slice(0, i).filter(ofRole).length), opacity, figures);
+    return new Person(data, bodies, source, colorOf(source, sources.slice(0, i).filter(ofRole).length), opacity, figures || source.motion !== undefined || source.full);
   });
 }
 

@@ -2,6 +2,7 @@ import * as THREE from 'three';
 import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import type { Data, MeshData } from './data';
 import { PointSet } from './points';
+import { SceneObjects } from './scene_objects';
 
 const CREASE = 0.7; // radians: edges sharper than this stay sharp
 const MAX_CREASED = 60_000; // triangle corners of a mesh beyond which it is shaded face by face
@@ -20,6 +21,7 @@ export class Room {
   readonly box = new THREE.Box3();
   readonly points?: PointSet;
   readonly hasFloor: boolean;
+  readonly objects: SceneObjects;
   /** Where the person is (view target): what is high and between it and the camera is cut away. */
   readonly focus = { value: new THREE.Vector3() };
   private readonly walls: Wall[] = [];
@@ -93,6 +95,7 @@ export class Room {
       }
     }
     this.hasFloor = floor;
+    this.objects = new SceneObjects(parts.map(({ mesh }) => mesh));
   }
 
   /** Fades the walls and ceilings on the camera's side. Returns whether anything still changes. */

@@ -73,6 +73,22 @@ export class Stage {
     this.scene.add(this.grid, this.shade);
   }
 
+  /** Empties the scene but for light and ground, and lets go of what the graphics card holds. */
+  clear() {
+    const kept = [this.sun, this.sun.target, this.sky, this.fill, this.fill.target, this.grid, this.shade];
+    for (const object of [...this.scene.children]) {
+      if (kept.includes(object as never)) continue;
+      this.scene.remove(object);
+      object.traverse((part) => {
+        const { geometry, material } = part as THREE.Mesh;
+        geometry?.dispose();
+        for (const one of [material].flat()) one?.dispose();
+      });
+    }
+    this.setLens(36);
+    this.controls.maxDistance = 40;
+  }
+
   setTheme(theme: Theme) {
     const dark = theme === 'dark';
     this.scene.background = new THREE.Color(dark ? 0x16181c : 0xf1efec);
@@ -112,6 +128,17 @@ export class Stage {
     this.camera.position.set(
       target.x + level * Math.sin(azimuth), target.y + distance * Math.sin(elevation), target.z + level * Math.cos(azimuth));
     this.controls.update();
+  }
+
+  /** Turns the camera about what it looks at by angles (radians), and brings it nearer by a factor. */
+  orbit(across: number, up: number, factor: number) {
+    const { camera, controls } = this;
+    const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    place.theta += across;
+    place.phi = Math.min(controls.maxPolarAngle, Math.max(0.05, place.phi + up));
+    place.radius = Math.min(controls.maxDistance, Math.max(controls.minDistance, place.radius * factor));
+    camera.position.setFromSpherical(place).add(controls.target);
+    controls.update();
   }
 
   /** Vertical field of view in degrees. */

@@ -144,6 +144,10 @@ export class Strips {
       context.fillStyle = '#222';
       context.fillText(names[label], at, middle);
     }
+    context.globalAlpha = 0.85; // over whatever colour is there
+    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--ground');
+    context.fillRect(0, top, left - 2, height);
+    context.globalAlpha = 1;
     context.fillStyle = ink;
     context.fillText(row.name, 4, middle);
   }

@@ -2,8 +2,8 @@ import { actionTones, css } from './colors';
 import { element } from './dom';
 import type { Person } from './person';
 
-const PLAY = '<svg viewBox="0 0 16 16"><path d="M4 2.2v11.6c0 .5.5.8.9.5l9-5.8c.4-.2.4-.8 0-1l-9-5.8c-.4-.3-.9 0-.9.5z"/></svg>';
-const PAUSE = '<svg viewBox="0 0 16 16"><rect x="3" y="2" width="3.6" height="12" rx="1"/><rect x="9.4" y="2" width="3.6" height="12" rx="1"/></svg>';
+const PLAY = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M4 2.2v11.6c0 .5.5.8.9.5l9-5.8c.4-.2.4-.8 0-1l-9-5.8c-.4-.3-.9 0-.9.5z"/></svg>';
+const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><rect x="3" y="2" width="3.6" height="12" rx="1"/><rect x="9.4" y="2" width="3.6" height="12" rx="1"/></svg>';
 
 /** The time that is shown: slider, clock, play button and speed, and beside them who is there when and what they do. */
 export class Timeline {
@@ -68,6 +68,7 @@ export class Timeline {
     const { time, begin, end, rate } = this;
     this.slider.value = String(time);
     this.clock.data = `${time.toFixed(2)} s`;
+    this.slider.setAttribute('aria-valuetext', `${time.toFixed(2)} seconds of ${end.toFixed(2)}`);
     this.frame.textContent = `frame ${Math.round((time - begin) * rate)} / ${Math.round((end - begin) * rate)}`;
     for (const { from, to, mark } of this.actions) mark.classList.toggle('now', time >= from && time < to);
   }

@@ -2,10 +2,11 @@
 import { pathToFileURL } from 'node:url';
 import { openPage } from '../browser.mjs';
 
-/** Opens a page, and gathers what it says or asks for. */
-export async function openListening(context, path) {
+/** Opens a page, and gathers what it says or asks for. `also(page)` comes before it is loaded. */
+export async function openListening(context, path, also = () => {}) {
   const complaints = [];
   const listen = (page) => {
+    also(page);
     page.on('console', (message) => {
       if (['error', 'warning'].includes(message.type()) && !/GPU stall|ReadPixels|software WebGL|GL Driver Message/i.test(message.text())) complaints.push(message.text());
     });
@@ -16,6 +17,12 @@ export async function openListening(context, path) {
   };
   const page = await openPage(context, pathToFileURL(path).href, listen);
   return { page, complaints };
+}
+
+/** Makes the window so large, and waits until the page is laid out for it: a frame takes seconds where many share a core. */
+export async function setWindow(page, width, height) {
+  await page.setViewportSize({ width, height });
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
 /** Brightness deviation of the view at a time, and how many pixels turned warm since the look before (contact colours). */

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance, joints, look, openListening } from './look.mjs';
+import { distance, joints, look, openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -70,7 +70,7 @@ await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => 
     assert.equal(await page.locator('#legend button').count(), 3);
 
     // A telephone held upright: nothing beyond its edges.
-    await page.setViewportSize({ width: 360, height: 680 });
+    await setWindow(page, 360, 680);
     for (const id of ['#bar', '#tools', '#head']) {
       const box = await page.locator(id).boundingBox();
       assert.ok(box.x >= 0 && box.x + box.width <= 361 && box.y >= 0 && box.y + box.height <= 681, `${id} is off the screen`);
