@@ -125,7 +125,7 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
     }
   }
   if (cards.size() == before) {
-    const std::string why = skipped.empty() ? "" : fmt::format(" ({} skipped; {})", skipped.size(), skipped.front());
+    const std::string why = skipped.empty() ? "" : fmt::format(" ({} tried; {})", skipped.size(), skipped.front());
     throw Error(folder, "holds nothing that can be shown" + why);
   }
   const size_t count = skipped.size();

@@ -73,6 +73,12 @@ export class Thumbnail {
     return toward * Math.cos(ELEVATION) + values[i + 1] * Math.sin(ELEVATION);
   }
 
+  private meanDepth(points: ArrayLike<number>) {
+    let sum = 0;
+    for (let i = 0; i < points.length; i += 3) sum += this.depth(points, i);
+    return sum / (points.length / 3);
+  }
+
   private pixel([right, up]: [number, number], [x, y] = this.middle): [number, number] {
     return [this.canvas.width / 2 + (right - x) * this.scale, this.canvas.height / 2 - (up - y) * this.scale];
   }
@@ -89,9 +95,10 @@ export class Thumbnail {
       nearest[i] = z;
       pixels[i] = color;
     };
-    const middle = meshes.reduce((sum, { points }) => sum + this.depth(points, 0), 0) / Math.max(1, meshes.length);
+    const depths = meshes.map(({ points }) => this.meanDepth(points));
+    const [nearestMesh, farthest] = [Math.max(...depths), Math.min(...depths)];
     for (const { name, color, points, corners } of meshes) {
-      if (/ceil|roof/i.test(name) || (/wall/i.test(name) && this.depth(points, 0) > middle)) continue;
+      if (/ceil|roof/i.test(name) || (/wall/i.test(name) && this.meanDepth(points) > (nearestMesh + farthest) / 2)) continue;
       for (let i = 0; i < corners.length; i += 3) {
         const at = [corners[i] * 3, corners[i + 1] * 3, corners[i + 2] * 3];
         const [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = at.map((k) => place(points, k));
