@@ -39,7 +39,6 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.pose_discriminator_weight", c.training.pose_discriminator_weight);
   visit("training.label_discriminator_weight", c.training.label_discriminator_weight);
   visit("training.diversity_weight", c.training.diversity_weight);
-  visit("training.plausibility_weight", c.training.plausibility_weight);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.label_temperature", c.inference.label_temperature);
@@ -128,7 +127,6 @@ void validate(const Config& c, const std::string& subject) {
   check.within("inference.label_temperature", c.inference.label_temperature, 0, 10);
   check.within("training.label_discriminator_weight", c.training.label_discriminator_weight, 0, 1000);
   check.within("training.diversity_weight", c.training.diversity_weight, 0, 1000);
-  check.within("training.plausibility_weight", c.training.plausibility_weight, 0, 1000);
   if (c.released) {  // what its labels and poses need
     check.within("observed", c.observed, 50, 2000);
     check.within("future", c.future, 100, 2000);

@@ -42,7 +42,6 @@ struct Config {
     double pose_discriminator_weight = 0.03;  ///< of its part of the generator loss
     double label_discriminator_weight = 0.1;  ///< likewise
     double diversity_weight = 0.05;           ///< of the loss on futures of one observation that are alike
-    double plausibility_weight = 3;           ///< of 1 - NDMS beside other recordings (plausibility_loss.h)
     RateSchedule schedule;                    ///< of the learning rates
 
     bool operator==(const Training&) const = default;

@@ -3,8 +3,6 @@
 #include <ATen/Parallel.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "inhabit/interruption.h"
 #include "inhabit/nn/gru_kernel.h"
@@ -62,18 +60,16 @@ void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t
   }
 }
 
-void FastFutures::decode(const float* code, const float* z, const float* last, const int64_t* labels, int64_t samples,
+void FastFutures::decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
                          int64_t frames, float* out) const {
   const int64_t hidden = config_.hidden, noise = config_.noise,
                 ahead = config_.intention ? config_.intention_features : 0, width = kFeatures + ahead;
   const auto rows = [&](int64_t columns) { return std::vector<float>(static_cast<size_t>(samples * columns)); };
-  std::vector<float> x = rows(width), step = rows(kFeatures), change = rows(pose_out_.stride()),
-                     input = rows(layers_[0].from_input.stride()), recurrent = rows(layers_[0].from_state.stride()),
-                     states[3];
+  std::vector<float> x = rows(width), change = rows(pose_out_.stride()), input = rows(layers_[0].from_input.stride()),
+                     recurrent = rows(layers_[0].from_state.stride()), states[3];
   for (auto& layer : states) layer = rows(hidden);
   for (int64_t s = 0; s < samples; ++s) {
-    std::copy_n(last + kFeatures, kFeatures, x.data() + s * width);
-    std::transform(last + kFeatures, last + 2 * kFeatures, last, step.data() + s * kFeatures, std::minus<>());
+    std::copy_n(pose, kFeatures, x.data() + s * width);
     for (auto& layer : states) {
       std::copy_n(code, hidden - noise, layer.data() + s * hidden);
       std::copy_n(z + s * noise, noise, layer.data() + (s + 1) * hidden - noise);
@@ -106,15 +102,11 @@ void FastFutures::decode(const float* code, const float* z, const float* last, c
       below_stride = hidden;
     }
     nn::apply(pose_out_, below, hidden, samples, change.data());
-    const float carry = std::pow(kCarry, static_cast<float>(t));
     for (int64_t s = 0; s < samples; ++s) {
-      float *now = x.data() + s * width, *v = step.data() + s * kFeatures, *kept = out + (s * frames + t) * kFeatures;
+      float *now = x.data() + s * width, *kept = out + (s * frames + t) * kFeatures;
       const float* y = change.data() + s * pose_out_.stride();
-      for (int64_t i = 0; i < kFeatures; ++i) {
-        const float carried = carry * v[i] / (1 + std::exp(-y[2 * kFeatures + i]));
-        v[i] = carried + y[i] + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] - now[i]);
-        kept[i] = now[i] += v[i];
-      }
+      for (int64_t i = 0; i < kFeatures; ++i)
+        kept[i] = now[i] += y[i] + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] - now[i]);
     }
   }
 }
@@ -146,7 +138,7 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
                        drawn + s * words);
     }
     const std::vector<float> code = shared ? pose_code : encoded(pose_encoder_, rows_of(first), observed);
-    decode(code.data(), z.data_ptr<float>() + first * config_.noise, rows_of(first) + (observed - 2) * kFeatures, drawn,
+    decode(code.data(), z.data_ptr<float>() + first * config_.noise, rows_of(first) + (observed - 1) * kFeatures, drawn,
            some, frames, x.data_ptr<float>() + first * frames * kFeatures);
   });
   return {scale_.from_network(x), labels.defined() ? labels.slice(1, 0, frames) : labels};

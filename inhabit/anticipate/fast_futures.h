@@ -18,8 +18,7 @@ class FastFutures {
 
  private:
   void draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const;
-  /// @param last the last two observed frames (2, F)
-  void decode(const float* code, const float* z, const float* last, const int64_t* labels, int64_t samples,
+  void decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
               int64_t frames, float* out) const;
 
   Config config_;

@@ -1,7 +1,5 @@
 #include "inhabit/anticipate/network.h"
 
-#include <cmath>
-
 namespace inhabit::anticipate {
 
 using torch::Tensor;
@@ -49,16 +47,13 @@ PoseNetworkImpl::PoseNetworkImpl(const Config& config)
   if (config.intention)
     look_ahead = register_module(
         "look_ahead", torch::nn::Conv1d(torch::nn::Conv1dOptions(config.labels, intention_features, config.gamma)));
-  out = register_module("out", torch::nn::Linear(hidden, 3 * kFeatureCount));
+  out = register_module("out", torch::nn::Linear(hidden, 2 * kFeatureCount));
   pull = register_parameter("pull", torch::full({kFeatureCount}, -3.0));
-  const torch::NoGradGuard no_gradients;
-  out->bias.slice(0, 2 * kFeatureCount).fill_(1);  // begins as a motion that slows down
 }
 
 PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& z) {
   const Tensor state = torch::cat({std::get<1>(encoder->forward(past))[0], z}, 1);
-  const Tensor pose = past.select(1, past.size(1) - 1);
-  return {{state, state, state}, pose, pose - past.select(1, past.size(1) - 2)};
+  return {{state, state, state}, past.select(1, past.size(1) - 1)};
 }
 
 Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t frames) {
@@ -74,10 +69,7 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
     Tensor x = intention_features > 0 ? torch::cat({state.pose, ahead[t]}, 1) : state.pose;
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
     const Tensor y = out->forward(x);
-    const auto part = [&](int64_t i) { return y.slice(1, i * kFeatureCount, (i + 1) * kFeatureCount); };
-    const float carried = std::pow(kCarry, static_cast<float>(state.frame++));
-    state.step = carried * part(2).sigmoid() * state.step + part(0) + target_weight * (part(1) - state.pose);
-    state.pose = state.pose + state.step;
+    state.pose = state.pose + y.slice(1, 0, kFeatureCount) + target_weight * (y.slice(1, kFeatureCount) - state.pose);
     poses.push_back(state.pose);
   }
   return torch::stack(poses, 1);

@@ -30,20 +30,16 @@ struct IntentionNetworkImpl : torch::nn::Module {
 TORCH_MODULE(IntentionNetwork);
 
 /// The pose network (3.2, Eq. 6): forecasts poses from observation, intention and noise z. In each frame the decoder
-/// predicts a change d, a target pose q and, between 0 and 1, how far the last step goes on, c, from its state. With a
-/// learned weight w of each feature, in the n-th frame after the observation (n = 0 first),
-///   p(t + 1) = p(t) + kCarry^n c (p(t) - p(t - 1)) + d + w (q - p(t)).
-/// Without c the first steps are poorer than constant velocity; where it does not fade, half a minute of futures swings
-/// itself up. Changes alone (w = 0) accumulate and drift within as long.
-inline constexpr float kCarry = 0.85F;
+/// predicts a change d and a target pose q from its state. With a learned weight w of each feature,
+///   p(t + 1) = p(t) + d + w (q - p(t)).
+/// Changes alone (w = 0) accumulate and drift within half a minute.
 struct PoseNetworkImpl : torch::nn::Module {
   explicit PoseNetworkImpl(const Config& config);
 
-  /// The recurrent state: hidden states of the three layers (B, H), the last pose (B, F) and the step to it (B, F).
+  /// The recurrent state: hidden states of the three layers (B, H) and the last pose (B, F).
   struct State {
     std::vector<torch::Tensor> layers;
-    torch::Tensor pose, step;
-    int64_t frame = 0;  ///< frames since the observation
+    torch::Tensor pose;
   };
   /// The state after an observation. @param past (B, t, F); @param z (B, Z) normal.
   State start(const torch::Tensor& past, const torch::Tensor& z);
@@ -54,7 +50,7 @@ struct PoseNetworkImpl : torch::nn::Module {
   torch::nn::GRU encoder{nullptr};
   std::vector<torch::nn::GRUCell> layers;
   torch::nn::Conv1d look_ahead{nullptr};
-  torch::nn::Linear out{nullptr};  ///< change, pose, logit of c: (3 F)
+  torch::nn::Linear out{nullptr};  ///< change, then pose: (2 F)
   torch::Tensor pull;              ///< (F) logit of the weight w
   int64_t intention_features = 0;
 };

@@ -48,12 +48,6 @@ Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::
   throw Error(source, "has no training recording");
 }
 
-std::vector<std::string> action_names(const std::vector<Sequence>& sequences) {
-  std::vector<std::string> out;
-  for (const auto& [action, members] : by_action(sequences)) out.push_back(action);
-  return out;
-}
-
 Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kPoseFeatures).contiguous(); }
 
 IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed) {
@@ -94,11 +88,7 @@ Data::Data(std::vector<Sequence> sequences, const Networks& networks) : config_(
     }
   std::map<std::string, std::vector<Cut>> windows;
   size_t most = 0;
-  int64_t number = 0;
-  actions_.resize(sequences.size());
   for (const auto& [action, members] : by_action(sequences)) {
-    for (const size_t i : members) actions_[i] = number;
-    ++number;
     for (const size_t i : members)
       for (int64_t now = kLeastPast; now + kLeastFuture <= sequences[i].features.size(0); ++now)
         windows[action].push_back({i, now});
@@ -113,12 +103,9 @@ Data::Sample Data::sample(int64_t index, bool mirrored) const {
   const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
   const int64_t first = now - config_.observed, frames = config_.observed + config_.future;
   const int64_t labels = config_.observed + std::max(config_.training.label_frames, config_.future + config_.gamma - 1);
-  return {rows(features, first, frames),
-          rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, labels),
-          std::max<int64_t>(0, -first),
-          std::min(frames, features.size(0) - first),
-          std::min(labels, features.size(0) - first),
-          actions_[sequence]};
+  return {rows(features, first, frames), rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, labels),
+          std::max<int64_t>(0, -first), std::min(frames, features.size(0) - first),
+          std::min(labels, features.size(0) - first)};
 }
 
 }  // namespace inhabit::anticipate

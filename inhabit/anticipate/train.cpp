@@ -5,7 +5,6 @@
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/losses.h"
-#include "inhabit/anticipate/plausibility_loss.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/anticipate/train_released.h"
 #include "inhabit/error.h"
@@ -26,8 +25,6 @@ constexpr double kPoseWeight = 40, kRootWeight = 1;
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
 constexpr double kApart = 1.5;        // two futures differ enough at so many times the pose spread of the recording
 constexpr int64_t kViews = 8;         // stretches of each sequence that the pose discriminator sees
-constexpr int64_t kWords = 4;         // motion words of each forecast that are looked at for their plausibility
-constexpr int64_t kFirstFrames = 10;  // the first of them begins in these
 constexpr double kVelocityScale = 5;  // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
 
@@ -119,27 +116,20 @@ struct IntentionBatch {
   Tensor forecast_starts;  // (B, V) at the forecast, behind the frames before it,
   Tensor run_starts;       // (B, V) and at forecasts that ran on for
   int64_t run = 0;         // frames
-  // On the CPU, where the words of recordings are.
-  Tensor actions;                       // (B) int64
-  Tensor word_starts, run_word_starts;  // (B, W) motion words of the forecasts, behind the frames before, and of those
 
   IntentionBatch on(torch::Device d) const {
-    IntentionBatch out = *this;
-    for (Tensor* tensor : {&out.frames, &out.labels, &out.weights, &out.label_weights, &out.z, &out.gumbel,
-                           &out.real_starts, &out.forecast_starts, &out.run_starts})
-      *tensor = tensor->to(d);
-    return out;
+    return {frames.to(d), labels.to(d),      weights.to(d),         label_weights.to(d), z.to(d),
+            gumbel.to(d), real_starts.to(d), forecast_starts.to(d), run_starts.to(d),    run};
   }
 };
 
 IntentionBatch intention_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
   const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
-  std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later, words, run_words;
-  std::vector<int64_t> actions;
-  const auto starts = [&](int64_t first, int64_t last, int64_t count = kViews) {
+  std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later;
+  const auto starts = [&](int64_t first, int64_t last) {
     std::vector<int64_t> out;
-    for (int64_t v = 0; v < count; ++v)
+    for (int64_t v = 0; v < kViews; ++v)
       out.push_back(uniform_int(random, static_cast<int>(first), static_cast<int>(std::max(first, last))));
     return torch::tensor(out);
   };
@@ -153,20 +143,14 @@ IntentionBatch intention_batch(const Data& data, const Config& c, const std::vec
     real.push_back(starts(window.first, window.last - c.training.discriminator_frames));
     forecast.push_back(starts(0, c.future - 1));  // with the frames before it, so that the first step is judged too
     later.push_back(starts(0, kRunFrames - c.training.discriminator_frames));
-    actions.push_back(window.action);
-    words.push_back(
-        torch::cat({starts(0, std::min<int64_t>(kFirstFrames, c.future) - 1, 1), starts(0, c.future - 1, kWords - 1)}));
-    run_words.push_back(starts(0, kRunFrames - c.kappa, kWords));
   }
   const auto count = static_cast<int64_t>(indices.size());
   const FutureNoise noise = draw_noise(c, count, std::max<int64_t>(c.future, run + kRunFrames), item_seed(seed, 1));
-  return {torch::stack(windows),  torch::stack(labels), torch::stack(weights),  torch::stack(label_weights), noise.z,
-          noise.gumbel,           torch::stack(real),   torch::stack(forecast), torch::stack(later),         run,
-          torch::tensor(actions), torch::stack(words),  torch::stack(run_words)};
+  return {torch::stack(windows), torch::stack(labels), torch::stack(weights),  torch::stack(label_weights), noise.z,
+          noise.gumbel,          torch::stack(real),   torch::stack(forecast), torch::stack(later),         run};
 }
 
-Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Config& c, const FeatureScale& scale,
-                        const PlausibilityLoss& plausibility) {
+Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Config& c, const FeatureScale& scale) {
   const Tensor past = b.frames.slice(1, 0, c.observed), truth = b.frames.slice(1, c.observed);
   const Tensor later_labels = F::one_hot(b.labels, c.labels).to(torch::kFloat32);
   const Tensor true_labels = later_labels.slice(1, 0, c.observed + c.future + c.gamma - 1);
@@ -192,11 +176,9 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
                         c.training.label_discriminator_weight, total, losses);
     }
   }
-  const bool runs_on = c.training.pose_discriminator || c.training.plausibility_weight > 0;
-  const auto behind = [&](int64_t lead) { return torch::cat({past.slice(1, c.observed - lead), forecast}, 1); };
-  if (runs_on) {
+  if (c.training.pose_discriminator) {
     const int64_t lead = c.training.discriminator_frames - 1;
-    const Tensor joined = behind(lead);
+    const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
     const Tensor views = discriminator_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b.forecast_starts,
                                              c.training.discriminator_frames);
     const int64_t run = b.run;
@@ -219,26 +201,17 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
                                            kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
-    if (c.training.pose_discriminator)
-      add_discriminator(
-          model->pose_discriminator, "pose",
-          discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
-          torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
-    if (c.training.plausibility_weight > 0) {
-      const Tensor soon = plausibility(scale.from_network(behind(c.kappa - 1)).cpu(), b.actions, b.word_starts);
-      const Tensor late = plausibility(scale.from_network(last).cpu(),
-                                       some(b.actions).slice(0, 0, runs / 2).repeat({2}), some(b.run_word_starts));
-      total = total + c.training.plausibility_weight * (soon + late).to(total.device());
-      losses.emplace_back("implausible", soon);
-      losses.emplace_back("implausible_later", late);
-    }
+    add_discriminator(
+        model->pose_discriminator, "pose",
+        discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
+        torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
   }
   losses.insert(losses.begin(), {"total", total});
   return losses;
 }
 
-TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& recordings,
-                         const std::vector<Sequence>& validation, torch::Device device) {
+TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation,
+                         torch::Device device) {
   const Config& c = networks.config;
   if (c.released)
     return released_task(
@@ -249,7 +222,6 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
         },
         device);
   IntentionModel model(c);
-  const auto plausibility = std::make_shared<const PlausibilityLoss>(recordings, c.kappa);
   networks.intention = model->intention;
   networks.pose = model->pose;
   if (!c.intention) networks.intention = nullptr;
@@ -263,11 +235,11 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
   if (c.intention) task.networks["intention_net."] = networks.intention.ptr();
   task.tensors = cluster_tensors(networks.clusters);
   task.samples = data.size();
-  task.prepare = batches(
-      [&](const TrainStep& step) { return intention_batch(data, c, step.indices, step.seed); },
-      [&, model, device, scale = networks.scale.to(device), plausibility](const IntentionBatch& b, const TrainStep&) {
-        return intention_losses(model, b.on(device), c, scale, *plausibility);
-      });
+  task.prepare =
+      batches([&](const TrainStep& step) { return intention_batch(data, c, step.indices, step.seed); },
+              [&, model, device, scale = networks.scale.to(device)](const IntentionBatch& b, const TrainStep&) {
+                return intention_losses(model, b.on(device), c, scale);
+              });
   task.validate = [&, device] {
     const OnCpu moved(device, {networks.pose.ptr(), c.intention ? networks.intention.ptr() : nullptr});
     return 1 - validation_ndms(networks, validation);
@@ -361,9 +333,8 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
     stages.push_back({name, ours ? config.training.steps : config.baselines.steps, config.training.batch,
                       ours ? config.training.learning_rate : config.baselines.learning_rate, config.training.schedule,
                       20, [&, name] {
-                        return name == "intention"
-                                   ? intention_task(networks, data, train_sequences, validation, run.device)
-                                   : baseline_task(name, networks, data, validation, run.device);
+                        return name == "intention" ? intention_task(networks, data, validation, run.device)
+                                                   : baseline_task(name, networks, data, validation, run.device);
                       }});
   }
   return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run);

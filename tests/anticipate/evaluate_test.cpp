@@ -54,7 +54,6 @@ struct Straight {
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
     n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);
-    n.pose->out->bias.slice(0, 2 * kFeatureCount).fill_(-100);
     n.pose->pull.fill_(-100);
     return n;
   }
