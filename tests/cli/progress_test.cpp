@@ -45,8 +45,8 @@ TEST(Quiet, LeavesAwayWhatWasDetected) {
                          folder / "a.bvh" + " " + folder / "b.npz";
   const CommandResult loud = run_command(in), quiet = run_command(in + " --quiet");
   ASSERT_EQ(loud.exit_code, 0) << loud.err;
-  EXPECT_THAT(loud.out, HasSubstr("detected"));
-  EXPECT_THAT(quiet.out, AllOf(Not(HasSubstr("detected")), HasSubstr("b.npz: 90 frames")));
+  EXPECT_THAT(loud.out, HasSubstr("taken for centimetres"));
+  EXPECT_THAT(quiet.out, AllOf(Not(HasSubstr("taken for")), HasSubstr("b.npz: 90 frames")));
 }
 
 }  // namespace
