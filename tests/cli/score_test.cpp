@@ -104,13 +104,15 @@ TEST(Score, DeepInTheSceneIsSaidWithTheFilesOwnFrame) {
   inhabit::Clip sit = inhabit::read_clip(kSit);
   inhabit::Clip sunk = inhabit::slice(sit, 0, 60);
   sunk.rate = 60;  // half of the frames are looked at
-  for (torch::Tensor* places : {&sunk.joints, &sunk.trans}) *places = places->clone();
   const inhabit::Clip walk = inhabit::read_clip(kWalk);
   const auto clean = scored("penetration --motion " + kWalk + " --scene " + kRoom);
-  // Through the armchair: the place of the seat that somebody sits on in the end.
-  const torch::Tensor seat = sit.joints[sit.frames() - 1][0], from = sit.joints[0][0];
-  sunk.joints.slice(0, 20, 60) += (seat - from) * torch::tensor({1.F, 0.F, 1.F});
-  sunk.trans.slice(0, 20, 60) += (seat - from) * torch::tensor({1.F, 0.F, 1.F});
+  // Stands from frame 20 on where somebody's seat is in the end.
+  const torch::Tensor seat = sit.joints[sit.frames() - 1][0], from = sit.joints[0][0],
+                      there = (seat - from) * torch::tensor({1.F, 0.F, 1.F});
+  for (torch::Tensor* poses : {&sunk.joints, &sunk.trans, &sunk.rotations}) {
+    *poses = poses->clone();
+    poses->slice(0, 20).copy_(poses->slice(0, 0, 1).clone() + (poses == &sunk.rotations ? torch::zeros({3}) : there));
+  }
   inhabit::write_clip_npz(folder / "sunk.npz", sunk);
   const auto in = scored("penetration --motion " + folder / "sunk.npz" + " --scene " + kSitRoom);
   EXPECT_GT(in["collision_frame_ratio"].get<double>(), clean["collision_frame_ratio"].get<double>() + 0.5);
