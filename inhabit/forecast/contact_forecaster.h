@@ -27,8 +27,8 @@ struct Options {
   bool refine = true;           ///< feet stand, nobody is inside the scene (refine_clip.h); `forecast` stays raw
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the prediction is wanted on the standard skeleton alone
-  /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them and nothing refined, for
-  /// streams. Result::prediction then has no rotations.
+  /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them and nothing refined,
+  /// for streams. Result::prediction then has no rotations.
   bool joints_alone = false;
 };
 

@@ -243,6 +243,7 @@ bool fuzz_pose_lines(const uint8_t* data, size_t size) {
       }
     }
     if (refused) throw *refused;
+    if (!stream) throw Error("fuzz", "holds no pose");
   });
 }
 /// To look for the up axis takes a hundred times as long as to read a small file: one input in sixteen is looked at.
