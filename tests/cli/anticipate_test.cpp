@@ -104,7 +104,7 @@ TEST(Anticipate, RefusesMotionsThatCannotBeForecast) {
   const BadRecordings bad;
   const std::string given = "--model " + bad.model;
   bad.expect_refusal(bad / "none.bvh", given, {"none.bvh", "no such file"});
-  bad.expect_refusal(kWalk, given + " --start 8", {"walk.npz", "has 6 frames at 25 a second", "at least 8"});
+  bad.expect_refusal(kWalk, given + " --start 8", {"walk.npz", "has 8 frames at 30 a second", "at least 10"});
   bad.expect_refusal(kWalk, given + " --start 91", {"walk.npz", "beyond the end"});
   write_clip_npz(bad / "short.npz", person("walk", 5));
   bad.expect_refusal(bad / "short.npz", given, {"short.npz", "has 5 frames"});
