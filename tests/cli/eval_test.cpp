@@ -48,7 +48,8 @@ TEST(Eval, RefusesDataThatCannotBeMeasured) {
   const std::string out = folder / "out", rooms = make_tiny_rooms(folder), to = " --json " + out + "/t.json";
   std::filesystem::create_directory(out);
   expect_refused("eval forecast --data " + folder / "none" + to, {folder / "none", "no such file"}, out);
-  expect_refused("eval forecast --data " INHABIT_SOURCE_DIR "/examples/data" + to, {"is no data set but a folder of motion"}, out);
+  expect_refused("eval forecast --data " INHABIT_SOURCE_DIR "/examples/data" + to,
+                 {"is no data set but a folder of motion"}, out);
   expect_refused("eval forecast --data " + rooms + " --model " + rooms + "/dataset.json" + to, {"dataset.json"}, out);
   expect_refused("eval forecast --data " + rooms + " --split other" + to, {"--split"}, out);
   expect_refused("eval forecast --data " + rooms + " --stride 0" + to, {"--stride"}, out);

@@ -133,7 +133,8 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
   const Refused bad;
   const std::string out = " --out " + bad.out + "/m.safetensors";
   bad.expect("--data " + bad / "none" + out, {bad / "none", "no such file"});
-  bad.expect("--data " INHABIT_SOURCE_DIR "/examples/data" + out, {"examples/data", "is no data set but a folder of motion"});
+  bad.expect("--data " INHABIT_SOURCE_DIR "/examples/data" + out,
+             {"examples/data", "is no data set but a folder of motion"});
   ASSERT_EQ(run_command("synth rooms --clips 1 --seconds 4 --out " + bad / "one").exit_code, 0);
   bad.expect("--data " + bad / "one" + out, {bad / "one", "no validation window"});
   ASSERT_EQ(run_command("synth rooms --clips 3 --clips-per-room 1 --seconds 2.5 --out " + bad / "short").exit_code, 0);
