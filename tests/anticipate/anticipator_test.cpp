@@ -154,7 +154,7 @@ TEST(IntentionAnticipator, RefusesTooShortAnObservationAndBadNumbers) {
   EXPECT_THAT(refusal(slice(clip, 0, 5), -1), HasSubstr("has 5 frames"));
   Clip fast = clip;  // 30 frames in a tenth of a second
   fast.rate = 300;
-  EXPECT_THAT(refusal(fast, -1), HasSubstr("at least 8 are needed"));
+  EXPECT_THAT(refusal(fast, -1), HasSubstr("at least 96 are needed")) << "of the file's own";
   Clip broken = clip;
   broken.joints = clip.joints.clone();
   broken.joints[3][4][1] = std::numeric_limits<float>::quiet_NaN();
