@@ -219,9 +219,15 @@ TEST(FitRecordings, BadInputIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b"));
   const std::string good = INHABIT_SOURCE_DIR "/examples/data/walk.npz", bad = folder / "bad.bvh";
   write_atomically(bad, "no motion");
-  options.train = {good, bad};
+  options.train = {bad, folder / "worse.bvh"};
+  write_atomically(options.train[1], "HIERARCHY");
   EXPECT_THROW(fit_recordings(folder / "d", options), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "d")) << "nothing half-written";
+  options.train = {good, bad};
+  const Dataset of_one = fit_recordings(folder / "e", options);
+  EXPECT_EQ(of_one.provenance["recordings"].size(), 1U);
+  ASSERT_EQ(of_one.provenance["skipped"].size(), 1U);
+  EXPECT_NE(of_one.provenance["skipped"][0].get<std::string>().find("bad.bvh"), std::string::npos);
   options.train = {folder / "missing.bvh"};
   options.test = options.train;
   EXPECT_THROW(fit_recordings(folder / "c", options), Error);
