@@ -39,7 +39,7 @@ std::shared_ptr<ForecastEvaluation> add_options(CLI::App& verb) {
 inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
   if (!o.json.empty()) require_writable(o.json);
   inhabit::forecast::Networks model =
-      inhabit::forecast::load_networks(model_file(o.model, "forecast-compact.safetensors"));
+      inhabit::forecast::load_networks(inhabit::model_file(o.model, "forecast-compact.safetensors"));
   set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
   return model;
 }
