@@ -79,8 +79,8 @@ INHABIT_API void inhabit_scene_free(inhabit_scene* scene);
 
 /* ---- Systems ---- */
 
-/* `system` is "forecast", "anticipate", "inbetween", "interact" or "refine" (which has no model). `model` NULL: the one
- * that ships. */
+/* `system` is "forecast", "anticipate", "inbetween", "interact" or "refine" (which has no model). `model`: a file or
+ * the name of a model; NULL: the one that ships. */
 INHABIT_API inhabit_system* inhabit_system_load(const char* system, const char* model);
 
 /* Runs it on a motion in a scene (NULL: none, a flat floor is assumed). `options` is a JSON object (docs/c.md lists the

@@ -6,7 +6,6 @@
 
 using namespace inhabit;
 
-/// Every motion in a file as scores take it.
 std::vector<ScoredClip> score_clips(Score& given, const std::string& file, const ClipReadOptions& reading, double rate,
                                     int64_t least) {
   std::vector<ScoredClip> out;
@@ -16,7 +15,6 @@ std::vector<ScoredClip> score_clips(Score& given, const std::string& file, const
   return out;
 }
 
-/// Those in files, folders and patterns; what cannot be used is skipped and counted.
 std::vector<ScoredClip> score_clips(Score& given, const std::vector<std::string>& named, const ClipReadOptions& reading,
                                     double rate, int64_t least) {
   std::vector<ScoredClip> out;

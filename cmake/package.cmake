@@ -1,4 +1,4 @@
-# `cpack` in the build folder makes Debian packages (inhabit, libinhabit-dev) and a tarball of both.
+# `cpack` in the build folder makes Debian packages (inhabit, with the C library; libinhabit-dev) and a tarball of both.
 set(CPACK_PACKAGE_NAME inhabit)
 set(CPACK_PACKAGE_VENDOR inhabit)
 set(CPACK_PACKAGE_CONTACT "the authors of inhabit")
@@ -14,7 +14,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME inhabit)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libinhabit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libtorch-dev, libeigen3-dev, nlohmann-json3-dev, libspdlog-dev, libembree-dev, libzip-dev, libpng-dev, zlib1g-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "inhabit (= ${PROJECT_VERSION}), libtorch-dev, libeigen3-dev, nlohmann-json3-dev, libspdlog-dev, libembree-dev, libzip-dev, libpng-dev, zlib1g-dev")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "The command inhabit, its models, manual page and completions")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers, library and CMake package")
 set(CPACK_ARCHIVE_COMPONENT_INSTALL OFF)

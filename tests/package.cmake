@@ -1,12 +1,6 @@
 # The Debian package of the command, unpacked and used from there.
 # cmake -DBUILD= -DWORK= -DMOTION= -P package.cmake
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text WORKING_DIRECTORY ${WORK})
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "${ARGN}\n${text}")
-  endif()
-  set(text "${text}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
@@ -38,5 +32,11 @@ file(GLOB dev ${WORK}/packages/libinhabit-dev_*.deb)
 run(dpkg-deb -x ${dev} ${WORK}/dev)
 if(NOT EXISTS ${WORK}/dev/usr/include/inhabit/motion/clip.h OR EXISTS ${WORK}/dev/usr/bin)
   message(FATAL_ERROR "the -dev package is not headers and library alone")
+endif()
+# The C interface: what programs load in the one, what they are built with in the other.
+file(GLOB_RECURSE library ${WORK}/root/usr/lib/libinhabit_c.so.*)
+file(GLOB_RECURSE link ${WORK}/dev/usr/lib/libinhabit_c.so)
+if(NOT library OR NOT link OR NOT EXISTS ${WORK}/dev/usr/include/inhabit.h)
+  message(FATAL_ERROR "the packages lack the C interface: '${library}' '${link}'")
 endif()
 file(REMOVE_RECURSE ${WORK})

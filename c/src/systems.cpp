@@ -114,7 +114,7 @@ const T& of(const std::shared_ptr<const T>& pointer) {
 const Refiner& of(const Refiner& refiner) { return refiner; }
 
 inhabit_system load(const std::string& system, const char* model) {
-  const auto file = [&](const char* shipped) { return model == nullptr ? shipped_model(shipped) : std::string(model); };
+  const auto file = [&](const char* shipped) { return model_file(model == nullptr ? "" : model, shipped); };
   if (system == "forecast")
     return {std::make_shared<const forecast::ContactForecaster>(
         forecast::ContactForecaster::load(file("forecast-compact.safetensors")))};

@@ -57,10 +57,6 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
   return std::move(motion.clip);
 }
 
-}  // namespace
-
-namespace {
-
 void note_implausible(const Clip& clip, Notes* notes) {
   if (notes == nullptr) return;
   for (std::string& doubt : implausible(clip)) notes->push_back(std::move(doubt));

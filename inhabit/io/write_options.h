@@ -15,8 +15,8 @@ struct WriteOptions {
   std::optional<double> to;  ///< seconds from its start after which it ends
   bool loop = false;         ///< it can be repeated (motion/loop.h, half a second)
   double rate = 0;           ///< frames a second; 0: its own
-  UpAxis up =
-      UpAxis::automatic;  ///< z for .bvh and .npz alone; automatic: as the file that the motion came from has it
+  /// z for .bvh and .npz alone; automatic: as the file that the motion came from has it.
+  UpAxis up = UpAxis::automatic;
 
   /// Whether anything is asked for.
   bool any() const { return from != 0 || to || loop || rate != 0 || up != UpAxis::automatic; }

@@ -12,9 +12,10 @@ torch::Tensor pose_error(const torch::Tensor& predicted, const torch::Tensor& tr
   return (local(predicted) - local(truth)).norm(2, -1).sum(-1) / static_cast<double>(truth.size(2) - 1);
 }
 
+FuturesError with_best(const torch::Tensor& each) { return {each, each[each.mean(1).argmin()]}; }
+
 FuturesError futures_error(const torch::Tensor& futures, const torch::Tensor& truth) {
-  const torch::Tensor each = pose_error(futures, truth.unsqueeze(0), 0);
-  return {each, each[each.mean(1).argmin()]};
+  return with_best(pose_error(futures, truth.unsqueeze(0), 0));
 }
 
 }  // namespace inhabit

@@ -12,9 +12,12 @@ torch::Tensor pose_error(const torch::Tensor& predicted, const torch::Tensor& tr
 
 /// Errors of several futures of one observation, and those of the best of them.
 struct FuturesError {
-  torch::Tensor each;  ///< (S, T) metres, the mean over the joints but the root
+  torch::Tensor each;  ///< (S, T) metres; of futures_error the mean over the joints but the root
   torch::Tensor best;  ///< (T) of the future whose mean over time is the least
 };
+
+/// @param each (S, T) errors of futures, metres
+FuturesError with_best(const torch::Tensor& each);
 
 /// @param futures (S, T, 22, 3), truth (T, 22, 3) local poses (motion/local_pose.h), whose root is the origin.
 FuturesError futures_error(const torch::Tensor& futures, const torch::Tensor& truth);

@@ -29,10 +29,8 @@ Tensor futures_of(const std::vector<NamedMotion>& motions, int64_t frames = -1) 
 /// The same as poses without place and heading.
 Tensor local_futures(const std::vector<NamedMotion>& motions) { return local_poses(futures_of(motions)); }
 
-/// @param each (S, T) metres
-ErrorByFrame by_frame(const Tensor& each) {
-  const Tensor best = each[each.mean(1).argmin()];
-  return {each.mean(0), best, each.mean().item<double>(), best.mean().item<double>()};
+ErrorByFrame by_frame(const FuturesError& error) {
+  return {error.each.mean(0), error.best, error.each.mean().item<double>(), error.best.mean().item<double>()};
 }
 
 }  // namespace
@@ -99,9 +97,10 @@ MotionError score_error(const std::vector<NamedMotion>& futures, const std::vect
     throw Error(truth.empty() ? "truth" : truth.front().name,
                 "holds " + std::to_string(truth.size()) + " motions where one is wanted");
   const Tensor all = futures_of(futures, truth.front().joints.size(0)),
-               came = truth.front().joints.slice(0, 0, all.size(1)).unsqueeze(0);
-  const Tensor poses = pose_error(local_poses(all), local_poses(came), 0);
-  return {by_frame(poses), by_frame(path_error(all, came, 0)), by_frame((all - came).norm(2, -1).mean(-1))};
+               came = truth.front().joints.slice(0, 0, all.size(1));
+  return {by_frame(futures_error(local_poses(all), local_poses(came))),
+          by_frame(with_best(path_error(all, came.unsqueeze(0), 0))),
+          by_frame(with_best((all - came).norm(2, -1).mean(-1)))};
 }
 
 }  // namespace inhabit

@@ -25,8 +25,7 @@ PoseStream::PoseStream(const PoseStreamOptions& options, double seconds, double 
   const UsualSkeleton usual =
       usual_skeleton(options.names.empty() ? standard_joint_names() : options.names, options.parents, "names");
   skeleton_ = usual.skeleton;
-  order_ = usual.order;
-  order_index_ = torch::tensor(std::vector<int64_t>(order_.begin(), order_.end()));
+  order_ = torch::tensor(std::vector<int64_t>(usual.order.begin(), usual.order.end()));
 }
 
 void PoseStream::make_room(double time) {
@@ -38,8 +37,8 @@ void PoseStream::make_room(double time) {
 
 void PoseStream::push(const std::string& person, double time, const torch::Tensor& joints) {
   if (joints.dim() != 2 || joints.size(0) != this->joints() || joints.size(1) != 3)
-    throw Error("joints", "are not (" + std::to_string(order_.size()) + ", 3)");
-  const torch::Tensor ordered = joints.index_select(0, order_index_);
+    throw Error("joints", "are not (" + std::to_string(this->joints()) + ", 3)");
+  const torch::Tensor ordered = joints.index_select(0, order_);
   auto found = people_.find(person);
   if (found == people_.end()) {
     // A window that has taken its first pose: who is refused is not remembered.

@@ -27,7 +27,7 @@ class PoseStream {
   PoseStream(const PoseStreamOptions& options, double seconds, double least);
 
   /// The number of joints that are pushed.
-  int64_t joints() const { return static_cast<int64_t>(order_.size()); }
+  int64_t joints() const { return order_.size(0); }
 
   /// PoseWindow::push() of a person, joints in the order of the names. Throws Error as it does, and where there are
   /// too many people.
@@ -58,8 +58,7 @@ class PoseStream {
   PoseStreamOptions options_;
   double seconds_, least_;
   Skeleton skeleton_;
-  torch::Tensor order_index_;
-  std::vector<int> order_;
+  torch::Tensor order_;  // (J) int64: joint j of the skeleton is joint order_[j] of what is pushed
   std::map<std::string, Person> people_;
 };
 

@@ -47,9 +47,8 @@ void write_page(const std::string& path, const CardsPage& page) {
     json out = {{"name", card.name}, {"note", card.note}};
     if (card.person) {
       PagePerson person = *card.person;
-      person.role = PagePerson::Role::future;  // joints alone
+      person.joints_alone = true;
       out["person"] = describe_person(blob, bodies, person, path);
-      out["person"]["role"] = "motion";
     }
     if (card.scene != nullptr) {
       const auto [found, is_new] = known.try_emplace(card.scene.get(), known.size());

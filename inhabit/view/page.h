@@ -38,6 +38,7 @@ struct PagePerson {
   std::vector<int64_t> given_joints = {};  ///< joints that keys between the first and the last give; empty: all
   torch::Tensor collides = {};             ///< (T) bool, shown red: the body is inside the scene; undefined: not known
   std::vector<PageTrack> tracks = {};      ///< shown of the first person that has any
+  bool joints_alone = false;               ///< no skin: what small figures need, `future` and `intention` anyway
 };
 
 /// Intention labels of recordings, one strip each on a time axis of their own.

@@ -124,7 +124,8 @@ json describe_person(PageBlob& blob, PageBodies& bodies, const PagePerson& perso
               {"frames", clip.frames()},
               {"names", clip.skeleton.names},
               {"parents", clip.skeleton.parents}};
-  const bool figure = person.role == PagePerson::Role::future || person.role == PagePerson::Role::intention;
+  const bool figure =
+      person.joints_alone || person.role == PagePerson::Role::future || person.role == PagePerson::Role::intention;
   if (figure)
     out["motion"] = blob.add_motion(clip.joints);
   else

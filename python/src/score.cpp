@@ -119,9 +119,9 @@ void add_score(py::module_& m) {
         return out;
       },
       "futures"_a, "truth"_a, py::kw_only(), "rate"_a = 25.0,
-      "Joint error of futures against the one that came true, metres: by frame (T) of all ('mean') and of the best "
-      "future\n"
-      "of each horizon ('best'), and both over all frames ('overall', 'best_overall'). These are of poses without\n"
+      "Joint error of futures against the one that came true, metres: by frame (T) of all ('mean') and of the future "
+      "whose\n"
+      "error is the least ('best'), and both over all frames ('overall', 'best_overall'). These are of poses without\n"
       "place and heading; the same of the root ('path') and of all joints ('world') in the world are dictionaries.");
   m.def(
       "foot_skating",

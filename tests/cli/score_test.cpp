@@ -104,7 +104,6 @@ TEST(Score, DeepInTheSceneIsSaidWithTheFilesOwnFrame) {
   inhabit::Clip sit = inhabit::read_clip(kSit);
   inhabit::Clip sunk = inhabit::slice(sit, 0, 60);
   sunk.rate = 60;  // half of the frames are looked at
-  const inhabit::Clip walk = inhabit::read_clip(kWalk);
   const auto clean = scored("penetration --motion " + kWalk + " --scene " + kRoom);
   // Stands from frame 20 on where somebody's seat is in the end.
   const torch::Tensor seat = sit.joints[sit.frames() - 1][0], from = sit.joints[0][0],

@@ -1,12 +1,6 @@
 # Installs the build tree BUILD to a prefix of its own, builds the project in SOURCE against it, and runs that.
 # cmake -DBUILD= -DSOURCE= -DWORK= [-DGENERATOR= -DCOMPILER= -DTYPE= -DFLAGS= -DPREFIX_PATH=] -P run.cmake
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "${ARGN}\n${text}")
-  endif()
-  set(text "${text}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../run.cmake)
 
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
