@@ -53,7 +53,6 @@ void take_poses(Options& text, PoseStreamOptions& poses) {
 std::unique_ptr<inhabit_stream> opened(const std::shared_ptr<const forecast::ContactForecaster>& system,
                                        const Scene& scene, Options& text) {
   forecast::StreamOptions options;
-  options.forecast.joints_alone = true;
   options.forecast.standard = true;
   bool refine = false;
   take_poses(text, options.poses);

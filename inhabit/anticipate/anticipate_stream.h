@@ -29,7 +29,7 @@ struct StreamResult {
 ///   for (const anticipate::StreamResult& r : stream.take()) use(r.person, r.time, r.result.futures);
 class AnticipateStream {
  public:
-  /// @param anticipator must outlive the stream. Throws Error naming the option that is out of range.
+  /// Throws Error naming the option that is out of range.
   explicit AnticipateStream(std::shared_ptr<const IntentionAnticipator> anticipator, const StreamOptions& options = {});
 
   /// Throws Error as PoseStream::push() does; the stream goes on.

@@ -30,8 +30,7 @@ struct StreamResult {
 ///   for (const forecast::StreamResult& r : stream.take()) use(r.person, r.time, r.result.forecast.joints);
 class ForecastStream {
  public:
-  /// @param forecaster must outlive the stream; @param scene as ContactForecaster::run() takes it. Throws Error naming
-  /// the option that is out of range.
+  /// @param scene as ContactForecaster::run() takes it. Throws Error naming the option that is out of range.
   ForecastStream(std::shared_ptr<const ContactForecaster> forecaster, Scene scene, const StreamOptions& options = {});
 
   /// Throws Error as PoseStream::push() does; the stream goes on.
