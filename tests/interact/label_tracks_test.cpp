@@ -7,11 +7,10 @@
 #include <fstream>
 
 #include "cli/command.h"
+#include "in_browser.h"
 #include "inhabit/interact/labels.h"
-#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/synth/chairs.h"
-#include "temp_folder.h"
 
 namespace inhabit::interact {
 namespace {
@@ -74,10 +73,10 @@ TEST(LabelTracksInBrowser, ViewShowsThem) {
   std::ofstream(folder / "expected.json")
       << "{\"held\": " << static_cast<double>(held[0][0].item<int64_t>()) / clip->rate
       << ", \"seconds\": " << clip->seconds() << "}";
-  const std::string line = "node '" INHABIT_SOURCE_DIR "/viewer/test/tracks_test.mjs' '" + folder.path.string() + "'";
-  const int code = std::system(line.c_str());
-  if (WEXITSTATUS(code) == 77) GTEST_SKIP() << "no Chromium";
-  EXPECT_EQ(WEXITSTATUS(code), 0);
+  std::string said;
+  const int status = in_browser("tracks_test.mjs", folder, said);
+  if (status == kNoBrowser) GTEST_SKIP() << said;
+  EXPECT_EQ(status, 0) << said;
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "cli/refusal.h"
 #include "client.h"
-#include "inhabit/io/atomic_file.h"
+#include "in_browser.h"
 
 namespace inhabit::serve {
 namespace {
@@ -85,18 +85,15 @@ TEST(ServeCommand, BadInputIsRefusedInOneLine) {
                  folder.path.string());
 }
 
-// What a visitor does: viewer/test/live_test.mjs clicks in headless Chromium. It skips (exit code 77) where there is
-// none.
+// What a visitor does: viewer/test/live_test.mjs clicks in headless Chromium.
 TEST(LivePageInBrowser, WalksSitsAndReaches) {
   const TempFolder folder;
   RunningCommand command;
   ASSERT_GT(command.port, 0) << command.line;
-  const std::string log = folder / "log.txt";
-  const std::string line = "node '" INHABIT_SOURCE_DIR "/viewer/test/live_test.mjs' http://" + host_of(command.port) +
-                           "/ '" + folder.path.string() + "' > '" + log + "' 2>&1";
-  const int status = std::system(line.c_str());
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << read_whole_file(log);
-  EXPECT_EQ(status, 0) << read_whole_file(log);
+  std::string said;
+  const int status = in_browser("live_test.mjs", folder, said, "http://" + host_of(command.port) + "/");
+  if (status == kNoBrowser) GTEST_SKIP() << said;
+  EXPECT_EQ(status, 0) << said;
   EXPECT_EQ(command.interrupt(), 0);
 }
 

@@ -88,7 +88,6 @@ export class App {
     document.documentElement.dataset.theme = this.theme;
     for (const button of document.querySelectorAll('#theme, #sheet-theme')) button.textContent = this.theme === 'dark' ? 'Light' : 'Dark';
     this.shown?.themed();
-    this.sheet?.themed();
   }
 
   /** Opens files beside what is shown; one that cannot be read is said, and the page stays as it is. */

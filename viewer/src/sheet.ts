@@ -72,8 +72,6 @@ export class Sheet {
     return { cards: () => this.data.header.cards!.length, pictures: () => this.pictures };
   }
 
-  themed() {}
-
   /** Takes it off the page. */
   end() {
     this.gone.abort();
