@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <limits>
 
 #include "inhabit/error.h"
@@ -12,13 +13,6 @@ namespace {
 constexpr char kMagic[] = "\x93NUMPY";
 constexpr uint64_t kLongestHeader = 1 << 20;
 constexpr uint64_t kMostBytes = uint64_t{4} << 30;  ///< of one array
-
-/// The dictionary in front of the data.
-struct NpyHeader {
-  std::string descr;  ///< as '<f4'; empty for a structured type
-  bool fortran_order = false;
-  std::vector<int64_t> shape;
-};
 
 /// Reads the Python dictionary literal that NumPy writes, no more of the language than that.
 class HeaderParser {
@@ -349,21 +343,66 @@ torch::Tensor read_numbers(const ByteSource& source, const NpyHeader& header, co
   return tensor;
 }
 
-}  // namespace
-
-void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into) {
-  uint64_t before = 0;
-  const NpyHeader header = read_npy_header(source, size, subject, before);
-  const NpyItem item = npy_item(header.descr, subject);
+void read_items(const ByteSource& source, uint64_t size, uint64_t left, const NpyHeader& header, const NpyItem& item,
+                const std::string& name, const std::string& subject, Npz& into) {
   if (!item.skipped.empty()) {
     into.skipped[name] = item.skipped;
     return;
   }
-  const uint64_t items = count_items(header.shape, item, size, size - before, subject);
+  const uint64_t items = count_items(header.shape, item, size, left, subject);
   if (item.is_text())
     into.strings[name] = read_strings(source, header, item, items, subject);
   else
     into.tensors[name] = read_numbers(source, header, item, items, subject);
+}
+
+}  // namespace
+
+void read_npy(const ByteSource& source, uint64_t size, const std::string& name, const std::string& subject, Npz& into,
+              std::string* pickle) {
+  uint64_t before = 0;
+  const NpyHeader header = read_npy_header(source, size, subject, before);
+  const NpyItem item = npy_item(header.descr, subject);
+  if (item.kind == 'O' && pickle != nullptr) {
+    if (size - before > kMostBytes) throw Error(subject, "declares an absurd size");
+    pickle->assign(size - before, '\0');
+    read_exactly(source, pickle->data(), pickle->size(), subject);
+  }
+  read_items(source, size, size - before, header, item, name, subject, into);
+}
+
+void read_npy_data(const ByteSource& source, uint64_t size, const NpyHeader& header, const std::string& name,
+                   const std::string& subject, Npz& into) {
+  read_items(source, size, size, header, npy_item(header.descr, subject), name, subject, into);
+}
+
+Npz read_npy_rows(const std::string& path, int64_t first, int64_t count, int64_t* rows) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw Error(path, "there is no such file, or it cannot be read");
+  const auto size = static_cast<uint64_t>(file.tellg());
+  file.seekg(0);
+  const ByteSource source = [&](char* to, uint64_t bytes) {
+    file.read(to, static_cast<std::streamsize>(bytes));
+    return static_cast<uint64_t>(file.gcount());
+  };
+  uint64_t before = 0;
+  NpyHeader header = read_npy_header(source, size, path, before);
+  const NpyItem item = npy_item(header.descr, path);
+  if (header.shape.empty()) throw Error(path, "is one value, no array of rows");
+  if (header.fortran_order && header.shape.size() > 1) throw Error(path, "is an array in Fortran's order");
+  const int64_t all = header.shape[0];
+  if (rows != nullptr) *rows = all;
+  header.shape[0] = 1;
+  const uint64_t wide = item.skipped.empty() ? count_items(header.shape, item, size, size, path) * item.width : 0;
+  first = std::clamp<int64_t>(first, 0, all);
+  header.shape[0] = std::clamp<int64_t>(count, 0, all - first);
+  // Every row must be there, whichever are asked for.
+  if (wide != 0 && static_cast<uint64_t>(all) > (size - before) / wide) throw Error(path, "ends early");
+  const uint64_t skipped = static_cast<uint64_t>(first) * wide;
+  file.seekg(static_cast<std::streamoff>(before + skipped));
+  Npz out;
+  read_items(source, size, size - before - skipped, header, item, "arr_0", path, out);
+  return out;
 }
 
 std::string npy_bytes(const torch::Tensor& given) {

@@ -30,7 +30,7 @@ std::string message(zip_error_t& error) {
 bool is_npy(std::string_view bytes) { return bytes.substr(0, 6) == "\x93NUMPY"; }
 
 Npz read_archive(zip_t* archive, uint64_t archive_size, const std::string& subject,
-                 const std::vector<std::string>& only) {
+                 const std::vector<std::string>& only, std::string* pickle) {
   Npz content;
   const zip_int64_t entries = zip_get_num_entries(archive, 0);
   uint64_t packed = 0;  // entries that share bytes are how small archives claim endless content
@@ -62,7 +62,7 @@ Npz read_archive(zip_t* archive, uint64_t archive_size, const std::string& subje
       if (n < 0) throw Error(where, std::string("is damaged: ") + zip_error_strerror(zip_file_get_error(entry.get())));
       return static_cast<uint64_t>(n);
     };
-    read_npy(source, stat.size, name, where, content);
+    read_npy(source, stat.size, name, where, content, pickle);
     char more = 0;
     if (content.skipped.count(name) == 0) source(&more, 1);  // at the end the checksum is compared
   }
@@ -82,7 +82,10 @@ const torch::Tensor& Npz::at(const std::string& name, const std::string& subject
   throw Error(subject, "has no array " + name + (there.empty() ? "" : " (it has " + there.substr(0, 200) + ")"));
 }
 
-Npz parse_npz(std::string_view bytes, const std::string& subject, const std::vector<std::string>& only) {
+namespace {
+
+Npz parse_content(std::string_view bytes, const std::string& subject, const std::vector<std::string>& only,
+                  std::string* pickle) {
   if (bytes.empty()) throw Error(subject, "is empty");
   if (is_npy(bytes)) {
     Npz content;
@@ -93,7 +96,7 @@ Npz parse_npz(std::string_view bytes, const std::string& subject, const std::vec
       at += n;
       return static_cast<uint64_t>(n);
     };
-    read_npy(source, bytes.size(), "arr_0", subject, content);
+    read_npy(source, bytes.size(), "arr_0", subject, content, pickle);
     return content;
   }
   zip_error_t error;
@@ -105,7 +108,21 @@ Npz parse_npz(std::string_view bytes, const std::string& subject, const std::vec
     zip_source_free(source);
     throw Error(subject, "is not a NumPy archive, or is cut short (" + message(error) + ")");
   }
-  return read_archive(archive.get(), bytes.size(), subject, only);
+  return read_archive(archive.get(), bytes.size(), subject, only, pickle);
+}
+
+}  // namespace
+
+Npz parse_npz(std::string_view bytes, const std::string& subject, const std::vector<std::string>& only) {
+  return parse_content(bytes, subject, only, nullptr);
+}
+
+std::string npz_pickle(const std::string& path, const std::string& name) {
+  std::string pickle;
+  const Npz content = parse_content(read_whole_file(path), path, {name}, &pickle);
+  if (content.skipped.count(name) == 0) content.at(name, path);  // says what is there instead
+  if (pickle.empty()) throw Error(path, "its array " + name + " holds no Python objects");
+  return pickle;
 }
 
 Npz read_npz(const std::string& path, const std::vector<std::string>& only) {

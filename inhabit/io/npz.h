@@ -38,6 +38,10 @@ Npz read_npz(const std::string& path, const std::vector<std::string>& only = {})
 /// The same from memory; `subject` names the source in errors.
 Npz parse_npz(std::string_view bytes, const std::string& subject, const std::vector<std::string>& only = {});
 
+/// The pickle of an array of Python objects in an .npz archive or .npy file (there "arr_0"), unread (pickle.h).
+/// Throws Error(path, ...) as read_npz does, and where `name` is not there or holds none.
+std::string npz_pickle(const std::string& path, const std::string& name);
+
 /// Writes .npz (deflated) that NumPy reads. The same content gives the same bytes. Tensors of any strides or device.
 void write_npz(const std::string& path, const Npz& content);
 

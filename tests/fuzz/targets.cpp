@@ -29,6 +29,7 @@
 #include "inhabit/io/expmap_text.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
+#include "inhabit/io/pickle.h"
 #include "inhabit/io/pose_line.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
@@ -110,6 +111,13 @@ Npz arrays_of(std::string_view bytes) {
 
 bool fuzz_npz(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { parse_npz(bytes, "fuzz"); });
+}
+bool fuzz_pickle(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    const Pickle pickle = parse_pickle(bytes, "fuzz");
+    for (const PickleValue* value : pickle.root->items)
+      if (value->kind == PickleValue::Kind::array) pickle.numbers(*value, "array");
+  });
 }
 bool fuzz_clip_npz(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { clips_from_npz(arrays_of(bytes), "fuzz"); });
@@ -265,6 +273,7 @@ void prepare_fuzzing(const std::string& target) {
 const std::vector<FuzzTarget>& fuzz_targets() {
   static const std::vector<FuzzTarget> targets = {
       {"npz", fuzz_npz},
+      {"pickle", fuzz_pickle},
       {"clip_npz", fuzz_clip_npz},
       {"smpl_model", fuzz_smpl_model},
       {"clouds", fuzz_clouds},
