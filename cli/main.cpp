@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
   add_train(app);
   add_eval(app);
   add_convert(app);
+  add_import(app);
   add_intentions(app);
   add_info(app);
   add_view(app);

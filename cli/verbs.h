@@ -89,6 +89,7 @@ void add_eval_contacts(CLI::App& verb);   ///< of add_eval
 void add_eval_inbetween(CLI::App& verb);  ///< of add_eval
 void add_eval_detour(CLI::App& verb);     ///< of add_eval
 void add_convert(CLI::App& app);
+void add_import(CLI::App& app);
 void add_intentions(CLI::App& app);
 void add_info(CLI::App& app);
 void add_view(CLI::App& app);

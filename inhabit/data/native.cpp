@@ -180,6 +180,12 @@ Dataset create_dataset(const std::string& folder, const std::vector<std::string>
     if (std::filesystem::exists(index_path(folder))) throw Error(folder, "a data set is there already");
   };
   require_none();
+  Dataset out = continue_dataset(folder, actions);
+  require_none();  // another run may have written one until it was locked
+  return out;
+}
+
+Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions) {
   for (const char* sub : {"/clips", "/scenes"}) {
     std::error_code failed;
     std::filesystem::create_directories(folder + sub, failed);
@@ -187,7 +193,6 @@ Dataset create_dataset(const std::string& folder, const std::vector<std::string>
   }
   Dataset out;
   out.lock = std::make_shared<FileLock>(folder, "another run");
-  require_none();  // another run may have written one until now
   out.folder = folder;
   out.joint_names = standard_joint_names();
   out.parents = standard_parents();

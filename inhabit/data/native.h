@@ -58,6 +58,9 @@ Scene load_scene(const Dataset& dataset, const std::string& name);
 /// or where a data set is there already or being made.
 Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions);
 
+/// The same in a folder that may hold a data set already, or clips of one that was not finished: what is there stays.
+Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions);
+
 /// Writes a scene into the folder as glTF, or a clip whose `entry` says where it goes (frames are filled in). Both may
 /// be called from several threads.
 void write_scene(const Dataset& dataset, const std::string& name, const Scene& scene);

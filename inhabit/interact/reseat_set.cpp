@@ -13,7 +13,7 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/synth/chairs.h"
-#include "inhabit/synth/each_item.h"
+#include "inhabit/each_item.h"
 
 namespace inhabit::interact {
 namespace {

@@ -15,6 +15,13 @@ torch::Tensor read_mask_png(const std::string& path, int64_t height, int64_t wid
 /// The same from memory; `subject` names the source in errors.
 torch::Tensor parse_mask_png(std::string_view bytes, int64_t height, int64_t width, const std::string& subject);
 
+/// The pixels of a PNG image as (height, width, 3) uint8, red first, at most 2^26 of them. What is transparent is
+/// black. Throws Error(path, ...) as read_mask_png does.
+torch::Tensor read_png(const std::string& path);
+
+/// Writes pixels (height, width, 3) uint8.
+void write_png(const std::string& path, const torch::Tensor& pixels);
+
 /// Writes a mask (height, width) as a grey image, 255 where it is set.
 void write_mask_png(const std::string& path, const torch::Tensor& mask);
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
-#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/person.h"
 #include "inhabit/synth/seat.h"
 

@@ -5,7 +5,7 @@
 
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
-#include "inhabit/metrics/penetration.h"
+#include "inhabit/metrics/touch_labels.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/synth/body_sweep.h"
@@ -20,12 +20,6 @@ using Eigen::Vector3d;
 
 constexpr double kApart = 0.02;   // metres between the body and what it does not use
 constexpr double kSink = -0.018;  // how far flesh may sink into what is sat on or touched
-
-// (T, J) m/s.
-torch::Tensor joint_speeds(const Clip& clip) {
-  const torch::Tensor v = torch::diff(clip.joints, 1, 0).norm(2, 2) * clip.rate;
-  return torch::cat({v, v.slice(0, -1)}, 0);
-}
 
 struct Span {
   int first = 0, last = 0;  // frames [first, last)
@@ -258,43 +252,9 @@ void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
 
 // Actions, contacts, hand targets and objects, from where the body is in the scene.
 void annotate(Clip& clip, const Room& room, const BodyModel& body) {
-  constexpr double kNear = 0.03, kSlow = 0.3;
+  TouchLabels(room.scene(), body).label(clip);
+  label_actions(clip);
   const int64_t T = clip.frames();
-  const Scene scene = room.scene();
-  const torch::Tensor depth = capsule_depths(clip, body, SceneQuery(scene));
-  torch::Tensor deepest = torch::full({T, kStandardJoints}, -1e9);
-  for (size_t c = 0; c < body.capsules.size(); ++c) {
-    const int j = body.capsules[c].joint;
-    if (j < kStandardJoints)
-      deepest.select(1, j).copy_(torch::maximum(deepest.select(1, j), depth.select(1, static_cast<int64_t>(c))));
-  }
-  const torch::Tensor speed = joint_speeds(clip);
-  clip.contact = ((deepest > -kNear) & (speed < kSlow)).to(torch::kFloat);
-
-  // Hands touch furniture and walls, not the floor.
-  Scene solids = scene;
-  std::erase_if(solids.meshes, [](const Mesh& mesh) { return mesh.name == "floor"; });
-  clip.hand_targets = torch::zeros({T, 2, 4});
-  const SceneQuery query(solids);
-  for (const int side : {0, 1}) {
-    const ClosestPoints near = query.closest(clip.joints.select(1, 20 + side).contiguous());
-    const torch::Tensor on = clip.contact.select(1, 20 + side) * near.distances.lt(0.2).to(torch::kFloat);
-    clip.contact.select(1, 20 + side).copy_(on);
-    clip.hand_targets.select(1, side).slice(1, 0, 3).copy_(near.points * on.unsqueeze(1));
-    clip.hand_targets.select(1, side).select(1, 3).copy_(on);
-  }
-
-  // Speeds over half a second, so that a step is no stop.
-  const torch::Tensor ground = clip.joints.select(1, 0).index_select(1, torch::tensor({0, 2}));
-  const int64_t half = std::min<int64_t>(8, (T - 1) / 2);
-  clip.action_names = fitted_actions();
-  clip.action = torch::zeros({T}, torch::kInt64);
-  const torch::Tensor seated = clip.contact.slice(1, 0, 3).gt(0.5).any(1);
-  for (int64_t t = 0; t < T; ++t) {
-    const int64_t a = std::max<int64_t>(0, t - half), b = std::min(T - 1, t + half);
-    const double v = b > a ? (ground[b] - ground[a]).norm().item<double>() * clip.rate / static_cast<double>(b - a) : 0;
-    clip.action[t] = seated[t].item<bool>() ? 3 : v > 2.0 ? 2 : v > 0.35 ? 1 : 0;
-  }
   clip.object_names.clear();
   std::vector<torch::Tensor> poses;
   for (size_t i = 0; i < room.furniture.size(); ++i) {
@@ -309,10 +269,7 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
 
 }  // namespace
 
-const std::vector<std::string>& fitted_actions() {
-  static const std::vector<std::string> names = {"stand", "walk", "run", "sit"};
-  return names;
-}
+const std::vector<std::string>& fitted_actions() { return told_actions(); }
 
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
                                    const ChordOptions& chords) {

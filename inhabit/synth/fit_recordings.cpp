@@ -3,6 +3,7 @@
 #include <exception>
 #include <filesystem>
 
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/random.h"
@@ -11,7 +12,6 @@
 #include "inhabit/motion/mirror.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
-#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/person.h"
 

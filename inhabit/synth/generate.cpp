@@ -1,9 +1,9 @@
 #include "inhabit/synth/generate.h"
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
-#include "inhabit/synth/each_item.h"
 #include "inhabit/synth/layout.h"
 #include "inhabit/synth/life_plan.h"
 #include "inhabit/synth/person.h"

@@ -1,4 +1,6 @@
 #pragma once
+#include <omp.h>
+
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -10,11 +12,14 @@ namespace inhabit {
 /// work(i) for every i in [0, count) on OpenMP's threads, whoever is free taking the next. @param progress called with
 /// the number done and `count`, from one thread at a time; may be empty. What the first of them throws is thrown here,
 /// and what has not begun by then is left out.
+/// @param threads at most; 0: as many as OpenMP has
 template <class Work>
-void each_item(int64_t count, const std::function<void(int64_t done, int64_t all)>& progress, const Work& work) {
+void each_item(int64_t count, const std::function<void(int64_t done, int64_t all)>& progress, const Work& work,
+               int threads = 0) {
+  const int team = threads > 0 ? threads : omp_get_max_threads();
   std::exception_ptr failed;
   int64_t done = 0;
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) num_threads(team)
   for (int64_t i = 0; i < count; ++i) {
     bool left_out = false;
 #pragma omp critical(inhabit_each_item)

@@ -1,0 +1,30 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "inhabit/data/import_set.h"
+#include "inhabit/data/native.h"
+
+namespace inhabit {
+
+struct ImportOptions {
+  int jobs = 0;                                             ///< recordings at once; 0: as many as there are cores
+  std::function<void(int64_t done, int64_t all)> progress;  ///< counts recordings
+};
+
+struct ImportResult {
+  Dataset dataset;
+  int64_t made = 0, kept = 0;        ///< clips that were written, and that were there
+  std::vector<std::string> skipped;  ///< recordings that could not be used, and why
+};
+
+/// Writes a native data set of the recordings: on the standard joints, 30 frames a second, the floor at y = 0. Contacts
+/// and hand targets are labelled from the scene (metrics/touch_labels.h), actions are the set's own or told from the
+/// motion. Recordings without a scene get a flat floor. The body's own parameters (`source_betas`, `pose_hand`, ...)
+/// lie in the clips' files too. A scene that recordings of several splits share is there once for each. Clips that are
+/// in `folder` already are kept, so that a run that was ended goes on; the index is written last. Throws Error where
+/// nothing can be used, or where `folder` holds another data set.
+ImportResult import_dataset(const ImportSet& set, const std::string& folder, const ImportOptions& options = {});
+
+}  // namespace inhabit

@@ -1,0 +1,150 @@
+// Protects `inhabit import` of people in scenes: they are where they were in their scenes, and touch what they touched.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/import_scene_folders.h"
+#include "data/imported.h"
+#include "inhabit/io/png_mask.h"
+#include "inhabit/scene/query.h"
+#include "shared.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::Contains;
+
+TEST(ImportProx, PutsPeopleIntoTheirScenes) {
+  const TempFolder folder;
+  write_prox(folder / "prox", "MPH16", 120, 330);
+  write_prox(folder / "prox", "N0Sofa", 120, 330);
+  std::filesystem::create_directories(folder / "prox/fittings/Werkraum_03301_01/results");
+  const ImportSet set = open_import_set("prox", folder / "prox");
+  EXPECT_THAT(set.missing, Contains("scenes/Werkraum.ply"));
+  const ImportResult r = import_dataset(set, folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 2U);
+  EXPECT_EQ(r.skipped.size(), 1U);
+  const DatasetClip &test = clip_called(r.dataset, "MPH16_00162_01"),
+                    &train = clip_called(r.dataset, "N0Sofa_00162_01");
+  EXPECT_EQ(test.split + " " + train.split, "test train");
+  const Clip clip = load_clip(r.dataset, test), should = sitter(120, 330).clip;
+  EXPECT_EQ(clip.frames(), 210);  // three that were missing lie between the others
+  EXPECT_EQ(clip.gender, "female");
+  EXPECT_LT(off(clip, should), 0.02);
+  EXPECT_LT(turned(slice(clip, 0, 40), slice(should, 0, 40)), 1e-3);
+  EXPECT_LT(turned(slice(clip, 40, 43), slice(should, 40, 43)), 0.2);
+  EXPECT_LT(turned(slice(clip, 43, 210), slice(should, 43, 210)), 1e-3);
+  // The room was a metre lower and +Z up: it is again as it was, and the person in it.
+  EXPECT_LT((clip.root_path() - should.root_path()).norm(2, 1).max().item<double>(), 0.05);
+  const Scene scene = load_scene(r.dataset, test.scene);
+  const ClosestPoints floor = SceneQuery(scene).closest(torch::tensor({{0.F, 0.3F, 0.F}}));
+  EXPECT_NEAR(floor.points[0][1].item<double>(), 0, 0.03);
+  EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
+  EXPECT_GT(touching(clip, 10), 0.3);
+  const Npz arrays = read_npz(folder / "out/" + test.file);
+  EXPECT_TRUE(torch::equal(arrays.at("left_hand_pose", ""), torch::full({210, 12}, 0.5)));
+  EXPECT_GT(windows_of(folder / "out", "train"), 0);
+}
+
+TEST(ImportTrumans, ReadsRowsOfOneArrayAndItsObjects) {
+  const TempFolder folder;
+  write_trumans(folder / "trumans");
+  const ImportResult r = imported("trumans", folder / "trumans", folder / "out");
+  // A bad frame cuts the second motion in two.
+  ASSERT_EQ(r.dataset.clips.size(), 4U) << (r.skipped.empty() ? "" : r.skipped[0]);
+  EXPECT_EQ(clip_called(r.dataset, "seg1").frames, 70);
+  EXPECT_EQ(clip_called(r.dataset, "seg1_1").frames, 129);
+  EXPECT_EQ(clip_called(r.dataset, "seg1").split, clip_called(r.dataset, "seg1_1").split);
+  const DatasetClip& entry = clip_called(r.dataset, "seg0");
+  const Clip clip = load_clip(r.dataset, entry);
+  EXPECT_LT((clip.root_path() - sitter(120, 320).clip.root_path()).norm(2, 1).max().item<double>(), 0.05);
+  EXPECT_LT(turned(clip, sitter(120, 320).clip), 1e-3);
+  EXPECT_EQ(clip.object_names, std::vector<std::string>{"sofa"});
+  EXPECT_NEAR(clip.object_pose[0][0][0].item<double>(), 1, 1e-4);
+  EXPECT_NEAR(clip.object_pose[0][0].narrow(0, 3, 3).norm().item<double>(), M_PI / 2, 1e-4);
+  // The sofa stands where it stood in the room.
+  const auto box = [](const Scene& scene) {
+    torch::Tensor points;
+    for (const Mesh& m : scene.meshes)
+      if (m.name.rfind("sofa", 0) == 0) points = points.defined() ? torch::cat({points, m.vertices}) : m.vertices;
+    return torch::cat({std::get<0>(points.min(0)), std::get<0>(points.max(0))});
+  };
+  const torch::Tensor is = box(load_scene(r.dataset, entry.scene)), should = box(read_scene_file(kSitterRoom).scene);
+  EXPECT_LT((is - should).abs().max().item<double>(), 0.05) << is << should;
+  EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
+  EXPECT_EQ(read_npz(folder / "out/" + entry.file).at("left_hand_pose", "").size(1), 45);
+  EXPECT_GT(windows_of(folder / "out", "all"), 0);
+}
+
+TEST(ImportTrumans, TheRecordingAtHand) {
+  const std::string shared = shared_folder();
+  if (shared.empty() || !std::filesystem::exists(shared + "/data/trumans/room.glb"))
+    GTEST_SKIP() << "no such recording";
+  const TempFolder folder;
+  const ImportResult r = imported("trumans", shared + "/data/trumans", folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 1U);
+  const Clip clip = load_clip(r.dataset, r.dataset.clips[0]);
+  EXPECT_EQ(clip.frames(), 2660);
+  double seated = 0;
+  for (const int64_t j : {0, 1, 2}) seated = std::max(seated, touching(clip, j));
+  EXPECT_GT(seated, 2) << "somebody sits in it";
+  EXPECT_GT(touching(clip, 10) + touching(clip, 11), 20);
+}
+
+/// A room of the game seen from 3 m above its floor: the floor, and on it the person, whose pixels do not count.
+TEST(ImportGtaIm, MakesACloudOfTheDepth) {
+  const TempFolder folder;
+  const std::string recording = folder / "gta/FPS-30/2020-06-04-01";
+  std::filesystem::create_directories(recording);
+  const Clip walk = sitter(0, 120).clip;
+  const std::vector<int64_t> of = {15, 12, 14, 17, 19, 21, 13, 16, 18, 20, 9, 9, 6, 3, 0, 2, 5, 8, 1, 4, 7};
+  torch::Tensor joints = walk.joints.index_select(1, torch::tensor(of)).clone();
+  joints.select(1, 10).add_(torch::tensor({0.F, 0.1F, 0.F}));  // the release has a spine of five
+  joints = torch::stack({joints.select(2, 0), -joints.select(2, 2), joints.select(2, 1)}, 2) + 100;
+  const int64_t F = joints.size(0), H = 36, W = 64;
+  Npz npz;
+  npz.tensors["joints_3d_world"] = joints.to(torch::kFloat64);
+  npz.tensors["joints_2d"] = torch::tensor({40.0, 20.0}, torch::kFloat64).expand({F, 21, 2}).contiguous();
+  npz.tensors["intrinsics"] = (torch::eye(3) * 40).expand({F, 3, 3}).contiguous();
+  // Row vectors: the camera is 3 m above the floor z = 100 and looks down; its x is the world's.
+  torch::Tensor to_world = torch::zeros({4, 4});
+  to_world[0][0] = 1;
+  to_world[1][1] = -1;
+  to_world[2][2] = -1;
+  to_world[3] = torch::tensor({100.F, 100.F, 103.F, 1.F});
+  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({F, 4, 4}).contiguous();
+  write_npz(recording + "/info_frames.npz", npz);
+  std::string frames = "(l";
+  for (int64_t t = 0; t < F; ++t) frames += "(dS'cam_near_clip'\nF0.15\nsS'cam_far_clip'\nF800.0\nsa";
+  write_atomically(recording + "/info_frames.pickle", frames + ".");
+  write_atomically(recording + "/realtimeinfo.gz", "(dS'setting'\n(dS'room'\nI10\nss.");
+  // The buffer's number for a depth of 3 m, and of 1.5 m where the person is.
+  const auto number = [](double z) { return 50 * (800 - 0.15) / (0.15 * 800 / z - 0.15); };
+  torch::Tensor depth = torch::zeros({H, W, 3}, torch::kUInt8), ids = torch::zeros({H, W, 3}, torch::kUInt8);
+  for (int64_t y = 0; y < H; ++y)
+    for (int64_t x = 0; x < W; ++x) {
+      const bool person = std::abs(x - 40) < 3 && std::abs(y - 20) < 3;
+      const auto raw = static_cast<int64_t>(number(person ? 1.5 : 3));
+      for (int64_t c = 0; c < 3; ++c) depth[y][x][2 - c] = static_cast<uint8_t>((raw >> (8 * c)) & 255);
+      ids[y][x][0] = person ? 7 : 9;
+    }
+  write_png(recording + "/00010.png", depth);
+  write_png(recording + "/00010_id.png", ids);
+  const ImportResult r = imported("gta-im", folder / "gta", folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 1U) << (r.skipped.empty() ? "" : r.skipped[0]);
+  EXPECT_EQ(r.dataset.clips[0].split, "test");
+  const Clip clip = load_clip(r.dataset, r.dataset.clips[0]);
+  EXPECT_EQ(clip.frames(), 120);
+  EXPECT_LT(off(clip, walk), 0.01);
+  const torch::Tensor points = load_scene(r.dataset, r.dataset.clips[0].scene).points;
+  ASSERT_TRUE(points.defined());
+  EXPECT_EQ(points.size(0), H * W - 7 * 7);  // without the person and a pixel around
+  EXPECT_LT((points.select(1, 1) - points[0][1]).abs().max().item<double>(), 0.01);
+  // 64 pixels at 3 m with a focal length of 40 pixels, around the camera's place in +Y-up axes.
+  EXPECT_NEAR(points.select(1, 0).min().item<double>(), 100 - 32 * 3 / 40.0, 0.02);
+  EXPECT_NEAR(points.select(1, 2).max().item<double>(), -100 + 17 * 3 / 40.0, 0.02);
+  EXPECT_GT(windows_of(folder / "out", "test"), 0);
+}
+
+}  // namespace
+}  // namespace inhabit

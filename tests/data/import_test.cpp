@@ -1,0 +1,152 @@
+// Protects `inhabit import` of motion without scenes: folders in the layouts of the data sets' owners become data sets
+// that training reads, with splits and parameters, what is broken is skipped and said, and a run goes on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "data/import_folders.h"
+#include "data/imported.h"
+#include "inhabit/motion/resample.h"
+#include "refusal_of.h"
+#include "temp_folder.h"
+
+namespace inhabit {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST(ImportAmass, KeepsPeopleApartAndTheirParameters) {
+  const TempFolder folder;
+  write_amass(folder / "amass");
+  const ImportSet set = open_import_set("amass", folder / "amass");
+  ASSERT_EQ(set.recordings.size(), 5U);
+  EXPECT_EQ(set.recordings[0].person, "A/01");
+  const ImportResult r = import_dataset(set, folder / "out");
+  EXPECT_EQ(r.made, 4);
+  ASSERT_EQ(r.skipped.size(), 1U);
+  EXPECT_THAT(r.skipped[0], HasSubstr("broken_poses.npz"));
+  std::map<std::string, int> splits;
+  for (const DatasetClip& clip : r.dataset.clips) ++splits[clip.split];
+  EXPECT_EQ(splits, (std::map<std::string, int>{{"test", 1}, {"train", 2}, {"val", 1}}));
+  const Dataset data = open_dataset(folder / "out");
+  EXPECT_EQ(data.provenance.at("skipped").size(), 1U);
+  const DatasetClip& entry = clip_called(data, "A/01/walk to sofa_poses");
+  EXPECT_EQ(entry.file, "clips/A__01__walk_to_sofa_poses.npz");
+  const Clip clip = load_clip(data, entry);
+  EXPECT_EQ(clip.frames(), 90);  // 180 at 60 Hz
+  EXPECT_EQ(clip.gender, "female");
+  EXPECT_EQ(clip.source_body, "smplh");
+  EXPECT_NEAR(clip.source_betas[15].item<double>(), 1.5, 1e-6);
+  const Clip should = resample(sitter(120, 300).clip, 15);
+  EXPECT_LT(off(clip, should), 1e-3);
+  EXPECT_LT(turned(clip, should), 1e-3);
+  EXPECT_TRUE(torch::equal(read_npz(folder / "out/" + entry.file).at("pose_hand", ""), torch::full({90, 90}, 0.125)));
+  // The floor is at 0, and the feet stand on it.
+  EXPECT_NEAR(clip.joints.select(2, 1).min().item<double>(), 0.02, 0.04);
+  EXPECT_GT(touching(clip, 10), 0.3);
+  EXPECT_GT(windows_of(folder / "out", "all"), 0);
+}
+
+TEST(ImportDataset, GoesOnWhereItEnded) {
+  const TempFolder folder;
+  write_amass(folder / "amass");
+  const ImportResult first = imported("amass", folder / "amass", folder / "out");
+  const std::string kept = folder / "out/" + first.dataset.clips[0].file,
+                    lost = folder / "out/" + first.dataset.clips[1].file,
+                    torn = folder / "out/" + first.dataset.clips[2].file;
+  const std::string bytes = read_whole_file(lost);
+  const auto time = std::filesystem::last_write_time(kept);
+  std::filesystem::remove(lost);
+  std::filesystem::remove(folder / "out/dataset.json");
+  write_atomically(torn, bytes.substr(0, bytes.size() / 2));
+  const ImportResult second = imported("amass", folder / "amass", folder / "out");
+  EXPECT_EQ(second.kept, 2);
+  EXPECT_EQ(second.made, 2);
+  EXPECT_EQ(std::filesystem::last_write_time(kept), time);
+  EXPECT_EQ(read_whole_file(lost), bytes);
+  EXPECT_EQ(open_dataset(folder / "out").clips.size(), 4U);
+  write_samp(folder / "samp");
+  EXPECT_THAT(refusal_of([&] { imported("samp", folder / "samp", folder / "out"); }), HasSubstr("another format"));
+  std::filesystem::remove(folder / "out/import.json");
+  EXPECT_THAT(refusal_of([&] { imported("amass", folder / "amass", folder / "out"); }), HasSubstr("there already"));
+}
+
+TEST(ImportDataset, RefusesFoldersWithoutRecordings) {
+  const TempFolder folder;
+  for (const std::string& format : import_formats()) {
+    const std::string said = refusal_of([&] { open_import_set(format, folder.path.string()); });
+    EXPECT_THAT(said, HasSubstr("holds no recording of " + format)) << said;
+  }
+  EXPECT_THAT(refusal_of([&] { open_import_set("amass", folder / "none"); }), HasSubstr("no such folder"));
+  EXPECT_THAT(refusal_of([&] { open_import_set("bvh", folder.path.string()); }), HasSubstr("amass, trumans, samp"));
+  // Nothing but broken recordings.
+  std::filesystem::create_directories(folder / "p");
+  write_atomically(folder / "p/a_stageii.pkl", "cos\nsystem\n(S'true'\ntR.");
+  EXPECT_THAT(refusal_of([&] { imported("samp", folder / "p", folder / "out"); }), HasSubstr("needs os.system"));
+}
+
+TEST(ImportSamp, ReadsPickles) {
+  const TempFolder folder;
+  write_samp(folder / "samp");
+  const ImportResult r = imported("samp", folder / "samp", folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 3U);
+  EXPECT_THAT(r.dataset.provenance.at("splits").get<std::string>(), HasSubstr("by recording"));
+  const DatasetClip& entry = clip_called(r.dataset, "pkl/chair_mo001_stageii");
+  const Clip clip = load_clip(r.dataset, entry);
+  EXPECT_EQ(clip.source_body, "smplx");
+  EXPECT_EQ(clip.source_betas.size(0), 300);
+  EXPECT_LT(off(clip, sitter(100, 300).clip), 1e-3);
+  EXPECT_LT(turned(clip, sitter(100, 300).clip), 1e-3);
+  EXPECT_EQ(read_npz(folder / "out/" + entry.file).at("pose_hand", "").size(1), 90);
+}
+
+TEST(ImportHuman36m, ReadsPositionsOfJoints) {
+  const TempFolder folder;
+  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "no Python with NumPy";
+  // The 32 rows of which 17 count, from a person's joints.
+  const std::map<int64_t, int64_t> of = {{0, 0},   {1, 2},   {2, 5},   {3, 8},   {6, 1},   {7, 4},
+                                         {8, 7},   {12, 6},  {13, 9},  {14, 12}, {15, 15}, {17, 16},
+                                         {18, 18}, {19, 20}, {25, 17}, {26, 19}, {27, 21}};
+  const Clip walk = resample(sitter(0, 120).clip, 50);
+  torch::Tensor positions = torch::zeros({walk.frames(), 32, 3});
+  for (const auto& [row, joint] : of) {
+    const torch::Tensor p = walk.joints.select(1, joint);
+    positions.select(1, row).copy_(torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
+  }
+  std::filesystem::create_directories(folder / "h36m");
+  write_npy(folder / "p.npy", positions);
+  write_atomically(folder / "make.py",
+                   "import numpy as np\np = np.load('p.npy')\n"
+                   "np.savez_compressed('h36m/data_3d_h36m.npz', positions_3d={'S1': {'Walking 1': p, 'Sitting': p},"
+                   " 'S9': {'Walking': p}, 'S11': {'Walking': p[:, :5]}})\n");
+  ASSERT_EQ(std::system(("cd '" + folder.path.string() + "' && /usr/bin/python3 make.py").c_str()), 0);
+  const ImportResult r = imported("human36m", folder / "h36m", folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 3U);
+  ASSERT_EQ(r.skipped.size(), 1U);
+  EXPECT_THAT(r.skipped[0], HasSubstr("S11/Walking: is not (T, 32, 3)"));
+  EXPECT_EQ(r.dataset.actions, (std::vector<std::string>{"walking", "sitting"}));
+  EXPECT_EQ(clip_called(r.dataset, "S9/Walking").split, "test");
+  const Clip clip = load_clip(r.dataset, clip_called(r.dataset, "S1/Sitting"));
+  EXPECT_EQ(clip.action[0].item<int64_t>(), 1);
+  EXPECT_LT(off(clip, sitter(0, 120).clip), 0.01);
+}
+
+TEST(ImportCmu, ReadsTheTextWithThePapersSplits) {
+  const TempFolder folder;
+  const std::string text = read_whole_file(INHABIT_SOURCE_DIR "/tests/fuzz/seeds/motion_set/walking.txt");
+  for (const char* file : {"train/walking/walking_1.txt", "train/walking/walking_2.txt", "test/walking/walking_3.txt",
+                           "train/running/running_1.txt"}) {
+    make_folders(folder / "cmu/" + file);
+    write_atomically(folder / "cmu/" + std::string(file), file[6] == 'r' ? "1,2,3\n" : text);
+  }
+  const ImportSet set = open_import_set("cmu", folder / "cmu");
+  EXPECT_EQ(set.recordings.size(), 3U);
+  ASSERT_EQ(set.broken.size(), 1U);
+  EXPECT_THAT(set.broken[0], HasSubstr("running_1.txt"));
+  EXPECT_THAT(set.missing, Contains(HasSubstr("no training file of basketball")));
+}
+
+}  // namespace
+}  // namespace inhabit

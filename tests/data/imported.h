@@ -1,0 +1,52 @@
+#pragma once
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "inhabit/data/import_dataset.h"
+#include "inhabit/data/window_set.h"
+#include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
+
+// What tests of imported data sets look at.
+
+namespace inhabit {
+
+inline ImportResult imported(const std::string& format, const std::string& from, const std::string& to) {
+  return import_dataset(open_import_set(format, from), to);
+}
+
+inline const DatasetClip& clip_called(const Dataset& data, const std::string& source) {
+  for (const DatasetClip& clip : data.clips)
+    if (clip.source == source) return clip;
+  throw Error(data.folder, "has no clip of " + source);
+}
+
+/// Metres between where two people's joints go, moved so that they begin above each other, at most.
+inline double off(const Clip& is, const Clip& should) {
+  const int64_t T = std::min(is.frames(), should.frames());
+  torch::Tensor a = is.root_path().slice(0, 0, T), b = should.root_path().slice(0, 0, T);
+  return ((a - a[0]) - (b - b[0])).norm(2, 1).max().item<double>();
+}
+
+/// How much their joints' rotation matrices differ, at most.
+inline double turned(const Clip& is, const Clip& should) {
+  return (axis_angle_to_matrix(is.rotations) - axis_angle_to_matrix(should.rotations)).abs().max().item<double>();
+}
+
+inline int64_t windows_of(const std::string& folder, const std::string& split) {
+  const WindowSet windows({folder}, split, 60, 30, 30, [](const Dataset&) {});
+  for (int64_t w = 0; w < windows.size(); ++w) {
+    windows.load_clip(windows.clip_key(w));
+    EXPECT_FALSE(windows.load_scene(windows.scene_key(w)).empty());
+  }
+  return windows.size();
+}
+
+/// Seconds that a joint is in contact.
+inline double touching(const Clip& clip, int64_t joint) {
+  return clip.contact.select(1, joint).sum().item<double>() / clip.rate;
+}
+
+}  // namespace inhabit
