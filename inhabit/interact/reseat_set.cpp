@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/seated.h"
 #include "inhabit/io/scene_file.h"
@@ -13,7 +14,6 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/synth/chairs.h"
-#include "inhabit/each_item.h"
 
 namespace inhabit::interact {
 namespace {
