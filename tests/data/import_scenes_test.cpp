@@ -136,6 +136,7 @@ TEST(ImportGtaIm, MakesACloudOfTheDepth) {
   const Clip clip = load_clip(r.dataset, r.dataset.clips[0]);
   EXPECT_EQ(clip.frames(), 120);
   EXPECT_LT(off(clip, walk), 0.01);
+  EXPECT_LT(limbs_off(clip, walk), 0.01);
   const torch::Tensor points = load_scene(r.dataset, r.dataset.clips[0].scene).points;
   ASSERT_TRUE(points.defined());
   EXPECT_EQ(points.size(0), H * W - 7 * 7);  // without the person and a pixel around

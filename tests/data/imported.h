@@ -23,11 +23,23 @@ inline const DatasetClip& clip_called(const Dataset& data, const std::string& so
   throw Error(data.folder, "has no clip of " + source);
 }
 
-/// Metres between where two people's joints go, moved so that they begin above each other, at most.
+/// Metres between where two people go, moved so that they begin at one place, at most.
 inline double off(const Clip& is, const Clip& should) {
   const int64_t T = std::min(is.frames(), should.frames());
   torch::Tensor a = is.root_path().slice(0, 0, T), b = should.root_path().slice(0, 0, T);
   return ((a - a[0]) - (b - b[0])).norm(2, 1).max().item<double>();
+}
+
+/// The same of knees, ankles, elbows and wrists, left and right told apart.
+inline double limbs_off(const Clip& is, const Clip& should) {
+  const int64_t T = std::min(is.frames(), should.frames());
+  double most = 0;
+  for (const int64_t j : {4, 5, 7, 8, 18, 19, 20, 21}) {
+    const torch::Tensor a = is.joints.slice(0, 0, T).select(1, j) - is.joints[0][0],
+                        b = should.joints.slice(0, 0, T).select(1, j) - should.joints[0][0];
+    most = std::max(most, (a - b).norm(2, 1).max().item<double>());
+  }
+  return most;
 }
 
 /// How much their joints' rotation matrices differ, at most.
