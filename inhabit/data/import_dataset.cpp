@@ -58,12 +58,14 @@ class Import {
       group.scene = "scenes/" + scene + ".glb";
       group.members.push_back(i);
     }
-    for (auto& [name, group] : by_scene) {
+    for (const auto& [name, group] : by_scene) {
       // A floor has nothing to be read once: each recording by itself.
-      const bool floor = set_.recordings[group.members.front()].scene.empty();
-      if (floor) write_floor(group.scene);
-      if (!floor) out.push_back(std::move(group));
-      for (size_t k = 0; floor && k < group.members.size(); ++k) out.push_back({group.scene, {group.members[k]}});
+      if (!set_.recordings[group.members.front()].scene.empty()) {
+        out.push_back(group);
+        continue;
+      }
+      write_floor(group.scene);
+      for (const size_t member : group.members) out.push_back({group.scene, {member}});
     }
     return out;
   }

@@ -71,7 +71,7 @@ ImportSet open_gta_im(const std::string& folder, const ClipReadOptions&) {
   for (const std::string& path : files_below(folder, [](const std::string& f) { return f == "info_frames.npz"; }))
     names.push_back(fs::path(path).parent_path().lexically_relative(folder).generic_string());
   for (const std::string& name : names) {
-    const std::string recording = folder + "/" + name, arrays = recording + "/info_frames.npz";
+    const std::string recording = (fs::path(folder) / name).string(), arrays = recording + "/info_frames.npz";
     try {
       const torch::Tensor joints = read_npz(arrays, {"joints_3d_world"}).at("joints_3d_world", arrays);
       if (joints.dim() != 3 || joints.size(1) != 21 || joints.size(2) != 3)

@@ -94,7 +94,8 @@ ImportSet open_human36m(const std::string& folder, const ClipReadOptions&) {
     const auto& recordings = people[p + 1]->items;
     for (size_t k = 0; people[p + 1]->kind == PickleValue::Kind::dict && k + 1 < recordings.size(); k += 2) {
       const std::string& name = pickle->text(*recordings[k], "name of a recording");
-      ImportRecording r{.name = person + "/" + name, .person = person, .action = action_of(name)};
+      ImportRecording r{.name = person, .person = person, .action = action_of(name)};
+      r.name.append("/").append(name);
       r.split = person == "S9" || person == "S11" ? "test" : "train";
       if (std::find(set.actions.begin(), set.actions.end(), r.action) == set.actions.end())
         set.actions.push_back(r.action);

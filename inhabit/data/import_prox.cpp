@@ -25,6 +25,9 @@ constexpr double kProxRate = 30;
 constexpr std::array kProxTest = {"MPH16", "MPH1Library", "N0SittingBooth", "N3OpenArea"};
 constexpr std::array kProxWomen = {"00162", "03452", "00159", "03403"};  // people; the others are men
 
+std::string scene_of(const ImportRecording& r) { return "scenes/" + r.scene + ".ply"; }
+std::string camera_of(const ImportRecording& r) { return "cam2world/" + r.scene + ".json"; }
+
 /// A frame's folder, "s001_frame_00012__00.00.00.426", and its number, 12.
 struct ProxFrame {
   int64_t number = 0;
@@ -39,6 +42,7 @@ std::vector<ProxFrame> prox_frames(const std::string& results) {
     const size_t at = name.find("frame_");
     const size_t digits = at == std::string::npos ? 0 : name.find_first_not_of("0123456789", at + 6) - (at + 6);
     if (at == std::string::npos || digits == 0 || digits > 9) continue;
+    if (!fs::exists(entry->path() / "000.pkl")) continue;
     out.push_back({std::stoll(name.substr(at + 6, digits)), entry->path().string()});
   }
   std::sort(out.begin(), out.end(), [](const ProxFrame& a, const ProxFrame& b) { return a.number < b.number; });
@@ -65,8 +69,7 @@ torch::Tensor camera_to_world(const std::string& path) {
 
 ImportedMotion read_prox(const std::string& folder, const ImportRecording& recording, const std::string& results,
                          const ClipReadOptions& reading) {
-  const std::string camera = folder + "/cam2world/" + recording.scene + ".json";
-  const torch::Tensor to_world = camera_to_world(camera);
+  const torch::Tensor to_world = camera_to_world(folder + "/" + camera_of(recording));
   std::map<std::string, std::vector<torch::Tensor>> rows;
   std::vector<int64_t> numbers;
   for (const ProxFrame& frame : prox_frames(results)) {
@@ -83,10 +86,12 @@ ImportedMotion read_prox(const std::string& folder, const ImportRecording& recor
     }
   }
   Npz npz;
-  for (const auto& [name, all] : rows) {
+  if (numbers.size() < 2) throw Error(results, "has fewer than two frames");
+  for (const auto& entry : rows) {
+    const std::vector<torch::Tensor>& all = entry.second;
     const bool alike =
-        std::all_of(all.begin(), all.end(), [&](const auto& row) { return row.sizes() == all[0].sizes(); });
-    if (all.size() == numbers.size() && alike) npz.tensors[name] = torch::stack(all);
+        std::all_of(all.begin(), all.end(), [&](const torch::Tensor& row) { return row.sizes() == all[0].sizes(); });
+    if (all.size() == numbers.size() && alike) npz.tensors[entry.first] = torch::stack(all);
   }
   const std::string person = recording.person;
   const bool woman = std::find(kProxWomen.begin(), kProxWomen.end(), person) != kProxWomen.end();
@@ -142,15 +147,16 @@ ImportSet open_prox(const std::string& folder, const ClipReadOptions& reading) {
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const size_t cut = name.find('_'), end = name.find('_', cut + 1);
-    const std::string place = fittings + "/" + name + "/results";
+    std::string place = fittings;
+    place.append("/").append(name).append("/results");
     if (cut == std::string::npos || !fs::is_directory(place)) continue;
     ImportRecording recording{
         .name = name, .person = name.substr(cut + 1, end - cut - 1), .scene = name.substr(0, cut)};
     recording.split =
         std::find(kProxTest.begin(), kProxTest.end(), recording.scene) == kProxTest.end() ? "train" : "test";
     bool there = true;
-    for (const std::string& needed : {"scenes/" + recording.scene + ".ply", "cam2world/" + recording.scene + ".json"}) {
-      if (fs::exists(folder + "/" + needed)) continue;
+    for (const std::string& needed : {scene_of(recording), camera_of(recording)}) {
+      if (fs::exists(fs::path(folder) / needed)) continue;
       there = false;
       if (std::find(set.missing.begin(), set.missing.end(), needed) == set.missing.end()) set.missing.push_back(needed);
     }
@@ -177,7 +183,7 @@ ImportSet open_prox(const std::string& folder, const ClipReadOptions& reading) {
     return read_prox(folder, recording, results.at(recording.name), reading);
   };
   set.scene = [folder](const ImportRecording& recording) {
-    return read_scene_file(folder + "/scenes/" + recording.scene + ".ply", {.up = UpAxis::z, .scale = 1}).scene;
+    return read_scene_file(folder + "/" + scene_of(recording), {.up = UpAxis::z, .scale = 1}).scene;
   };
   return set;
 }

@@ -1,7 +1,6 @@
 #include "inhabit/io/pickle_globals.h"
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 
 #include "inhabit/error.h"
@@ -43,7 +42,7 @@ void fill(PickleValue& array, const std::string& descr, bool fortran, std::vecto
   size_t at = 0;
   const ByteSource source = [&](char* to, uint64_t size) {
     const size_t n = std::min<size_t>(size, bytes.size() - at);
-    std::memcpy(to, bytes.data() + at, n);
+    std::copy_n(bytes.data() + at, n, to);
     at += n;
     return static_cast<uint64_t>(n);
   };
