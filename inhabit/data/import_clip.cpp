@@ -46,7 +46,8 @@ ImportedMotion prepared_motion(const ImportSet& set, const ImportRecording& reco
   Clip clip = motion.clip;
   if (std::abs(clip.rate - kImportRate) > 1e-6) clip = resample(clip, kImportRate, recording.name);
   motion.clip = retarget(clip, recording.name);
-  motion.clip.file = {};  // a data set is +Y up, whatever its source was
+  motion.clip.file = {};                // a data set is +Y up, whatever its source was
+  motion.clip.betas = torch::Tensor();  // another body's, which are in source_betas
   std::vector<int64_t> rows;
   for (int64_t t = 0; t < motion.clip.frames(); ++t)
     rows.push_back(std::llround(static_cast<double>(t) * before / kImportRate));

@@ -7,6 +7,8 @@
 
 #include "data/import_folders.h"
 #include "data/imported.h"
+#include "inhabit/body/body_model.h"
+#include "inhabit/io/smpl_model.h"
 #include "inhabit/motion/resample.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -47,6 +49,42 @@ TEST(ImportAmass, KeepsPeopleApartAndTheirParameters) {
   EXPECT_NEAR(clip.joints.select(2, 1).min().item<double>(), 0.02, 0.04);
   EXPECT_GT(touching(clip, 10), 0.3);
   EXPECT_GT(windows_of(folder / "out", "all"), 0);
+}
+
+/// An SMPL-H body whose bones are a tenth longer than the built-in one's: four vertices a joint.
+BodyModel longer_body() {
+  constexpr int64_t J = 52, V = 4 * J;
+  const BodyModel& builtin = builtin_body();
+  Npz npz;
+  torch::Tensor rest = torch::zeros({J, 3}), parents = torch::zeros({2, J}, torch::kInt64);
+  rest.slice(0, 0, kStandardJoints).copy_(builtin.skeleton.rest_joints() * 1.1);
+  for (int64_t j = 0; j < J; ++j) {
+    const int64_t hand = j < 37 ? 20 : 21;
+    parents[0][j] = j < kStandardJoints ? builtin.skeleton.parents[static_cast<size_t>(j)] : hand;
+    parents[1][j] = j;
+    if (j >= kStandardJoints) rest[j] = rest[hand] + torch::tensor({0.F, -0.05F, 0.F});
+  }
+  npz.tensors["v_template"] = rest.repeat_interleave(4, 0);
+  npz.tensors["shapedirs"] = torch::zeros({V, 3, 16});
+  npz.tensors["J_regressor"] = torch::eye(J).repeat_interleave(4, 1) / 4;
+  npz.tensors["weights"] = torch::eye(J).repeat_interleave(4, 0);
+  npz.tensors["kintree_table"] = parents;
+  npz.tensors["f"] = torch::tensor({{0, 1, 2}});
+  return smpl_model_from_npz(npz, "body");
+}
+
+TEST(ImportAmass, HasThePersonsOwnBonesWhereTheBodyIsGiven) {
+  const TempFolder folder;
+  write_amass(folder / "amass");
+  const BodyModel body = longer_body();
+  const ImportResult r = import_dataset(open_import_set("amass", folder / "amass", &body), folder / "out");
+  const Clip clip = load_clip(r.dataset, clip_called(r.dataset, "A/01/walk to sofa_poses"));
+  EXPECT_EQ(clip.skeleton.size(), kStandardJoints);
+  for (const int64_t j : {4, 7, 18, 20})
+    EXPECT_NEAR(clip.skeleton.offsets[j].norm().item<double>(),
+                1.1 * builtin_body().skeleton.offsets[j].norm().item<double>(), 1e-5);
+  EXPECT_FALSE(clip.betas.defined());  // they are the other body's
+  EXPECT_EQ(clip.source_betas.size(0), 16);
 }
 
 TEST(ImportDataset, GoesOnWhereItEnded) {
