@@ -7,10 +7,10 @@ namespace inhabit::refine {
 
 /// A symmetric positive definite matrix of `frames` x `frames` blocks of size `block`, zero where frames are more than
 /// `band` apart. Its Cholesky factorisation eliminates frames from both ends at once, on two threads, which meet in the
-/// middle; every product is a BLAS call on one block, small enough to stay on the calling thread.
+/// middle; a frame's blocks lie beside each other in one panel (panel_kernel.h).
 class BlockBand {
  public:
-  using Block = Eigen::Map<Eigen::MatrixXd>;
+  using Block = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
   BlockBand(int64_t frames, int block, int band);
 
@@ -20,7 +20,15 @@ class BlockBand {
 
   void clear();
   /// Rows of frame + apart, columns of frame. Of the diagonal blocks the lower triangle counts.
-  Block at(int64_t frame, int apart) { return {values_.data() + offset(frame, apart), block_, block_}; }
+  Block at(int64_t frame, int apart) {
+    return {panel(frame) + apart * padded_, block_, block_, Eigen::OuterStride<>(stride_)};
+  }
+
+  /// A frame's blocks, apart = 0 to band, row by row: rows are columns of the frame, and those of the blocks lie side
+  /// by side, each padded with zeros to padded() numbers; stride() numbers in all.
+  double* panel(int64_t frame) { return values_.data() + frame * block_ * stride_; }
+  int64_t padded() const { return padded_; }
+  int64_t stride() const { return stride_; }
 
   /// In place; false where the matrix is not positive definite.
   bool factor();
@@ -28,18 +36,16 @@ class BlockBand {
   void solve(Eigen::VectorXd& x) const;
 
  private:
-  int64_t offset(int64_t frame, int apart) const { return (frame * (band_ + 1) + apart) * block_ * block_; }
+  const double* panel(int64_t frame) const { return values_.data() + frame * block_ * stride_; }
+  int64_t left_after(int64_t frame, int64_t end) const;
   bool eliminate_up(int64_t frame, int64_t end);
-  bool eliminate_down(int64_t frame, int64_t begin);
+  bool eliminate_down(int64_t frame);
 
   int64_t frames_;
   int block_, band_;
+  int64_t padded_, stride_;
   int64_t middle_, back_;       ///< [0, middle) upwards, [back, frames) downwards, then what is in between upwards
-  std::vector<double> values_;  ///< (frames, band + 1) blocks, each column by column
+  std::vector<double> values_;  ///< (frames, block, stride)
 };
-
-/// c += aᵀ b for column-major a (k, m), b (k, n), on the calling thread.
-void add_products(const double* a, int a_stride, const double* b, int b_stride, int m, int n, int k, double* c,
-                  int c_stride);
 
 }  // namespace inhabit::refine

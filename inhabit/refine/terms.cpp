@@ -6,12 +6,12 @@
 
 #include "inhabit/math/quaternion.h"
 #include "inhabit/refine/depth_terms.h"
+#include "inhabit/refine/panel_kernel.h"
 
 namespace inhabit::refine {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -477,52 +477,68 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   const std::vector<int> core = core_points(problem);
   const std::vector<FrameTerms> terms = by_frame(problem);
   const int rows = static_cast<int>(3 * core.size()), columns = unknowns.columns[0], band = out.matrices[0].band();
-  for (size_t i = 0; i < out.matrices.size(); ++i) {
-    out.matrices[i].clear();
-    out.gradients[i].setZero();
-  }
+  for (size_t i = 1; i < out.matrices.size(); ++i) out.matrices[i].clear();
+  for (VectorXd& gradient : out.gradients) gradient.setZero();
   const std::vector<BonesPose> poses = poses_of(problem, trajectory);
   PlaceEquations places(frames, rows, band);
   double cost =
       add_place_differences(problem, core, places_of(problem, core, poses), start_places(problem, core), &places);
 
-  std::vector<MatrixXd> jacobians(static_cast<size_t>(frames));
-  std::vector<double> parts(static_cast<size_t>(frames), 0);
+  BlockBand& matrix = out.matrices[0];
+  const int64_t padded = matrix.padded();
+  using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  std::vector<double> jacobians(static_cast<size_t>(frames * rows * padded), 0.0);
+  const auto jacobian_of = [&](int64_t t) { return jacobians.data() + t * rows * padded; };
+  std::vector<FrameRows> own(static_cast<size_t>(frames));
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
   for (int64_t t = 0; t < frames; ++t) {
     const std::vector<Matrix3d> rotations = matrices_of(poses[t]);
-    MatrixXd& jacobian = jacobians[t];
-    jacobian.setZero(rows, columns);
+    Eigen::Map<ByRow, 0, Eigen::OuterStride<>> jacobian(jacobian_of(t), rows, columns, Eigen::OuterStride<>(padded));
     for (size_t i = 0; i < core.size(); ++i)
       point_jacobian(problem, unknowns, problem.points[static_cast<size_t>(core[i])], poses[t], rotations,
                      jacobian.middleRows<3>(static_cast<Eigen::Index>(3 * i)));
-    FrameRows own;
-    add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own);
+    add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own[t]);
     if (problem.depth && !is_fixed(problem, t))
-      add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);
-    parts[t] = own.cost;
+      add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own[t].values, own[t].residuals, own[t].cost);
+    const auto count = static_cast<Eigen::Index>(own[t].residuals.size());
     auto gradient = out.gradients[0].segment(t * columns, columns);
     gradient.noalias() += jacobian.transpose() * places.gradient[t];
-    if (own.residuals.empty()) continue;
-    const auto count = static_cast<Eigen::Index>(own.residuals.size());
-    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> by_row(
-        own.values.data(), count, columns);
-    const MatrixXd a = by_row;
-    gradient.noalias() += a.transpose() * Eigen::Map<const VectorXd>(own.residuals.data(), count);
-    BlockBand::Block diagonal = out.matrices[0].at(t, 0);
-    add_products(a.data(), static_cast<int>(count), a.data(), static_cast<int>(count), columns, columns,
-                 static_cast<int>(count), diagonal.data(), columns);
+    gradient.noalias() += Eigen::Map<const ByRow>(own[t].values.data(), count, columns).transpose() *
+                          Eigen::Map<const VectorXd>(own[t].residuals.data(), count);
   }
-  for (const double part : parts) cost += part;
-#pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
-  for (int64_t t = 0; t < frames; ++t) {
-    MatrixXd scaled(rows, columns);
-    for (int k = 0; k <= band && t + k < frames && rows > 0; ++k) {
-      const VectorXd& weights = places.weights[t][k];
-      if (weights.isZero(0)) continue;
-      scaled = weights.asDiagonal() * jacobians[t];
-      BlockBand::Block block = out.matrices[0].at(t, k);
-      add_products(jacobians[t + k].data(), rows, scaled.data(), rows, columns, columns, rows, block.data(), columns);
+  for (const FrameRows& frame : own) cost += frame.cost;
+#pragma omp parallel num_threads(at::get_num_threads())
+  {
+    std::vector<double> scratch;  // rows of -J_t beside W J_t, W J_t+1 ...: the products of a frame are one
+#pragma omp for schedule(static)
+    for (int64_t t = 0; t < frames; ++t) {
+      double* panel = matrix.panel(t);
+      std::fill(panel, panel + columns * matrix.stride(), 0.0);
+      const int64_t reach = std::min<int64_t>(band, frames - 1 - t), wide = padded * (reach + 2);
+      scratch.resize(static_cast<size_t>(wide * rows));
+      for (int64_t r = 0; r < rows; ++r) {
+        double* row = scratch.data() + r * wide;
+        for (int64_t i = 0; i < padded; ++i) row[i] = -jacobian_of(t)[r * padded + i];
+        for (int64_t k = 0; k <= reach; ++k) {
+          const double weight = places.weights[t][k][r];
+          const double* from = jacobian_of(t + k) + r * padded;
+          for (int64_t i = 0; i < padded; ++i) row[(k + 1) * padded + i] = weight * from[i];
+        }
+      }
+      const double* a = scratch.data();
+      subtract_products(a, a + padded, wide, rows, panel, matrix.stride(), columns, padded, true);
+      subtract_products(a, a + 2 * padded, wide, rows, panel + padded, matrix.stride(), columns, padded * reach, false);
+      const auto count = static_cast<int64_t>(own[t].residuals.size());
+      scratch.assign(static_cast<size_t>(2 * padded * count), 0.0);
+      for (int64_t r = 0; r < count; ++r) {
+        double* row = scratch.data() + 2 * r * padded;
+        for (int64_t i = 0; i < columns; ++i) {
+          row[padded + i] = own[t].values[r * columns + i];
+          row[i] = -row[padded + i];
+        }
+      }
+      a = scratch.data();
+      subtract_products(a, a + padded, 2 * padded, count, panel, matrix.stride(), columns, padded, true);
     }
   }
   cost += RotationTerms(problem, &unknowns, trajectory, &out).add();
