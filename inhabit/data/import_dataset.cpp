@@ -169,20 +169,22 @@ class Import {
 
 ImportResult import_dataset(const ImportSet& set, const std::string& folder, const ImportOptions& options) {
   if (options.jobs < 0) throw Error("jobs", "are fewer than none");
-  Import import(set, folder);
-  const std::vector<Group> groups = import.groups();
+  Import importing(set, folder);
+  const std::vector<Group> groups = importing.groups();
   std::mutex counting;
   int64_t count = 0;
-  each_item(static_cast<int64_t>(groups.size()), {}, [&](int64_t g) {
-    const torch::NoGradGuard no_gradient;
-        import.run(groups[static_cast<size_t>(g)], [&] {
+  each_item(
+      static_cast<int64_t>(groups.size()), {},
+      [&](int64_t g) {
+        const torch::NoGradGuard no_gradient;
+        importing.run(groups[static_cast<size_t>(g)], [&] {
           const std::lock_guard<std::mutex> lock(counting);
-        ++count;
-        if (options.progress) options.progress(count, static_cast<int64_t>(set.recordings.size()));
-  });
-},
+          ++count;
+          if (options.progress) options.progress(count, static_cast<int64_t>(set.recordings.size()));
+        });
+      },
       options.jobs);
-return import.finish(set.broken);
+  return importing.finish(set.broken);
 }
 
 }  // namespace inhabit
