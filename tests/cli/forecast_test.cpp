@@ -93,6 +93,7 @@ TEST(Forecast, StartIsTheFirstPredictedFrameAndTheEndWhereNoneIsGiven) {
 
 TEST(Forecast, FeetThatAreWrittenStand) {
   const TempFolder folder;
+  double worst = 0;
   for (const auto& [clip, room] : {std::pair(kWalk, kRoom), {kSit, kSitRoom}}) {
     const auto skating = [&,
                           line = "forecast " + clip + " --scene " + room + " --start 45"](const std::string& options) {
@@ -100,10 +101,13 @@ TEST(Forecast, FeetThatAreWrittenStand) {
       EXPECT_EQ(r.exit_code, 0) << r.err;
       return foot_skating(read_clip(folder / "f.npz")).skating;
     };
-    EXPECT_GT(skating(" --standard --no-refine"), 4) << "as the network moves them";
-    EXPECT_LT(skating(" --standard"), 3);
+    const double raw = skating(" --standard --no-refine"), refined = skating(" --standard");
+    EXPECT_LE(refined, raw);
+    EXPECT_LT(refined, 3);
     EXPECT_LT(skating(""), 3);
+    worst = std::max<double>(worst, raw);
   }
+  EXPECT_GT(worst, 4) << "as the network moves them: without it this test compares nothing";
 }
 
 TEST(Forecast, SaysWhatWasDetectedAndTakesWhatIsGiven) {
