@@ -2,6 +2,7 @@
 // line with nothing written for whatever cannot be forecast.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
