@@ -10,7 +10,7 @@ find_package(PNG REQUIRED)
 find_package(libzip REQUIRED)
 find_package(Threads REQUIRED)
 find_package(OpenMP REQUIRED)
-find_package(BLAS REQUIRED)
+find_package(BLAS REQUIRED)  # its threads are held back by nn/one_blas_thread.h
 
 # c10d over gloo, for training in several processes; its header needs gloo's own (Debian: libgloo-dev).
 find_path(INHABIT_GLOO_INCLUDE gloo/algorithm.h)

@@ -13,10 +13,7 @@ ImportSet open_amass(const std::string& folder, const ClipReadOptions& reading) 
   const std::vector<std::string> files = files_below(folder, [](const std::string& name) {
     if (extension_of(name) != "npz") return false;
     const std::string stem = name.substr(0, name.size() - 4);
-    const auto ends = [&](const std::string& end) {
-      return stem.size() >= end.size() && stem.compare(stem.size() - end.size(), end.size(), end) == 0;
-    };
-    return !ends("shape") && !ends("_stagei");
+    return !stem.ends_with("shape") && !stem.ends_with("_stagei");
   });
   for (const std::string& path : files) {
     ImportRecording recording;

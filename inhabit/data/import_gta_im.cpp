@@ -1,6 +1,7 @@
 #include "inhabit/data/import_gta_im.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "inhabit/data/import_set.h"
@@ -39,8 +40,7 @@ int64_t gta_room(const std::string& recording) {
   std::string file = recording + "/realtimeinfo.gz";
   if (!fs::exists(file)) file = recording + "/realtimeinfo.pickle";
   const Pickle pickle = read_pickle(file);
-  const PickleValue& room = pickle.at(pickle.at(*pickle.root, "setting"), "room");
-  return static_cast<int64_t>(pickle.numbers(room, "room").item<float>());
+  return std::llround(pickle.number_at(pickle.at(*pickle.root, "setting"), "room"));
 }
 
 ImportedMotion read_gta_im(const std::string& recording, const ImportRecording& r) {

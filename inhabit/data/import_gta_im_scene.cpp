@@ -14,6 +14,7 @@ namespace {
 
 constexpr int64_t kEveryFrame = 10;
 constexpr double kDeepestDepth = 10, kUsualFarClip = 800;  // metres
+constexpr double kFarthest = 10'000;                       // metres from the world's origin, which voxels can count
 constexpr double kFrameVoxel = 0.01, kCloudVoxel = 0.02;
 constexpr size_t kManyPoints = 4'000'000;  ///< more than these are thinned before more are added
 
@@ -55,15 +56,15 @@ struct GtaCamera {
     intrinsics = npz.at("intrinsics", path).to(torch::kFloat64);
     world_to_camera = npz.at("world2cam_trans", path).to(torch::kFloat64);
     const int64_t F = intrinsics.size(0);
-    const bool good = joints_2d.dim() == 3 && joints_2d.size(0) == F && joints_2d.size(2) == 2 &&
-                      intrinsics.sizes() == torch::IntArrayRef({F, 3, 3}) &&
+    const bool good = joints_2d.dim() == 3 && joints_2d.size(0) == F && joints_2d.size(1) > 0 &&
+                      joints_2d.size(2) == 2 && intrinsics.sizes() == torch::IntArrayRef({F, 3, 3}) &&
                       world_to_camera.sizes() == torch::IntArrayRef({F, 4, 4});
     if (!good) throw Error(path, "its joints_2d, intrinsics and world2cam_trans differ in their frames");
   }
 };
 
 double clip_plane(const Pickle& info, const PickleValue& frame, const char* name, double otherwise) {
-  return frame.find(name) == nullptr && otherwise > 0 ? otherwise : info.numbers_at(frame, name).item<double>();
+  return frame.find(name) == nullptr && otherwise > 0 ? otherwise : info.number_at(frame, name);
 }
 
 /// Points of one frame in the game's world, +Z up.
@@ -75,7 +76,7 @@ void add_frame(const std::string& stem, const GtaCamera& camera, int64_t f, doub
   const auto d = depth.accessor<uint8_t, 3>(), id = ids.accessor<uint8_t, 3>();
   const auto at_head = [&](int64_t axis, int64_t most) {
     const double v = camera.joints_2d[f][0][axis].item<double>();
-    return std::isfinite(v) ? std::clamp<int64_t>(static_cast<int64_t>(v), 0, most - 1) : 0;
+    return std::isfinite(v) ? static_cast<int64_t>(std::clamp(v, 0.0, static_cast<double>(most - 1))) : 0;
   };
   const int64_t hx = at_head(0, W), hy = at_head(1, H);
   torch::Tensor person = torch::zeros({H, W}, torch::kUInt8);
@@ -87,11 +88,12 @@ void add_frame(const std::string& stem, const GtaCamera& camera, int64_t f, doub
         for (int64_t u = std::max<int64_t>(0, x - 1); u < std::min(W, x + 2); ++u) own[v][u] = 1;
     }
   const double focal = camera.intrinsics[f][0][0].item<double>();
-  if (!(focal > 0)) throw Error(stem + ".png", "its camera has no focal length");
+  if (!(focal >= 1)) throw Error(stem + ".png", "its camera has no focal length");
   const torch::Tensor to_camera = camera.world_to_camera[f];
   if (!(torch::linalg_det(to_camera).abs().item<double>() > 1e-6))
     throw Error(stem + ".png", "its camera stands nowhere");
   const torch::Tensor to_world = torch::linalg_inv(to_camera).contiguous();
+  if (!(to_world.abs().max().item<double>() < kFarthest)) throw Error(stem + ".png", "its camera stands nowhere");
   const auto m = to_world.accessor<double, 2>();
   std::vector<GtaPoint> points;
   for (int64_t y = 0; y < H; ++y)
@@ -139,7 +141,6 @@ Scene gta_im_scene(const std::string& recording, int64_t first, int64_t last) {
     p[row][1] = static_cast<float>(cloud[i].z);
     p[row][2] = static_cast<float>(-cloud[i].y);
   }
-  if (!torch::isfinite(scene.points).all().item<bool>()) throw Error(recording, "has a camera that is not finite");
   return scene;
 }
 

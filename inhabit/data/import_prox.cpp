@@ -62,7 +62,8 @@ torch::Tensor camera_to_world(const std::string& path) {
     }
   }
   const torch::Tensor turn = out.narrow(0, 0, 3).narrow(1, 0, 3);
-  if (!good || (turn.matmul(turn.t()) - torch::eye(3)).abs().max().item<float>() > 1e-3F)
+  if (!good || !torch::isfinite(out).all().item<bool>() ||
+      (turn.matmul(turn.t()) - torch::eye(3)).abs().max().item<float>() > 1e-3F)
     throw Error(path, "is no rotation and place of a camera, 4 rows of 4 numbers");
   return out;
 }

@@ -1,5 +1,7 @@
 #include "inhabit/io/pickle.h"
 
+#include <cmath>
+
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/npz.h"
@@ -69,6 +71,13 @@ torch::Tensor Pickle::numbers(const PickleValue& value, const std::string& what)
 
 torch::Tensor Pickle::numbers_at(const PickleValue& dict, const std::string& key) const {
   return numbers(at(dict, key), key);
+}
+
+double Pickle::number_at(const PickleValue& dict, const std::string& key) const {
+  const torch::Tensor all = numbers_at(dict, key);
+  const double number = all.numel() == 1 ? all.item<double>() : std::nan("");
+  if (!std::isfinite(number)) throw Error(subject, "its " + key + " is no number");
+  return number;
 }
 
 const std::string& Pickle::text(const PickleValue& value, const std::string& what) const {

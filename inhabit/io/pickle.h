@@ -54,6 +54,8 @@ struct Pickle {
   /// A NumPy array, number or list of numbers as float32. Throws Error(subject, ...) naming `what` for anything else.
   torch::Tensor numbers(const PickleValue& value, const std::string& what) const;
   torch::Tensor numbers_at(const PickleValue& dict, const std::string& key) const;
+  /// One number of a dict. Throws Error(subject, ...) for more than one and what is not finite.
+  double number_at(const PickleValue& dict, const std::string& key) const;
   /// Throws Error(subject, ...) unless it is a text.
   const std::string& text(const PickleValue& value, const std::string& what) const;
 };

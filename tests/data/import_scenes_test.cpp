@@ -6,6 +6,7 @@
 #include "data/imported.h"
 #include "inhabit/io/png_mask.h"
 #include "inhabit/scene/query.h"
+#include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
 
@@ -145,6 +146,11 @@ TEST(ImportGtaIm, MakesACloudOfTheDepth) {
   EXPECT_NEAR(points.select(1, 0).min().item<double>(), 100 - 32 * 3 / 40.0, 0.02);
   EXPECT_NEAR(points.select(1, 2).max().item<double>(), -100 + 17 * 3 / 40.0, 0.02);
   EXPECT_GT(windows_of(folder / "out", "test"), 0);
+  to_world[3][0] = 1e9;
+  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({F, 4, 4}).contiguous();
+  write_npz(recording + "/info_frames.npz", npz);
+  EXPECT_THAT(refusal_of([&] { imported("gta-im", folder / "gta", folder / "far"); }),
+              ::testing::HasSubstr("its camera stands nowhere"));
 }
 
 }  // namespace

@@ -173,6 +173,13 @@ TEST(Pickle, RefusesWhatIsDamagedOrHostile) {
   EXPECT_EQ(refused(doubled + "."), "");
 }
 
+TEST(Pickle, ANumberIsOneAndFinite) {
+  const Pickle p = parse_pickle("(dVone\nF1.5\nsVtwo\n(lI1\naI2\nasVfar\nF1e60\nsVnone\nNs.", "x.pkl");
+  EXPECT_EQ(p.number_at(*p.root, "one"), 1.5);
+  for (const char* key : {"two", "far", "none", "other"})
+    EXPECT_NE(refusal_of([&] { p.number_at(*p.root, key); }).find("x.pkl"), std::string::npos) << key;
+}
+
 TEST(NpyRows, ReadsSomeRowsOfAFile) {
   const TempFolder folder;
   const torch::Tensor all = torch::arange(30).to(torch::kInt).view({10, 3});
