@@ -2,6 +2,7 @@
 
 #include <ATen/Parallel.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "inhabit/math/quaternion.h"
@@ -352,6 +353,41 @@ std::vector<Matrix3d> matrices_of(const BonesPose& pose) {
   return out;
 }
 
+/// A frame's panel of the main system: J_tᵀ W J_t+k for every k, and aᵀ a of its own rows a.
+/// @param jacobian (rows, padded) of the frame; those of the frames after it follow
+/// @param scratch rows of [-J_t, W J_t, W J_t+1 ...], so that a frame's products are one
+void fill_panel(const std::array<VectorXd, 4>& weights, const double* jacobian, int64_t rows, int64_t columns,
+                const FrameRows& own, int64_t t, BlockBand& matrix, std::vector<double>& scratch) {
+  const int64_t padded = matrix.padded(), reach = std::min<int64_t>(matrix.band(), matrix.frames() - 1 - t);
+  double* panel = matrix.panel(t);
+  std::fill(panel, panel + columns * matrix.stride(), 0.0);
+  const int64_t wide = padded * (reach + 2);
+  scratch.resize(static_cast<size_t>(wide * rows));
+  for (int64_t r = 0; r < rows; ++r) {
+    double* row = scratch.data() + r * wide;
+    for (int64_t i = 0; i < padded; ++i) row[i] = -jacobian[r * padded + i];
+    for (int64_t k = 0; k <= reach; ++k) {
+      const double weight = weights[static_cast<size_t>(k)][r];
+      const double* from = jacobian + (k * rows + r) * padded;
+      for (int64_t i = 0; i < padded; ++i) row[(k + 1) * padded + i] = weight * from[i];
+    }
+  }
+  const double* a = scratch.data();
+  subtract_products(a, a + padded, wide, rows, panel, matrix.stride(), columns, padded, true);
+  subtract_products(a, a + 2 * padded, wide, rows, panel + padded, matrix.stride(), columns, padded * reach, false);
+  const auto count = static_cast<int64_t>(own.residuals.size());
+  scratch.assign(static_cast<size_t>(2 * padded * count), 0.0);  // rows of [-a, a]
+  for (int64_t r = 0; r < count; ++r) {
+    double* row = scratch.data() + 2 * r * padded;
+    for (int64_t i = 0; i < columns; ++i) {
+      row[padded + i] = own.values[static_cast<size_t>(r * columns + i)];
+      row[i] = -row[padded + i];
+    }
+  }
+  a = scratch.data();
+  subtract_products(a, a + padded, 2 * padded, count, panel, matrix.stride(), columns, padded, true);
+}
+
 /// What is known does not move: no coupling, and a step of zero.
 void hold_fixed(const Problem& problem, NormalEquations& equations) {
   for (size_t system = 0; system < equations.matrices.size(); ++system) {
@@ -509,37 +545,10 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   for (const FrameRows& frame : own) cost += frame.cost;
 #pragma omp parallel num_threads(at::get_num_threads())
   {
-    std::vector<double> scratch;  // rows of -J_t beside W J_t, W J_t+1 ...: the products of a frame are one
+    std::vector<double> scratch;
 #pragma omp for schedule(static)
-    for (int64_t t = 0; t < frames; ++t) {
-      double* panel = matrix.panel(t);
-      std::fill(panel, panel + columns * matrix.stride(), 0.0);
-      const int64_t reach = std::min<int64_t>(band, frames - 1 - t), wide = padded * (reach + 2);
-      scratch.resize(static_cast<size_t>(wide * rows));
-      for (int64_t r = 0; r < rows; ++r) {
-        double* row = scratch.data() + r * wide;
-        for (int64_t i = 0; i < padded; ++i) row[i] = -jacobian_of(t)[r * padded + i];
-        for (int64_t k = 0; k <= reach; ++k) {
-          const double weight = places.weights[t][k][r];
-          const double* from = jacobian_of(t + k) + r * padded;
-          for (int64_t i = 0; i < padded; ++i) row[(k + 1) * padded + i] = weight * from[i];
-        }
-      }
-      const double* a = scratch.data();
-      subtract_products(a, a + padded, wide, rows, panel, matrix.stride(), columns, padded, true);
-      subtract_products(a, a + 2 * padded, wide, rows, panel + padded, matrix.stride(), columns, padded * reach, false);
-      const auto count = static_cast<int64_t>(own[t].residuals.size());
-      scratch.assign(static_cast<size_t>(2 * padded * count), 0.0);
-      for (int64_t r = 0; r < count; ++r) {
-        double* row = scratch.data() + 2 * r * padded;
-        for (int64_t i = 0; i < columns; ++i) {
-          row[padded + i] = own[t].values[r * columns + i];
-          row[i] = -row[padded + i];
-        }
-      }
-      a = scratch.data();
-      subtract_products(a, a + padded, 2 * padded, count, panel, matrix.stride(), columns, padded, true);
-    }
+    for (int64_t t = 0; t < frames; ++t)
+      fill_panel(places.weights[t], jacobian_of(t), rows, columns, own[t], t, matrix, scratch);
   }
   cost += RotationTerms(problem, &unknowns, trajectory, &out).add();
   hold_fixed(problem, out);
