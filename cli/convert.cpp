@@ -60,8 +60,9 @@ void add_convert(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("convert", "Write a motion or a scene, or many motions, in another format");
   auto given = std::make_shared<Convert>();
   verb->add_option("files", given->files,
-                   "IN OUT: motion (.bvh .amc .txt .npz .npy .json) as .npz .json .bvh .glb, or scene (.obj .ply .glb "
-                   ".gltf .off .stl .pcd .xyz .npz .npy) as .glb .ply; or IN... FOLDER: files, folders of motion and "
+                   "IN OUT: motion (.bvh .fbx .dae .glb .gltf .amc .txt .npz .npy .json) as .npz .json .bvh .glb, or "
+                   "scene (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy) as .glb .ply; or IN... "
+                   "FOLDER: files, folders of motion and "
                    "patterns, each as a file of the same name in FOLDER")
       ->required();
   verb->add_option("--format", given->format, "Of many files: the format they become (default: npz)")

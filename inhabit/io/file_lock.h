@@ -8,8 +8,9 @@ namespace inhabit {
 class FileLock {
  public:
   /// @param path a file, made where there is none, or a folder; @param what is said to be writing it ("another
-  /// training"). Throws Error(path, ...) where another process, or another lock of this one, has it.
-  FileLock(const std::string& path, const std::string& what);
+  /// training"); @param shared with others that share it. Throws Error(path, ...) where another process, or another
+  /// lock of this one, has it.
+  FileLock(const std::string& path, const std::string& what, bool shared = false);
   ~FileLock();
   FileLock(const FileLock&) = delete;
   FileLock& operator=(const FileLock&) = delete;

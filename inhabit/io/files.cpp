@@ -6,6 +6,7 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
+#include "inhabit/io/assimp_motion.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_json.h"
 #include "inhabit/io/clip_npz.h"
@@ -21,6 +22,11 @@
 
 namespace inhabit {
 namespace {
+
+/// Formats of nodes, which may hold motion, a scene or both.
+bool is_node_file(const std::string& extension) {
+  return extension == "fbx" || extension == "dae" || extension == "glb" || extension == "gltf";
+}
 
 /// Makes the floor level: where it is asked for as far as it is known, otherwise where it is certain to slope.
 void levelled(Clip& clip, bool asked, Notes& notes) {
@@ -42,8 +48,8 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
               bool foreign = true) {
   if (options.rate != 0) motion.clip.rate = options.rate;
   validate(motion.clip, path);
-  motion.clip.file.z_up =
-      (foreign || options.up != UpAxis::automatic) && is_z_up(motion.clip, options.up, path, &motion.notes);
+  motion.clip.file.z_up = ((foreign && !motion.y_up) || options.up != UpAxis::automatic) &&
+                          is_z_up(motion.clip, options.up, path, &motion.notes);
   if (motion.clip.file.z_up) turn_upright(motion.clip);
   if (options.level || motion.slopes) levelled(motion.clip, options.level, motion.notes);
   if (const int carrier = foreign ? carry_by_root(motion.clip) : -1; carrier >= 0)
@@ -72,6 +78,7 @@ Clip read_any(const std::string& path, const ClipReadOptions& options, Notes* no
     if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
     return clip;
   }
+  if (is_node_file(extension)) return finished(std::move(read_node_motions(path, unit).front()), path, options, notes);
   if (extension == "bvh") return finished(read_bvh(path, unit), path, options, notes);
   if (extension == "amc") return finished(read_asf_amc(path, options.asf, unit), path, options, notes);
   if (unit && (extension == "txt" || extension == "json"))
@@ -83,7 +90,7 @@ Clip read_any(const std::string& path, const ClipReadOptions& options, Notes* no
     return finished(std::move(motion), path, options, notes, false);
   }
   if (!std::filesystem::exists(path)) throw Error(path, "there is no such file");
-  throw Error(path, "is no motion format inhabit reads (.bvh .amc .txt .npz .npy .json)");
+  throw Error(path, "is no motion format inhabit reads (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
 }
 
 }  // namespace
@@ -106,6 +113,14 @@ std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& opt
     if (!clips.empty()) note_implausible(clips.front(), notes);
     return clips;
   }
+  if (is_node_file(extension_of(path))) {
+    std::vector<Clip> clips;
+    for (SourceMotion& motion :
+         read_node_motions(path, options.scale > 0 ? std::optional(options.scale) : std::nullopt))
+      clips.push_back(finished(std::move(motion), path, options, clips.empty() ? notes : nullptr));
+    note_implausible(clips.front(), notes);
+    return clips;
+  }
   return {read_clip(path, options, notes)};
 }
 
@@ -114,7 +129,10 @@ bool is_clip_file(const std::string& path) {
   if (extension == "npz" || extension == "npy") return holds_clip(read_npz(path));
   for (const char* known : {"bvh", "amc", "txt", "json"})
     if (extension == known) return true;
-  return false;
+  // Most glTF is scenes: those without an animation are told from their text, without another process.
+  if ((extension == "glb" || extension == "gltf") && read_whole_file(path).find("\"animations\"") == std::string::npos)
+    return false;
+  return is_node_file(extension) && holds_node_motion(path);
 }
 
 void write_clip(const std::string& path, const Clip& clip, const Scene* scene) {

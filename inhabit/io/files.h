@@ -9,16 +9,18 @@
 namespace inhabit {
 
 /// A motion from any file inhabit reads, told by the extension: .bvh, .amc (with the .asf beside it), .txt (exponential
-/// maps of CMU and Human3.6M), .npz and .npy (clip_npz.h), .json (clip_json.h). The skeleton is the file's own.
+/// maps of CMU and Human3.6M), .fbx, .dae, .glb and .gltf (assimp_motion.h: the first of their motions), .npz and .npy
+/// (clip_npz.h), .json (clip_json.h). The skeleton is the file's own.
 /// @param notes what was detected or assumed is added to it.
 /// Throws Error(path, ...) for a missing or damaged file and for an extension inhabit does not know.
 Clip read_clip(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
-/// Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures (write_clips_npz).
+/// Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures (write_clips_npz), or the
+/// people and animations of an .fbx, .dae, .glb or .gltf.
 std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
-/// True where read_clip would try the file: known extension, and for .npz and .npy that it holds motion (reads it to
-/// see).
+/// True where read_clip would try the file: known extension, and for .npz, .npy, .fbx, .dae, .glb and .gltf
+/// that it holds motion (reads it to see).
 bool is_clip_file(const std::string& path);
 
 /// Writes a motion as its extension says: .npz, .json, .bvh or .glb. BVH and glTF need joint rotations: a clip of

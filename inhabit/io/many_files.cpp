@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
@@ -17,7 +18,8 @@ namespace {
 bool looks_like_motion(const std::string& path) {
   const std::string extension = extension_of(path);
   if (extension == "bvh" || extension == "amc" || extension == "txt" || extension == "json") return true;
-  if (extension != "npz" && extension != "npy") return false;
+  static const std::set<std::string> perhaps = {"npz", "npy", "fbx", "dae", "glb", "gltf"};
+  if (perhaps.count(extension) == 0) return false;
   try {
     return is_clip_file(path);
   } catch (const Error&) {
@@ -32,7 +34,8 @@ std::vector<std::string> in_folder(const std::string& folder) {
     if (entry->is_regular_file(refused) && looks_like_motion(entry->path().string()))
       out.push_back(entry->path().string());
   if (refused) throw Error(folder, "cannot be read: " + refused.message());
-  if (out.empty()) throw Error(folder, "is a folder without motion files (.bvh .amc .txt .npz .npy .json)");
+  if (out.empty())
+    throw Error(folder, "is a folder without motion files (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
   std::sort(out.begin(), out.end());
   return out;
 }

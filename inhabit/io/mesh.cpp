@@ -4,6 +4,7 @@
 #include <map>
 
 #include "inhabit/error.h"
+#include "inhabit/io/assimp_scene.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/gltf_scene.h"
 #include "inhabit/io/obj.h"
@@ -21,6 +22,7 @@ std::vector<Mesh> parse(std::string_view bytes, const std::string& extension, co
   if (extension == "stl") return {parse_stl(bytes, subject)};
   if (extension == "off") return {parse_off(bytes, subject)};
   if (extension == "glb" || extension == "gltf") return parse_gltf(bytes, subject, folder);
+  if (extension == "fbx" || extension == "dae") return parse_node_meshes(bytes, extension, subject);
   if (extension == "obj") {
     return parse_obj(bytes, subject, [&](const std::string& name) {
       std::error_code failed;
@@ -28,7 +30,7 @@ std::vector<Mesh> parse(std::string_view bytes, const std::string& extension, co
       return !folder.empty() && std::filesystem::is_regular_file(file, failed) ? read_whole_file(file) : std::string();
     });
   }
-  throw Error(subject, "'" + extension + "' is no mesh format; known are obj, ply, glb, gltf, off, stl");
+  throw Error(subject, "'" + extension + "' is no mesh format; known are obj, ply, glb, gltf, fbx, dae, off, stl");
 }
 
 /// Gives meshes without a name that of the file, and a number to all but the first of those with one name.

@@ -7,9 +7,10 @@
 
 namespace inhabit {
 
-/// Meshes of an .obj, .ply, .glb, .gltf, .off or .stl file in the file's own axes and units, each as its format's
-/// reader says. A mesh without a name gets the file's, and a number where a name comes twice. Degenerate faces stay
-/// (see drop_degenerate_faces); a .ply without faces, and points in glTF, give meshes with no faces. Throws Error(path,
+/// Meshes of an .obj, .ply, .glb, .gltf, .fbx, .dae, .off or .stl file in the file's own axes and units, each as its
+/// format's reader says. A mesh without a name gets the file's, and a number where a name comes twice. Degenerate faces
+/// stay (see drop_degenerate_faces); a .ply without faces, and points in glTF, give meshes with no faces. Throws
+/// Error(path,
 /// ...) when the file is missing, damaged, holds a NaN or infinite coordinate, or nothing to draw.
 std::vector<Mesh> read_meshes(const std::string& path);
 

@@ -14,7 +14,7 @@ constexpr double kLowestRoom = 2;  // metres
 constexpr double kMostSize = 1e5;  // metres; a scene this large is a mistake of units or a damaged file
 
 bool is_mesh(const std::string& extension) {
-  for (const char* known : {"obj", "ply", "glb", "gltf", "off", "stl"}) {
+  for (const char* known : {"obj", "ply", "glb", "gltf", "fbx", "dae", "off", "stl"}) {
     if (extension == known) return true;
   }
   return false;
@@ -189,7 +189,7 @@ SceneFile read_scene_file(const std::string& path, const SceneReadOptions& optio
   const std::string extension = extension_of(path);
   if (is_cloud(extension)) return assemble({}, read_point_cloud(path), extension, path, options);
   if (is_mesh(extension)) return assemble(read_meshes(path), {}, extension, path, options);
-  throw Error(path, "is no scene format inhabit knows (.obj .ply .glb .gltf .off .stl .pcd .xyz .npz .npy)");
+  throw Error(path, "is no scene format inhabit knows (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy)");
 }
 
 SceneFile parse_scene(std::string_view bytes, const std::string& extension, const std::string& subject,

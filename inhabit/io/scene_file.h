@@ -33,7 +33,7 @@ struct SceneFile {
   SceneReport report;
 };
 
-/// A scene from a mesh (.obj .ply .glb .gltf .off .stl) or point cloud (.ply without faces, .glb of points,
+/// A scene from a mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply without faces, .glb of points,
 /// .pcd .xyz .npz .npy), in metres with +Y up. glTF is in metres with +Y up by definition. Elsewhere the up axis (y or
 /// z) is the one with a floor: a flat layer across the whole scene at its lower end, and most surface square to it.
 /// Where neither axis is clearly better, or where it is no room but a piece of furniture (under 2 m along both), it is

@@ -12,6 +12,7 @@ struct SourceMotion {
   Clip clip;
   double metres_per_unit = 1;      ///< the factor that was applied to the file's lengths
   std::string unit = "metres";     ///< name of the file's unit
+  bool y_up = false;               ///< by definition of its format: nothing to be detected
   bool slopes = false;             ///< the world is that of the first pose's pelvis, which need not be upright
   std::vector<std::string> notes;  ///< what was guessed or left out, one clause each, for `inhabit info`
 };

@@ -53,6 +53,20 @@ TEST(Convert, GoesRoundThroughEveryMotionFormat) {
   }
 }
 
+TEST(Convert, ReadsWhatAnimatorsExport) {
+  const TempFolder folder;
+  const std::string fbx = INHABIT_SOURCE_DIR "/tests/io/data/blender.fbx";
+  const CommandResult r = run_command("convert " + fbx + " " + folder / "walk.bvh");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_NE(r.out.find("10 frames at 30 a second"), std::string::npos) << r.out;
+  EXPECT_NE(read_clip(folder / "walk.bvh").skeleton.find("left_ankle"), -1);
+  const CommandResult told = run_command("info " + fbx);
+  EXPECT_NE(told.out.find("kind: motion"), std::string::npos) << told.out;
+  write_atomically(folder / "torn.fbx", read_whole_file(fbx).substr(0, 20000));
+  std::filesystem::create_directories(folder / "out");
+  expect_refused("convert " + folder / "torn.fbx" + " " + folder / "out/x.npz", {"torn.fbx"}, folder / "out");
+}
+
 TEST(Convert, ResamplesAndRetargets) {
   const TempFolder folder;
   write_clip_npz(folder / "walk.npz", striding());

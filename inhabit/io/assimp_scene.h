@@ -1,0 +1,14 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "inhabit/scene/scene.h"
+
+namespace inhabit {
+
+/// Meshes of an .fbx or .dae file in the file's units and axes, where its nodes place them, read by assimp in a child
+/// process (in_child.h): triangles, names of the nodes, base colours. Throws Error(subject, ...).
+std::vector<Mesh> parse_node_meshes(std::string_view bytes, const std::string& extension, const std::string& subject);
+
+}  // namespace inhabit
