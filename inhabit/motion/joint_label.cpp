@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 
 namespace inhabit {
 
@@ -10,8 +11,9 @@ const std::vector<std::string> kHip = {"upleg", "upperleg", "thigh", "thighbend"
 const std::vector<std::string> kKnee = {"knee", "lowleg", "lowerleg", "shin", "calf", "tibia", "foreleg", "leg"};
 const std::vector<std::string> kAnkle = {"ankle", "foot"};
 const std::vector<std::string> kToe = {"toebase", "toe", "toes", "toe0", "ball", "forefoot", "foot"};
-const std::vector<std::string> kShoulder = {"upperarm", "uparm", "humerus", "shldr", "shldrbend", "arm", "shoulder"};
-const std::vector<std::string> kElbow = {"forearm", "forearmbend", "lowerarm", "lowarm", "elbow", "radius"};
+const std::vector<std::string> kShoulder = {"upperarm", "uparm",     "uarm", "humerus",
+                                            "shldr",    "shldrbend", "arm",  "shoulder"};
+const std::vector<std::string> kElbow = {"forearm", "forearmbend", "lowerarm", "lowarm", "farm", "elbow", "radius"};
 const std::vector<std::string> kWrist = {"wrist", "hand"};
 const std::vector<std::string> kHead = {"head"};
 }  // namespace part_names
@@ -41,10 +43,14 @@ bool is_prefix(const std::string& word) {
 
 }  // namespace
 
-JointLabel joint_label(const std::string& name) {
-  JointLabel out;
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// Letters and digits between separators, in lower case; all before a name space's colon is left out.
+Words words_of(const std::string& name) {
   const size_t space = name.find_last_of(":|");
-  std::vector<std::string> words(1);
+  Words words(1);
   for (const char c : space == std::string::npos ? name : name.substr(space + 1)) {
     const auto u = static_cast<unsigned char>(c);
     if (std::isalnum(u))
@@ -52,6 +58,12 @@ JointLabel joint_label(const std::string& name) {
     else if (!words.back().empty())
       words.emplace_back();
   }
+  if (words.back().empty() && words.size() > 1) words.pop_back();
+  return words;
+}
+
+JointLabel label_of(const Words& words) {
+  JointLabel out;
   for (const std::string& word : words) {
     if (out.side < 0 && (word == "l" || word == "r"))
       out.side = word == "r" ? 1 : 0;
@@ -68,6 +80,37 @@ JointLabel joint_label(const std::string& name) {
       out.part.erase(0, 1);
     }
   }
+  return out;
+}
+
+/// Takes off the first word (or the last) that four in five names share; false where there is none.
+bool drop_shared(std::vector<Words>& names, bool first) {
+  const auto end_of = [first](Words& words) { return first ? words.begin() : words.end() - 1; };
+  std::map<std::string, size_t> times;
+  for (Words& words : names)
+    if (words.size() > 1) ++times[*end_of(words)];
+  for (const auto& [word, count] : times) {
+    if (5 * count < 4 * names.size()) continue;
+    for (Words& words : names)
+      if (words.size() > 1 && *end_of(words) == word) words.erase(end_of(words));
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+JointLabel joint_label(const std::string& name) { return label_of(words_of(name)); }
+
+std::vector<JointLabel> joint_labels(const std::vector<std::string>& names) {
+  std::vector<Words> words;
+  for (const std::string& name : names) words.push_back(words_of(name));
+  if (names.size() > 4)
+    for (const bool first : {true, false})
+      while (drop_shared(words, first)) {
+      }
+  std::vector<JointLabel> out;
+  for (const Words& one : words) out.push_back(label_of(one));
   return out;
 }
 

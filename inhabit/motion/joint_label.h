@@ -12,6 +12,10 @@ struct JointLabel {
 
 JointLabel joint_label(const std::string& name);
 
+/// The same of a skeleton's joints, without the words that four in five of them begin or end with, whatever these are:
+/// "Skeleton 001_LThigh", "Robot_LeftUpLeg", "thigh_l_jnt".
+std::vector<JointLabel> joint_labels(const std::vector<std::string>& names);
+
 /// Names of each part of a limb, the more telling first. A name may stand for two parts ("shoulder" is the upper arm
 /// where there is a "collar", and the collar where there is an "arm"); the order settles it.
 namespace part_names {

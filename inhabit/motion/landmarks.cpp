@@ -11,7 +11,7 @@ namespace {
 class Finder {
  public:
   Finder(const Skeleton& skeleton, const std::string& subject) : skeleton_(skeleton), subject_(subject) {
-    for (const std::string& name : skeleton.names) labels_.push_back(joint_label(name));
+    labels_ = joint_labels(skeleton.names);
   }
 
   // The joint of that part and side which hangs below `above` (any joint where that is -1).
@@ -32,6 +32,16 @@ class Finder {
                                              : "right ") +
                                 part);
     return found;
+  }
+  /// The last joint up the spine or neck from `above`, for skeletons that number these up to the head; -1 if none.
+  int spine_end(int above) const {
+    int out = -1;
+    for (int j = above + 1; j < skeleton_.size(); ++j) {
+      const JointLabel& label = labels_[static_cast<size_t>(j)];
+      const bool central = label.side < 0 && (label.part.rfind("spine", 0) == 0 || label.part.rfind("neck", 0) == 0);
+      if (central && is_below(j, above) && (out < 0 || is_below(j, out))) out = j;
+    }
+    return out;
   }
   bool is_below(int joint, int above) const {
     while (joint > above) joint = parent(joint);
@@ -81,7 +91,9 @@ Landmarks find_landmarks(const Skeleton& skeleton, const std::string& subject) {
     out.elbow[s] = finder.need(part_names::kElbow, side, out.shoulder[s], "elbow");
     out.wrist[s] = finder.need(part_names::kWrist, side, out.elbow[s], "wrist");
   }
-  out.head = finder.need(part_names::kHead, -1, -1, "head");
+  out.head = finder.find(part_names::kHead, -1, -1);
+  if (out.head < 0) out.head = finder.spine_end(finder.common(out.shoulder[0], out.shoulder[1]));
+  if (out.head < 0) finder.need(part_names::kHead, -1, -1, "head");
   out.thorax = finder.common(finder.common(out.shoulder[0], out.shoulder[1]), out.head);
   out.pelvis = finder.common(finder.common(out.hip[0], out.hip[1]), out.thorax);
   if (out.thorax == out.head || out.thorax == out.shoulder[0] || out.thorax == out.shoulder[1] ||

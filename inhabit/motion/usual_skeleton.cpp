@@ -48,7 +48,7 @@ struct Parts {
   }
 
   Parts(const Names& names, const std::string& subject) {
-    for (const std::string& name : names) labels.push_back(joint_label(name));
+    labels = joint_labels(names);
     pelvis = find(kPelvis, -1);
     if (pelvis < 0) throw Error(subject, "no joint is called pelvis, hips or root; \"parents\" tell what hangs where");
     head = find(part_names::kHead, -1);
