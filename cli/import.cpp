@@ -35,7 +35,7 @@ void list(const inhabit::ImportSet& set) {
 
 void add_import(CLI::App& app) {
   struct Given {
-    std::string format, folder, out, body;
+    std::string format, folder, out, body, shard;
     bool only_list = false;
     inhabit::ImportOptions options;
   };
@@ -49,7 +49,9 @@ void add_import(CLI::App& app) {
       ->check(whole_over_zero);
   verb->add_option("--body", given->body,
                    "Body model of the recordings (SMPL, SMPL-H or SMPL-X .npz), for their own bone lengths");
+  add_shard(*verb, given->shard);
   verb->callback([given] {
+    given->options.shard = shard_of(given->shard);
     if (!given->only_list && given->out.empty()) throw inhabit::Error("--out", "is needed, or --list");
     inhabit::BodyModel body;
     if (!given->body.empty()) body = inhabit::read_smpl_model(given->body);
@@ -60,9 +62,13 @@ void add_import(CLI::App& app) {
     double seconds = 0;
     for (const auto& clip : made.dataset.clips) seconds += static_cast<double>(clip.frames) / made.dataset.rate;
     end_progress();
-    std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", given->out.c_str(),
-                made.dataset.clips.size(), seconds / 60, made.dataset.split("train").size(),
-                made.dataset.split("val").size(), made.dataset.split("test").size());
+    if (!made.dataset.whole)
+      std::printf("%s: shard %s, %zu clips; the others are still to come\n", given->out.c_str(),
+                  made.dataset.shard.name().c_str(), made.dataset.clips.size());
+    else
+      std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", given->out.c_str(),
+                  made.dataset.clips.size(), seconds / 60, made.dataset.split("train").size(),
+                  made.dataset.split("val").size(), made.dataset.split("test").size());
     if (made.kept > 0) std::printf("%lld of them were there already\n", static_cast<long long>(made.kept));
     std::printf("splits: %s\n", set.splits.c_str());
     for (const std::string& missing : set.missing) std::printf("missing: %s\n", missing.c_str());

@@ -65,3 +65,12 @@ void end_of(const inhabit::FileCount& count) {
                count.skipped.size() + static_cast<size_t>(count.done));
   throw CLI::RuntimeError(1);
 }
+
+void add_shard(CLI::App& verb, std::string& shard) {
+  verb.add_option("--shard", shard,
+                  "I/N: only part I of N; all write into one folder, the last of them the index (docs/dataset.md)");
+}
+
+inhabit::Shard shard_of(const std::string& given) {
+  return given.empty() ? inhabit::Shard() : inhabit::parse_shard(given);
+}

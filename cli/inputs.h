@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "inhabit/data/shard.h"
 #include "inhabit/io/many_files.h"
 #include "inhabit/io/read_options.h"
 #include "inhabit/io/scene_file.h"
@@ -36,3 +37,8 @@ void say(const inhabit::Notes& notes, size_t most = SIZE_MAX);
 
 /// The end of a verb of many files: where some were skipped, says which and why on stderr and ends with exit code 1.
 void end_of(const inhabit::FileCount& count);
+
+/// --shard I/N of a big job.
+void add_shard(CLI::App& verb, std::string& shard);
+/// All of it where none is given.
+inhabit::Shard shard_of(const std::string& given);

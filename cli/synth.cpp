@@ -21,6 +21,11 @@ using inhabit::Bar;
 using inhabit::Dataset;
 
 void print_summary(const Dataset& dataset) {
+  if (!dataset.whole) {
+    std::printf("%s: shard %s, %zu clips; the others are still to come\n", dataset.folder.c_str(),
+                dataset.shard.name().c_str(), dataset.clips.size());
+    return;
+  }
   double seconds = 0;
   for (const auto& clip : dataset.clips) seconds += static_cast<double>(clip.frames) / dataset.rate;
   std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", dataset.folder.c_str(),
@@ -30,7 +35,7 @@ void print_summary(const Dataset& dataset) {
 
 void add_rooms(CLI::App& synth) {
   struct Given {
-    std::string out;
+    std::string out, shard;
     inhabit::GenerateOptions options;
   };
   auto given = std::make_shared<Given>();
@@ -45,7 +50,9 @@ void add_rooms(CLI::App& synth) {
           "Furniture on straight lines between poses that the person does not take: share of them tried, 0 to 1; "
           "such clips have a room of their own")
       ->capture_default_str();
+  add_shard(*verb, given->shard);
   verb->callback([given] {
+    given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
     print_summary(inhabit::generate_rooms(given->out, given->options));
   });
@@ -107,7 +114,7 @@ void add_reseat(CLI::App& synth) {
 
 void add_fit(CLI::App& synth) {
   struct Given {
-    std::string out;
+    std::string out, shard;
     std::vector<std::string> mocap;
     std::pair<int, int> chord_frames;
     inhabit::FittingOptions options;
@@ -142,7 +149,9 @@ void add_fit(CLI::App& synth) {
       ->expected(2)
       ->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  add_shard(*verb, given->shard);
   verb->callback([given] {
+    given->options.shard = shard_of(given->shard);
     for (const std::string& file : inhabit::motion_files(given->mocap)) {
       bool test = false;
       for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";

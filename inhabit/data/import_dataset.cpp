@@ -1,5 +1,7 @@
 #include "inhabit/data/import_dataset.h"
 
+#include <c10/util/Exception.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
@@ -7,6 +9,7 @@
 #include <set>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/data/import_clip.h"
 #include "inhabit/data/import_state.h"
 #include "inhabit/each_item.h"
@@ -38,12 +41,13 @@ struct Group {
 
 class Import {
  public:
-  Import(const ImportSet& set, const std::string& folder)
+  Import(const ImportSet& set, const std::string& folder, const Shard& shard)
       : set_(set),
-        dataset_(continue_dataset(folder, set.actions.empty() ? told_actions() : set.actions)),
-        state_(folder, set.format),
+        dataset_(continue_dataset(folder, set.actions.empty() ? told_actions() : set.actions, shard)),
+        state_(folder, set.format, shard),
         made_(set.recordings.size()) {}
 
+  /// Those of this shard.
   std::vector<Group> groups() {
     std::map<std::string, Group> by_scene;
     std::vector<Group> out;
@@ -67,7 +71,11 @@ class Import {
       write_floor(group.scene);
       for (const size_t member : group.members) out.push_back({group.scene, {member}});
     }
-    return out;
+    std::vector<Group> mine;
+    for (size_t g = 0; g < out.size(); ++g)
+      if (dataset_.shard.has(static_cast<int64_t>(g))) mine.push_back(out[g]);
+    for (const Group& group : mine) mine_.insert(group.members.begin(), group.members.end());
+    return mine;
   }
 
   template <class Done>
@@ -93,6 +101,9 @@ class Import {
         }
       } catch (const Error& e) {
         made.skipped = e.what();
+      } catch (const c10::Error& e) {  // arrays of shapes that nobody thought of: no reason to end the others
+        const std::string message = e.what_without_backtrace();
+        made.skipped = recording.name + ": " + message.substr(0, message.find('\n'));
       }
       done();
     }
@@ -100,19 +111,28 @@ class Import {
 
   ImportResult finish(std::vector<std::string> skipped) {
     ImportResult out;
-    for (const Imported& made : made_) {
-      if (!made.skipped.empty()) skipped.push_back(made.skipped);
+    DatasetItems items;
+    for (const size_t i : mine_) {
+      const Imported& made = made_[i];
+      DatasetItem& item = items[static_cast<int64_t>(i)];
+      item.facts = made.skipped;
       if (!made.entry) continue;
-      dataset_.clips.push_back(*made.entry);
+      item.clips = {*made.entry};
       ++(made.kept ? out.kept : out.made);
     }
-    if (dataset_.clips.empty())
+    const auto all = gather_items(dataset_, items);
+    dataset_.whole = all.has_value();
+    for (const auto& [i, item] : all ? *all : items) {
+      if (const auto reason = item.facts.get<std::string>(); !reason.empty()) skipped.push_back(reason);
+      dataset_.clips.insert(dataset_.clips.end(), item.clips.begin(), item.clips.end());
+    }
+    if (dataset_.whole && dataset_.clips.empty())
       throw Error(set_.folder, "no recording can be used; of the first: " + (skipped.empty() ? "" : skipped.front()));
     dataset_.provenance = {{"command", "inhabit import " + set_.format}, {"splits", set_.splits}};
     if (!skipped.empty()) dataset_.provenance["skipped"] = skipped;
     if (!set_.missing.empty()) dataset_.provenance["missing"] = set_.missing;
-    write_index(dataset_);
-    dataset_.lock = nullptr;  // it is made
+    if (dataset_.whole) write_index(dataset_);
+    dataset_.locks.clear();  // it is made
     out.skipped = std::move(skipped);
     out.dataset = dataset_;
     return out;
@@ -163,14 +183,17 @@ class Import {
   ImportState state_;
   std::vector<std::string> files_;
   std::vector<Imported> made_;
+  std::set<size_t> mine_;  ///< recordings of this shard
 };
 
 }  // namespace
 
 ImportResult import_dataset(const ImportSet& set, const std::string& folder, const ImportOptions& options) {
   if (options.jobs < 0) throw Error("jobs", "are fewer than none");
-  Import importing(set, folder);
+  Import importing(set, folder, options.shard);
   const std::vector<Group> groups = importing.groups();
+  size_t recordings = 0;
+  for (const Group& group : groups) recordings += group.members.size();
   std::mutex counting;
   int64_t count = 0;
   each_item(
@@ -180,7 +203,7 @@ ImportResult import_dataset(const ImportSet& set, const std::string& folder, con
         importing.run(groups[static_cast<size_t>(g)], [&] {
           const std::lock_guard<std::mutex> lock(counting);
           ++count;
-          if (options.progress) options.progress(count, static_cast<int64_t>(set.recordings.size()));
+          if (options.progress) options.progress(count, static_cast<int64_t>(recordings));
         });
       },
       options.jobs);

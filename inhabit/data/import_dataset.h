@@ -10,6 +10,7 @@ namespace inhabit {
 
 struct ImportOptions {
   int jobs = 0;                                             ///< recordings at once; 0: as many as there are cores
+  Shard shard;                                              ///< of scenes with all that was recorded in them
   std::function<void(int64_t done, int64_t all)> progress;  ///< counts recordings
 };
 

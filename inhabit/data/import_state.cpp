@@ -9,8 +9,8 @@
 
 namespace inhabit {
 
-ImportState::ImportState(const std::string& folder, const std::string& format)
-    : path_(folder + "/import.json"), format_(format) {
+ImportState::ImportState(const std::string& folder, const std::string& format, const Shard& shard)
+    : path_(folder + (shard.is_all() ? "/import.json" : "/import-" + shard.name() + ".json")), format_(format) {
   if (!std::filesystem::exists(path_)) {
     if (std::filesystem::exists(folder + "/dataset.json")) throw Error(folder, "a data set is there already");
     return;

@@ -175,24 +175,29 @@ Scene load_scene(const Dataset& dataset, const std::string& name) {
   return read_scene_file(dataset.folder + "/" + name).scene;
 }
 
-Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions) {
+Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions, const Shard& shard) {
   const auto require_none = [&] {
     if (std::filesystem::exists(index_path(folder))) throw Error(folder, "a data set is there already");
   };
   require_none();
-  Dataset out = continue_dataset(folder, actions);
+  Dataset out = continue_dataset(folder, actions, shard);
   require_none();  // another run may have written one until it was locked
   return out;
 }
 
-Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions) {
-  for (const char* sub : {"/clips", "/scenes"}) {
+Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions, const Shard& shard) {
+  std::vector<std::string> inside = {"/clips", "/scenes"};
+  if (!shard.is_all()) inside.emplace_back("/shards");
+  for (const std::string& sub : inside) {
     std::error_code failed;
     std::filesystem::create_directories(folder + sub, failed);
     if (failed) throw Error(folder + sub, "cannot be made: " + failed.message());
   }
   Dataset out;
-  out.lock = std::make_shared<FileLock>(folder, "another run");
+  out.locks.push_back(std::make_shared<FileLock>(folder, "another run", !shard.is_all()));
+  if (!shard.is_all())
+    out.locks.push_back(std::make_shared<FileLock>(folder + "/shards/" + shard.name() + ".lock", "another run"));
+  out.shard = shard;
   out.folder = folder;
   out.joint_names = standard_joint_names();
   out.parents = standard_parents();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/data/shard.h"
 #include "inhabit/io/file_lock.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/motion/clip.h"
@@ -30,7 +31,9 @@ struct Dataset {
   std::vector<std::string> actions;                      ///< what Clip::action counts
   nlohmann::json provenance = nlohmann::json::object();  ///< how it was made: command, seed, sources, licence
   std::vector<DatasetClip> clips;
-  std::shared_ptr<const FileLock> lock;  ///< of the folder, while the data set is being made
+  Shard shard;                                         ///< what part of it this process makes
+  std::vector<std::shared_ptr<const FileLock>> locks;  ///< of the folder, while the data set is being made
+  bool whole = true;  ///< false: other shards are still to come, there is no index yet and `clips` are this shard's
 
   /// The clips of one split, in order; "all" gives every clip.
   std::vector<DatasetClip> split(const std::string& name) const;
@@ -55,11 +58,11 @@ Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Np
 Scene load_scene(const Dataset& dataset, const std::string& name);
 
 /// An empty data set of the standard skeleton in `folder`, whose folders are made. Throws Error where they cannot be,
-/// or where a data set is there already or being made.
-Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions);
+/// or where a data set is there already or being made. Several shards may be made in one folder at once.
+Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions, const Shard& shard = {});
 
 /// The same in a folder that may hold a data set already, or clips of one that was not finished: what is there stays.
-Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions);
+Dataset continue_dataset(const std::string& folder, const std::vector<std::string>& actions, const Shard& shard = {});
 
 /// Writes a scene into the folder as glTF, or a clip whose `entry` says where it goes (frames are filled in). Both may
 /// be called from several threads.

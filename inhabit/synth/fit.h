@@ -51,6 +51,7 @@ struct FittingOptions {
   ChordOptions chords;
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
   ClipReadOptions reading;      ///< of every recording
+  Shard shard;                  ///< of recordings
   Progress progress;            ///< counts recordings
 };
 
@@ -58,7 +59,7 @@ struct FittingOptions {
 /// `train`, `val` and `test` are given by person. Where there is no `test`, the last tenth of three or more others is
 /// taken for it; where there is no `val`, every tenth of the others. Provenance says how many minutes were recorded,
 /// and how many of them have a room at least. One of several recordings that cannot be used is left out, with the
-/// reason in the provenance as "skipped". Throws Error where nothing could be made of any recording.
+/// reason in the provenance as "skipped". Throws Error where nothing could be made of any recording (of all shards).
 Dataset fit_recordings(const std::string& folder, const FittingOptions& options);
 
 }  // namespace inhabit

@@ -3,6 +3,7 @@
 #include <exception>
 #include <filesystem>
 
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
@@ -176,12 +177,15 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   if (!(options.stretches >= 0 && options.stretches <= 1)) throw Error("the share of stretches", "is not from 0 to 1");
   check_chords(options.chords);
   const std::vector<Recording> recordings = split_recordings(options);
-  Dataset out = create_dataset(folder, fitted_actions());
+  Dataset out = create_dataset(folder, fitted_actions(), options.shard);
   std::vector<Furnished> made(recordings.size());
+  std::vector<size_t> mine;
+  for (size_t i = 0; i < recordings.size(); ++i)
+    if (options.shard.has(static_cast<int64_t>(i))) mine.push_back(i);
   std::exception_ptr failed;
   try {
-    each_item(static_cast<int64_t>(recordings.size()), options.progress, [&](int64_t i) {
-      const auto recording = static_cast<size_t>(i);
+    each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t i) {
+      const size_t recording = mine[static_cast<size_t>(i)];
       try {
         furnish_recording(out, recordings[recording], recording, options, made[recording]);
       } catch (const Error& e) {
@@ -193,20 +197,32 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   } catch (...) {
     failed = std::current_exception();
   }
+  DatasetItems items;
+  for (const size_t i : mine) {
+    out.clips.insert(out.clips.end(), made[i].clips.begin(), made[i].clips.end());
+    items[static_cast<int64_t>(i)] = {
+        made[i].clips, {{"seconds", made[i].seconds}, {"kept", made[i].kept}, {"skipped", made[i].skipped}}};
+  }
+  if (failed) {  // nothing half-written
+    remove_clips(out);
+    std::rethrow_exception(failed);
+  }
+  const auto all = gather_items(out, items);
+  out.whole = all.has_value();
+  out.clips.clear();
   double seconds = 0, kept = 0;
   nlohmann::json sources = nlohmann::json::array(), skipped = sources;
-  for (size_t i = 0; i < recordings.size(); ++i) {
-    out.clips.insert(out.clips.end(), made[i].clips.begin(), made[i].clips.end());
-    if (!made[i].skipped.empty()) {
-      skipped.push_back(made[i].skipped);
+  for (const auto& [i, item] : all ? *all : items) {
+    out.clips.insert(out.clips.end(), item.clips.begin(), item.clips.end());
+    if (!item.facts.at("skipped").get<std::string>().empty()) {
+      skipped.push_back(item.facts.at("skipped"));
       continue;
     }
-    sources.push_back(std::filesystem::path(recordings[i].file).filename().string());
-    seconds += made[i].seconds, kept += made[i].kept;
+    sources.push_back(std::filesystem::path(recordings[static_cast<size_t>(i)].file).filename().string());
+    seconds += item.facts.at("seconds").get<double>(), kept += item.facts.at("kept").get<double>();
   }
-  if (failed || out.clips.empty()) {  // nothing half-written
+  if (out.whole && out.clips.empty()) {
     remove_clips(out);
-    if (failed) std::rethrow_exception(failed);
     if (sources.empty()) throw Error("no recording can be used; of the first: " + skipped.front().get<std::string>());
     throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
   }
@@ -215,7 +231,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
       {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.share},
       {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
-  write_index(out);
+  if (out.whole) write_index(out);
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include "inhabit/synth/generate.h"
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
@@ -44,19 +45,22 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   if (options.clips_per_room < 1) throw Error("the number of clips per room must be at least 1");
   if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
   check_chords(options.chords);
-  Dataset out = create_dataset(folder, action_names());
+  Dataset out = create_dataset(folder, action_names(), options.shard);
   out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
                     {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
                     {"on_chord", options.chords.share}, {"licence", "generated; free of any rights"}};
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
-  out.clips.resize(static_cast<size_t>(options.clips));
+  std::vector<int64_t> mine;
+  for (int64_t i = 0; i < options.clips; ++i)
+    if (options.shard.has(i / options.clips_per_room)) mine.push_back(i);
+  std::vector<DatasetClip> made(mine.size());
   const BodyModel& body = builtin_body();
-  each_item(options.clips, options.progress, [&](int64_t i) {
-    const int64_t number = i / options.clips_per_room;
+  each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t k) {
+    const int64_t i = mine[static_cast<size_t>(k)], number = i / options.clips_per_room;
     std::mt19937_64 room_random(item_seed(options.seed, 2 * static_cast<uint64_t>(number)));
     std::mt19937_64 random(item_seed(options.seed, 2 * static_cast<uint64_t>(i) + 1));
     const Room room = make_room(room_random);
-    DatasetClip& entry = out.clips[static_cast<size_t>(i)];
+    DatasetClip& entry = made[static_cast<size_t>(k)];
     entry.file = numbered("clips/", i, ".npz");
     entry.scene = numbered("scenes/room_", number, ".glb");
     entry.split = split_of_room(number, rooms);
@@ -72,7 +76,13 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
     }
     write_clip(out, entry, life);
   });
-  write_index(out);
+  DatasetItems items;
+  for (size_t k = 0; k < mine.size(); ++k) items[mine[k]].clips = {made[k]};
+  const auto all = gather_items(out, items);
+  out.whole = all.has_value();
+  for (const auto& [item, of_item] : all ? *all : items)
+    out.clips.insert(out.clips.end(), of_item.clips.begin(), of_item.clips.end());
+  if (out.whole) write_index(out);
   return out;
 }
 

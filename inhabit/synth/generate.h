@@ -17,6 +17,7 @@ struct GenerateOptions {
   double seconds = 12;  ///< length of each clip
   int clips_per_room = 4;
   ChordOptions chords{0};  ///< pieces that are added to a clip's room, which then is its own
+  Shard shard;             ///< of rooms, with all that happens in them
   Progress progress;
 };
 

@@ -33,6 +33,21 @@ TEST(Import, ListsMakesAndGoesOn) {
   EXPECT_EQ(open_dataset(out).clips.size(), 4U);
 }
 
+TEST(Import, IsDoneInParts) {
+  const TempFolder folder;
+  const std::string amass = folder / "amass", out = folder / "out";
+  write_amass(amass);
+  const CommandResult first = run_command("import amass " + amass + " --out " + out + " --shard 1/2");
+  EXPECT_THAT(first.out, HasSubstr("shard 1-of-2"));
+  EXPECT_FALSE(std::filesystem::exists(out + "/dataset.json"));
+  const CommandResult last = run_command("import amass " + amass + " --out " + out + " --shard 2/2");
+  EXPECT_THAT(last.out, HasSubstr("4 clips, 0.2 minutes"));
+  EXPECT_EQ(open_dataset(out).clips.size(), 4U);
+  std::filesystem::create_directories(folder / "other");
+  expect_refused("import amass " + amass + " --out " + folder / "other" + " --shard 3/2", {"--shard: '3/2' is not I/N"},
+                 folder / "other");
+}
+
 TEST(Import, MakesWhatTrainingReads) {
   const TempFolder folder;
   const std::string prox = folder / "prox", out = folder / "out";

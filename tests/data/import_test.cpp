@@ -111,6 +111,24 @@ TEST(ImportDataset, GoesOnWhereItEnded) {
   EXPECT_THAT(refusal_of([&] { imported("amass", folder / "amass", folder / "out"); }), HasSubstr("there already"));
 }
 
+TEST(ImportDataset, ShardsMakeOneDataSet) {
+  const TempFolder folder;
+  write_amass(folder / "amass");
+  imported("amass", folder / "amass", folder / "whole");
+  const ImportSet set = open_import_set("amass", folder / "amass");
+  ImportOptions options;
+  options.shard = {2, 2};
+  EXPECT_FALSE(import_dataset(set, folder / "parts", options).dataset.whole);
+  options.shard = {1, 2};
+  const ImportResult last = import_dataset(set, folder / "parts", options);
+  EXPECT_TRUE(last.dataset.whole);
+  EXPECT_EQ(last.skipped.size(), 1U);
+  const auto index = [&](const char* name) { return read_whole_file(folder / (std::string(name) + "/dataset.json")); };
+  EXPECT_EQ(index("parts"), index("whole"));
+  for (const DatasetClip& clip : last.dataset.clips)
+    EXPECT_EQ(read_whole_file(folder / "parts/" + clip.file), read_whole_file(folder / "whole/" + clip.file));
+}
+
 TEST(ImportDataset, RefusesFoldersWithoutRecordings) {
   const TempFolder folder;
   for (const std::string& format : import_formats()) {

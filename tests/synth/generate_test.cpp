@@ -10,6 +10,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/synth/check.h"
+#include "refusal_of.h"
 #include "temp_folder.h"
 
 namespace inhabit {
@@ -43,6 +44,44 @@ TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
   ASSERT_EQ(one.size(), three.size());
   for (const auto& [name, bytes] : one) EXPECT_TRUE(three.at(name) == bytes) << name;
   EXPECT_FALSE(one.at("clips/000000.npz") == other.at("clips/000000.npz"));
+}
+
+TEST(GenerateRooms, ShardsMakeTheSameBytesInAnyOrder) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 7;
+  options.clips_per_room = 2;
+  options.seconds = 3;
+  generate_rooms(folder / "whole", options);
+  for (const int64_t number : {3, 1, 2}) {
+    options.shard = {number, 3};
+    const Dataset part = generate_rooms(folder / "parts", options);
+    EXPECT_EQ(part.whole, number == 2);
+    EXPECT_EQ(std::filesystem::exists(folder / "parts/dataset.json"), part.whole);
+  }
+  std::filesystem::remove_all(folder / "parts/shards");
+  EXPECT_EQ(contents(folder / "parts"), contents(folder / "whole"));
+  options.shard = {1, 3};
+  EXPECT_THAT(refusal_of([&] { generate_rooms(folder / "parts", options); }), testing::HasSubstr("already"));
+}
+
+TEST(GenerateRooms, AShardMayBeMadeAgain) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 4;
+  options.clips_per_room = 1;
+  options.seconds = 3;
+  options.shard = {1, 2};
+  generate_rooms(folder / "d", options);
+  generate_rooms(folder / "d", options);
+  EXPECT_FALSE(std::filesystem::exists(folder / "d/dataset.json"));
+  {
+    const Dataset other = create_dataset(folder / "d", {}, {1, 2});  // at work on the same shard
+    EXPECT_THAT(refusal_of([&] { generate_rooms(folder / "d", options); }), testing::HasSubstr("another run"));
+  }
+  options.shard = {2, 2};
+  EXPECT_TRUE(generate_rooms(folder / "d", options).whole);
+  EXPECT_EQ(open_dataset(folder / "d").clips.size(), 4U);
 }
 
 TEST(GenerateRooms, ClipsOfOneRoomDifferAndShareItsSplit) {
