@@ -50,7 +50,7 @@ std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial);
 struct Scores {
   std::string method;
   Estimate contact_error;             ///< mean of the palms' closest approach to their contacts (ACE)
-  std::array<Estimate, 4> precision;  ///< share of contacts nearer than 3, 5, 7, 9 cm (AP@k)
+  std::array<Estimate, 4> precision;  ///< share of contacts nearer than 3, 5, 7, 9 cm (AP at k)
   Estimate success;         ///< share of runs that end seated: the pelvis within 5 cm of the height, and 15 cm of
                             ///< the place over the seat, at which the recording's rests
   Estimate seconds_to_sit;  ///< of those

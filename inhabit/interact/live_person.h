@@ -38,7 +38,7 @@ class LivePerson {
 
   /// From now on they go to `chair` and sit down, hands at `contacts` while they do. Where there is no way they stay
   /// (blocked()).
-  /// @param scene what must not be walked into, the chair among it.
+  /// @param around what must not be walked into, the chair among it.
   void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
   /// Contacts of a person who sits, or other ones of one on the way. A hand on its way goes on to where its contact was
   /// moved to, by up to 25 cm; else it sets out anew.
