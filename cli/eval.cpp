@@ -5,12 +5,14 @@
 #include <memory>
 
 #include "inhabit/anticipate/evaluate.h"
+#include "inhabit/anticipate/evaluation_folds.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/evaluate_contacts.h"
 #include "inhabit/interact/evaluate_starts.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/shipped_model.h"
+#include "inhabit/nn/used_settings.h"
 #include "inputs.h"
 #include "outputs.h"
 #include "progress.h"
@@ -26,50 +28,16 @@ struct AnticipateOptions {
   inhabit::anticipate::Evaluation evaluation;
 };
 
-/// The recordings of `split` for a model, or of a model's fold, and all others that it may remember.
-inhabit::anticipate::Fold fold_of(const std::vector<inhabit::ActionMotion>& motions, const std::string& source,
-                                  const std::string& split, inhabit::anticipate::Networks networks) {
-  using namespace inhabit;
-  const double rate = networks.config.rate;
-  if (networks.skeleton.size() == 0) networks.skeleton = anticipate::training_skeleton(motions, source);
-  const auto of = [&](const std::string& name) {
-    return anticipate::sequences_of(motions, name, networks.skeleton, rate);
-  };
-  anticipate::Fold fold{networks, of(split), {}};
-  if (split == "train") return fold;
-  fold.training = of("train");
-  if (split != "val")
-    for (anticipate::Sequence& s : of("val")) fold.training.push_back(std::move(s));
-  return fold;
-}
-
 std::vector<inhabit::anticipate::Fold> folds_of(const AnticipateOptions& o, inhabit::Notes& notes) {
   using namespace inhabit;
-  const bool by_turns = o.split == "left-out";
-  std::vector<anticipate::Networks> networks;
   std::vector<std::string> files = o.models;
-  if (files.empty() && !by_turns) files = {shipped_model("anticipate-cmu.safetensors")};
+  if (files.empty() && o.split != "left-out") files = {shipped_model("anticipate-cmu.safetensors")};
+  std::vector<std::pair<std::string, anticipate::Networks>> models;
   for (const std::string& file : files) {
-    networks.push_back(anticipate::load_networks(model_file(file, "")));
-    set_used(networks.back().config, o.settings, {"inference."});
-    if (by_turns && networks.back().config.training.folds == 0)
-      throw Error(file, "was trained on every recording: --split left-out takes models trained with training.folds");
-    if (networks.back().config.rate != networks.front().config.rate)
-      throw Error(file, "has another frame rate than " + files.front());
+    models.emplace_back(file, anticipate::load_networks(model_file(file, "")));
+    inhabit::set_used(models.back().second.config, o.settings, {"inference."});
   }
-  if (!by_turns && files.size() > 1) throw Error("--model", "several are for --split left-out, one for each fold");
-  const double rate = networks.empty() ? anticipate::Config().rate : networks.front().config.rate;
-  const std::vector<ActionMotion> motions = read_motion_set(o.data, anticipate::kDatabaseStride * rate, &notes);
-  std::vector<anticipate::Fold> out;
-  if (by_turns && networks.empty())  // rows that need no training: each recording by itself
-    for (int64_t folds = single_folds(motions), fold = 0; fold < folds; ++fold)
-      out.push_back(fold_of(left_out_fold(motions, folds, fold), o.data, "left_out", {}));
-  for (const anticipate::Networks& each : networks) {
-    const auto& training = each.config.training;
-    out.push_back(by_turns ? fold_of(left_out_fold(motions, training.folds, training.fold), o.data, "left_out", each)
-                           : fold_of(motions, o.data, o.split, each));
-  }
-  return out;
+  return anticipate::evaluation_folds(o.data, o.split, models, &notes);
 }
 
 void add_eval_anticipate(CLI::App& verb) {
@@ -194,7 +162,7 @@ void add_eval_interact(CLI::App& verb) {
     InteractFiles files;
     for (const std::string& model : o->models) {
       files.emplace_back(model, interact::load_networks(model_file(model, "")));
-      set_used(files.back().second.config, o->settings, {"inference."});
+      inhabit::set_used(files.back().second.config, o->settings, {"inference."});
     }
     const auto write_table = [&](const ScoreTable& table) {
       if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");

@@ -6,6 +6,7 @@
 #include "inhabit/forecast/evaluate_contacts.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
+#include "inhabit/nn/used_settings.h"
 #include "outputs.h"
 #include "progress.h"
 #include "settings.h"
@@ -40,7 +41,7 @@ inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
   if (!o.json.empty()) require_writable(o.json);
   inhabit::forecast::Networks model =
       inhabit::forecast::load_networks(inhabit::model_file(o.model, "forecast-compact.safetensors"));
-  set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
+  inhabit::set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
   return model;
 }
 

@@ -12,6 +12,7 @@
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/nn/used_settings.h"
 #include "inhabit/scene/floor.h"
 #include "inputs.h"
 #include "outputs.h"
@@ -50,14 +51,8 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
       "--no-refine", [&o] { o.refine = false; }, "Leave away the interpolations after the refinement that ours has");
 }
 
-/// A method, and the same after the post-processing that is common to all.
-void add_rows(std::vector<Method>& methods, const Method& method, bool refine) {
-  methods.push_back(method);
-  if (refine) methods.push_back(with_refine(method));
-}
-
-/// Rows of a model: what it starts from, what its network says, and the refined motion that it gives in the end.
-/// @param settings further ones: of the configuration, and way_around of how it is asked
+/// Rows of a model with settings, further ones than all rows have: of the configuration, and way_around of how it is
+/// asked.
 void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::Networks networks, const ModelRows& o,
               std::vector<std::string> settings) {
   inbetween::Options options = o.options;
@@ -66,15 +61,8 @@ void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::
   if (straight != settings.end()) options.way_around = false;
   settings.erase(straight, settings.end());
   set_used(networks.config, settings, kUse);
-  const auto model = std::make_shared<inbetween::SceneInbetweener>(networks);
-  if ((plain || !options.way_around) && model->has_baseline()) {
-    options.stage = inbetween::Stage::baseline;
-    methods.push_back(model_method(name + ", input", model, options));
-  }
-  options.stage = inbetween::Stage::network;
-  methods.push_back(model_method(name + ", raw", model, options));
-  options.stage = inbetween::Stage::finished;
-  methods.push_back(model_method(name, model, options));
+  for (Method& row : inbetween::model_rows(name, networks, options, plain || !options.way_around))
+    methods.push_back(std::move(row));
 }
 
 /// "NAME: KEY=VALUE ...".
@@ -93,7 +81,7 @@ std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config, bool noi
   if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
   std::vector<Method> methods;
   if (!o.options.key_groups.defined())  // they know whole poses only
-    for (const Method& method : inbetween::interpolation_methods(noisy)) add_rows(methods, method, o.refine);
+    methods = inbetween::interpolation_rows(noisy, o.refine);
   for (const std::string& file : o.models) {
     inbetween::Networks networks = inbetween::load_networks(model_file(file, ""));
     set_used(networks.config, o.settings, kUse);

@@ -97,4 +97,27 @@ Method with_refine(const Method& method) {
           method.random};
 }
 
+std::vector<Method> interpolation_rows(bool noisy, bool refine) {
+  std::vector<Method> out;
+  for (const Method& method : interpolation_methods(noisy)) {
+    out.push_back(method);
+    if (refine) out.push_back(with_refine(method));
+  }
+  return out;
+}
+
+std::vector<Method> model_rows(const std::string& name, const Networks& networks, Options options, bool input) {
+  const auto model = std::make_shared<SceneInbetweener>(networks);
+  std::vector<Method> out;
+  if (input && model->has_baseline()) {
+    options.stage = Stage::baseline;
+    out.push_back(model_method(name + ", input", model, options));
+  }
+  options.stage = Stage::network;
+  out.push_back(model_method(name + ", raw", model, options));
+  options.stage = Stage::finished;
+  out.push_back(model_method(name, model, options));
+  return out;
+}
+
 }  // namespace inhabit::inbetween

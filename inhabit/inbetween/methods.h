@@ -43,4 +43,11 @@ Clip post_processed(const Clip& motion, const FillTask& task);
 /// The method "NAME + refine": `method`, then post_processed.
 Method with_refine(const Method& method);
 
+/// The interpolations, and after each the same refined where `refine`.
+std::vector<Method> interpolation_rows(bool noisy, bool refine);
+
+/// Rows of a model: what it starts from ("NAME, input", where it has that and `input`), what its network says ("NAME,
+/// raw"), and the refined motion that it gives in the end ("NAME").
+std::vector<Method> model_rows(const std::string& name, const Networks& networks, Options options, bool input = true);
+
 }  // namespace inhabit::inbetween

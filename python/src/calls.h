@@ -81,6 +81,7 @@ void add_score(py::module_& m);
 void add_data(py::module_& m);
 void add_synth(py::module_& m);
 void add_train(py::module_& m);
+void add_evaluate(py::module_& m);
 void add_page(py::module_& m);
 
 }  // namespace inhabit::python

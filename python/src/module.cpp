@@ -54,5 +54,6 @@ PYBIND11_MODULE(_core, m) {
   add_data(m);
   add_synth(m);
   add_train(m);
+  add_evaluate(m);
   add_page(m);
 }

@@ -1,3 +1,4 @@
+import json
 import os
 import pickle
 import signal
@@ -168,3 +169,18 @@ def test_data_sets_feed_a_loader_and_a_training(tmp_path):
     torch = pytest.importorskip("torch")
     batch = next(iter(torch.utils.data.DataLoader(windows, batch_size=3)))
     assert batch["joints"].shape == (3, 90, 22, 3)
+
+
+def test_an_evaluation_is_the_commands(tmp_path):
+    inhabit.synth_rooms(tmp_path / "rooms", clips=3, clips_per_room=1, seconds=4.2)
+    seen = []
+    table = inhabit.evaluate("forecast", str(tmp_path / "rooms"), split="all", progress=lambda done, all: seen.append((done, all)))
+    subprocess.run([os.environ["INHABIT_COMMAND"], "eval", "forecast", "--data", tmp_path / "rooms", "--split", "all", "--json",
+                    tmp_path / "table.json"], check=True, capture_output=True)
+    assert table == json.loads((tmp_path / "table.json").read_text()) and seen[-1][0] == seen[-1][1]
+    filled = inhabit.evaluate("inbetween", [str(tmp_path / "rooms")], split="all", windows=2, refine=False)
+    assert "ours, raw" in json.dumps(filled)
+    with pytest.raises(inhabit.Error, match="how the networks were made"):
+        inhabit.evaluate("forecast", str(tmp_path / "rooms"), settings={"hidden": 3})
+    with pytest.raises(inhabit.Error, match="none of anticipate"):
+        inhabit.evaluate("dance", str(tmp_path / "rooms"))

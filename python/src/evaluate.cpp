@@ -1,0 +1,136 @@
+#include "inhabit/forecast/evaluate.h"
+#include "calls.h"
+#include "inhabit/anticipate/evaluation_folds.h"
+#include "inhabit/error.h"
+#include "inhabit/inbetween/evaluate.h"
+#include "inhabit/interact/evaluate.h"
+#include "inhabit/io/shipped_model.h"
+#include "inhabit/nn/used_settings.h"
+
+namespace inhabit::python {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+/// What `evaluate` of every system is asked for.
+struct Asked {
+  Texts data;
+  std::string split;
+  std::optional<Path> model;
+  Texts settings;
+  int64_t windows, seeds;
+  uint64_t seed;
+  Progress progress;
+
+  template <class Networks>
+  Networks networks(Networks (*load)(const std::string&), const std::string& shipped, const Texts& keys) const {
+    Networks out = load(model_file(model, shipped));
+    set_used(out.config, settings, keys);
+    return out;
+  }
+  Error nothing(const std::string& what) const {
+    return Error(data.empty() ? "data" : data.front(), "has no " + what + " in split " + split);
+  }
+};
+
+std::string forecast_rows(const Asked& asked) {
+  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors",
+                                    {"points=", "radius=", "contact_threshold="});
+  const forecast::Data data(asked.data, asked.split, model.config, 30);
+  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
+  return table_json(forecast::evaluate(model, data, asked.progress)).dump();
+}
+
+std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds) {
+  if (asked.data.size() != 1) throw Error("data", "is one set of recordings: 'cmu:FOLDER', 'h36m:FOLDER' or FOLDER");
+  const auto model = asked.networks(&anticipate::load_networks, "anticipate-cmu.safetensors", {"inference."});
+  anticipate::Evaluation how;
+  how.samples = samples;
+  how.seconds = seconds;
+  how.seed = asked.seed;
+  if (asked.windows > 0) how.windows = asked.windows;
+  how.progress = asked.progress;
+  const anticipate::Table table = anticipate::evaluate(
+      anticipate::evaluation_folds(asked.data.front(), asked.split,
+                                   {{model_file(asked.model, "anticipate-cmu.safetensors"), model}}),
+      how);
+  if (table.actions.empty()) throw asked.nothing("recording long enough");
+  return table_json(table).dump();
+}
+
+std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double noise, bool refine) {
+  const auto model =
+      asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors", {"inference.", "t_star="});
+  const inbetween::Data data(asked.data, asked.split, model.config, model.config.frames);
+  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(model.config.frames) + " frames");
+  std::vector<inbetween::Window> windows;
+  for (const int64_t i : data.windows().spread(asked.windows > 0 ? asked.windows : 100))
+    windows.push_back(data.window(i));
+  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(noise > 0, refine);
+  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
+    methods.push_back(std::move(row));
+  inbetween::Evaluation how;
+  how.keyframes = keyframes;
+  how.seeds = asked.seeds;
+  how.seed = asked.seed;
+  how.noise = noise;
+  how.progress = asked.progress;
+  const auto features = inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
+  return table_json(inbetween::evaluate(windows, methods, features, how)).dump();
+}
+
+std::string interact_rows(const Asked& asked, double seconds) {
+  const auto model = asked.networks(&interact::load_networks, "interact-compact.safetensors", {"inference."});
+  const auto trials = interact::trials_of(asked.data, asked.split, asked.windows > 0 ? asked.windows : 120, seconds);
+  if (trials.empty()) throw asked.nothing("clip in which somebody sits");
+  const auto methods = interact::methods_of({{"", model}}, seconds, {{.raw = true}, {}});
+  return table_json(interact::evaluate(trials, methods, asked.seed, asked.progress)).dump();
+}
+
+py::object evaluate_system(const std::string& system, const std::variant<std::string, Texts>& data,
+                           const std::string& split, const std::optional<Path>& model, const py::object& settings,
+                           std::optional<int64_t> windows, int64_t seeds, uint64_t seed, int64_t samples,
+                           std::optional<double> seconds, const Texts& keyframes, double noise, bool refine,
+                           const py::object& progress) {
+  const auto at_least_one = [](const char* name, int64_t value) {
+    if (value < 1) throw Error(name, "are fewer than 1");
+  };
+  if (windows) at_least_one("windows", *windows);
+  at_least_one("seeds", seeds);
+  at_least_one("samples", samples);
+  const auto* one = std::get_if<std::string>(&data);
+  const Asked asked{one != nullptr ? Texts{*one} : std::get<Texts>(data),
+                    split,
+                    model,
+                    settings_of(settings),
+                    windows.value_or(0),
+                    seeds,
+                    seed,
+                    progress_of(progress)};
+  const std::string rows = released([&]() -> std::string {
+    if (system == "forecast") return forecast_rows(asked);
+    if (system == "anticipate") return anticipate_rows(asked, samples, seconds.value_or(30));
+    if (system == "inbetween") return inbetween_rows(asked, keyframes, noise, refine);
+    if (system == "interact") return interact_rows(asked, seconds.value_or(16));
+    throw Error("system", "is '" + system + "', which is none of anticipate, forecast, inbetween, interact");
+  });
+  return python_of(rows);
+}
+
+}  // namespace
+
+void add_evaluate(py::module_& m) {
+  m.def("evaluate", &evaluate_system, "system"_a, "data"_a, py::kw_only(), "split"_a = "test", "model"_a = py::none(),
+        "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = 1, "seed"_a = 1, "samples"_a = 50,
+        "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0, "refine"_a = true,
+        "progress"_a = py::none(),
+        "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
+        "system: 'forecast', 'anticipate', 'inbetween' or 'interact'. data: folders of native data sets, or for\n"
+        "'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', FOLDER. model: a model file instead of the one that ships.\n"
+        "settings: how it is used, {'inference.guidance': 0}. windows: at most so many (observations of an action,\n"
+        "trials). seeds: runs of 'inbetween'; keyframes, noise (degrees and cm) and refine (interpolations refined,\n"
+        "too) are of it as well. samples: futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
+        "'anticipate', the length of a run of 'interact'. progress(done, all) is called now and then.");
+}
+
+}  // namespace inhabit::python
