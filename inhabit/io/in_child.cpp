@@ -18,12 +18,11 @@ namespace inhabit {
 namespace {
 
 constexpr rlim_t kMostSeconds = 60;                             // of a processor
-constexpr rlim_t kMostMemory = 12ULL << 30;                     // bytes beyond what this process has
 constexpr size_t kMostResult = 4ULL << 30;                      // bytes
 constexpr char kResult = 'r', kRefusal = 'e', kNoMemory = 'm';  // what follows, or that nothing does
 
-void limit(int which, rlim_t most) {
-  const rlimit limits{most, most};
+void limit(int which, rlim_t most, rlim_t hard) {
+  const rlimit limits{most, hard};
   setrlimit(static_cast<__rlimit_resource>(which), &limits);
 }
 
@@ -43,10 +42,11 @@ bool write_all(int to, const char* bytes, size_t size) {
   for (const int signal : {SIGINT, SIGTERM, SIGABRT, SIGSEGV, SIGPIPE}) std::signal(signal, SIG_DFL);
   const int nowhere = ::open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);  // assertions print; so do libraries
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, kMostSeconds);
-#ifndef __SANITIZE_ADDRESS__  // whose shadow takes terabytes of addresses
-  limit(RLIMIT_DATA, kMostMemory);
+  limit(RLIMIT_CORE, 0, 0);
+  limit(RLIMIT_CPU, kMostSeconds, kMostSeconds + 5);  // at the second, SIGKILL would say nothing
+#ifndef __SANITIZE_ADDRESS__                          // whose shadow takes terabytes of addresses
+  const rlim_t half = static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) / 2 * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  limit(RLIMIT_DATA, half, half);
 #endif
   char kind = kResult;
   std::string text;
