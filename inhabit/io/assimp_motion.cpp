@@ -29,7 +29,8 @@ std::string tracks_in_child(const std::string& path, bool sampled) {
                      {"joints", bytes_of(t.joints)},
                      {"turns", bytes_of(t.turns)},
                      {"rate", t.rate},
-                     {"animation", t.animation}});
+                     {"animation", t.animation},
+                     {"alike", t.alike}});
     const std::vector<uint8_t> bytes = json::to_cbor(out);
     return std::string(bytes.begin(), bytes.end());
   });
@@ -145,6 +146,8 @@ std::vector<SourceMotion> read_node_motions(const std::string& path, std::option
     out.push_back(motion_of(tracks, path, metres_per_unit, gltf));
     out.back().y_up = gltf;
   }
+  if (const auto alike = all[0]["alike"].get<int64_t>(); alike > 0)
+    out.front().notes.push_back(std::to_string(alike) + " more, whose joints have the same names, cannot be read");
   if (all.size() > 1)
     out.front().notes.push_back("one of " + std::to_string(all.size()) + " motions in the file, the animation '" +
                                 all[0]["animation"].get<std::string>() + "'");

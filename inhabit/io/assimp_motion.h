@@ -16,6 +16,7 @@ namespace inhabit {
 /// where neither says anything. Lengths are metres in glTF, elsewhere what makes the bones those of a person
 /// (guess_length_unit).
 /// @param metres_per_unit empty: as said.
+/// Nodes are told apart by their names: of people whose joints have the same ones the first is read.
 /// @return each person's motion in each animation that moves them, the one of most joints (then of the longest motion)
 /// first. Throws Error(path, ...): damaged, no skeleton that moves.
 std::vector<SourceMotion> read_node_motions(const std::string& path, std::optional<double> metres_per_unit = {});

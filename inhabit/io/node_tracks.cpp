@@ -318,8 +318,15 @@ std::vector<NodeTracks> node_tracks(const std::string& path, bool sampled) {
   }
   std::stable_sort(people.begin(), people.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
   std::vector<NodeTracks> out;
+  std::set<std::string> taken;
   for (const std::vector<int>& joints : people) {
     if (joints.size() < kLeastJoints) break;
+    const auto name_of = [&](int joint) { return std::string(nodes[static_cast<size_t>(joint)].node->mName.C_Str()); };
+    if (std::any_of(joints.begin(), joints.end(), [&](int joint) { return taken.count(name_of(joint)) != 0; })) {
+      if (!out.empty()) ++out.front().alike;
+      continue;
+    }
+    for (const int joint : joints) taken.insert(name_of(joint));
     std::vector<std::pair<Span, const aiAnimation*>> moved;
     for (unsigned a = 0; a < scene->mNumAnimations; ++a)
       if (const auto span = span_of(*scene->mAnimations[a], channels_of(*scene->mAnimations[a]), nodes, joints, path))

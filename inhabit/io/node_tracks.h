@@ -13,6 +13,7 @@ struct NodeTracks {
   std::vector<double> turns;   ///< (T, J, 4) global rotations
   double rate = 30;            ///< frames a second
   std::string animation;       ///< its name
+  int64_t alike = 0;           ///< people left out: assimp tells nodes by their names, and theirs are these
 };
 
 /// The people of a file as assimp reads it, in this process: an assertion of assimp ends it (in_child.h). One after the
