@@ -220,7 +220,7 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
   if (!gaps.empty()) {
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
     double keys = 1 / gaps[gaps.size() / 2];
-    if (std::abs(keys - std::round(keys)) < 2e-3 * keys && keys < 1000 * (1 + 1e-3)) keys = std::round(keys);
+    if (std::abs(keys - std::round(keys)) < 3e-4 * keys) keys = std::round(keys);  // 29.97 is not 30
     if (keys >= kDense) rate = std::max(rate, std::min(keys, 1000.0));
   }
   if (rate > 0) out.rate = rate;
