@@ -162,7 +162,8 @@ TEST(Forecast, RefusesMotionThatCannotBeObserved) {
   const BadInput bad;
   bad.expect_motion_refused(bad / "none.npz", "no such file");
   bad.expect_motion_refused(bad.write("empty.npz", ""), "is empty");
-  bad.expect_motion_refused(kRoom, "no motion format");
+  bad.expect_motion_refused(kRoom, "holds no skeleton of a person that an animation moves");
+  bad.expect_motion_refused(bad.write("room.obj", "v 0 0 0\n"), "no motion format");
   bad.expect_motion_refused(bad.write("cut.npz", read_whole_file(kWalk).substr(0, 5000)), "");
 
   const Clip walk = read_clip(kWalk);
