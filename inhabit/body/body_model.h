@@ -11,9 +11,10 @@ namespace inhabit {
 
 /// A capsule fixed to a joint's frame, for collisions. Metres, in the joint's frame of the mean shape.
 struct Capsule {
-  int joint = 0;
-  std::array<float, 3> a{}, b{};
-  float radius = 0;
+  int joint = 0;             ///< whose frame it is in
+  std::array<float, 3> a{};  ///< one end of its axis
+  std::array<float, 3> b{};  ///< the other end
+  float radius = 0;          ///< around the axis and both ends
 };
 
 /// A skinned body with linear shape space. The built-in body and SMPL, SMPL-H and SMPL-X files all become one of these.
@@ -29,9 +30,11 @@ struct BodyModel {
   torch::Tensor faces;              ///< (F, 3) int64, counter-clockwise seen from outside
   torch::Tensor joint_limits;       ///< (J, 3, 2) radians: lowest and highest of each axis-angle component
   torch::Tensor anchors;            ///< (64) int64 vertex indices by furthest point sampling at rest
-  std::vector<Capsule> capsules;
+  std::vector<Capsule> capsules;    ///< the body's volume, coarsely; a file's body has those of the built-in one
 
+  /// J.
   int joints() const { return skeleton.size(); }
+  /// B, the number of shape parameters.
   int64_t betas() const { return shape_dirs.size(2); }
 };
 

@@ -8,17 +8,18 @@ namespace inhabit {
 
 /// A skeleton as plain numbers in double precision, for code that works one frame at a time. Metres.
 struct Bones {
-  std::vector<int> parents;
+  std::vector<int> parents;  ///< of each joint, earlier ones; -1 for joint 0, the root
   std::vector<Eigen::Vector3d>
       offsets;  ///< rest position relative to the parent; the root's own rest position for joint 0
 
+  /// Number of joints.
   int size() const { return static_cast<int>(parents.size()); }
 };
 
 /// Position and rotation of every joint (joint frame to world).
 struct BonesPose {
-  std::vector<Eigen::Vector3d> positions;
-  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;     ///< metres, world
+  std::vector<Eigen::Quaterniond> rotations;  ///< unit
 };
 
 Bones bones_of(const Skeleton& skeleton);

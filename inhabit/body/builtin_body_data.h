@@ -10,7 +10,11 @@ inline constexpr int64_t kBuiltinAnchors = 64;
 
 /// What of the built-in body is generated data, made once by scripts/make_body. Shapes as in BodyModel.
 struct BuiltinSkin {
-  torch::Tensor vertices, faces, weights, shape_dirs, anchors;
+  torch::Tensor vertices;    ///< BodyModel::template_vertices
+  torch::Tensor faces;       ///< BodyModel::faces
+  torch::Tensor weights;     ///< BodyModel::skin_weights, four joints a vertex at most
+  torch::Tensor shape_dirs;  ///< BodyModel::shape_dirs
+  torch::Tensor anchors;     ///< BodyModel::anchors
 };
 
 /// As bytes, little endian: int32 vertices V and faces F; then float32 vertices (V, 3) and shape_dirs (V, 3, B);

@@ -5,6 +5,7 @@
 
 namespace inhabit {
 
+/// How fit_body() looks for a body.
 struct FitOptions {
   torch::Tensor weights;     ///< (22) how much each joint's error counts; undefined: all 1
   torch::Tensor betas;       ///< shape of the body; undefined: the mean, or found where fit_shape is set

@@ -9,7 +9,8 @@ namespace inhabit {
 /// How far each joint of a body can rotate: lowest and highest of the axis-angle components of its local rotation,
 /// radians.
 struct JointLimits {
-  std::vector<Eigen::Vector3d> low, high;  ///< a joint each
+  std::vector<Eigen::Vector3d> low;   ///< a joint each
+  std::vector<Eigen::Vector3d> high;  ///< a joint each, not below `low`
 
   /// What is beyond, component by component, signed; zero within the limits.
   Eigen::Vector3d beyond(size_t joint, const Eigen::Vector3d& axis_angle) const {

@@ -8,10 +8,11 @@ namespace inhabit {
 
 /// A tree of joints at rest. Parents come before their children; exactly one root, joint 0, has parent -1.
 struct Skeleton {
-  std::vector<std::string> names;
-  std::vector<int> parents;
+  std::vector<std::string> names;  ///< as the file has them, or the standard ones
+  std::vector<int> parents;        ///< indices; -1 for the root
   torch::Tensor offsets;  ///< (J, 3) metres, rest position relative to the parent; row 0 is the root's rest position.
 
+  /// J, the number of joints.
   int size() const { return static_cast<int>(parents.size()); }
   /// Index of the joint called `name`, or -1.
   int find(const std::string& name) const;

@@ -7,7 +7,8 @@ namespace inhabit {
 
 /// Where the middle and end joints of a two-bone chain go.
 struct TwoBone {
-  Eigen::Vector3d mid, end;
+  Eigen::Vector3d mid;    ///< metres, in the frame that the target is given in
+  Eigen::Vector3d end;    ///< likewise; the target where the chain reaches it
   Eigen::Vector3d hinge;  ///< unit normal of the bending plane, pole x (end - start), about which bending is positive
 };
 
@@ -22,7 +23,9 @@ TwoBone solve_two_bone(const Eigen::Vector3d& start, double upper_length, double
 
 /// A leg or arm of the standard skeleton.
 struct Limb {
-  int start, mid, end;        ///< joints: hip, knee, ankle or shoulder, elbow, wrist
+  int start;                  ///< joint: hip or shoulder
+  int mid;                    ///< joint: knee or elbow
+  int end;                    ///< joint: ankle or wrist
   Eigen::Vector3d rest_pole;  ///< where the middle joint points at rest: +Z for knees, -Z for elbows
 };
 enum class Side { left, right };
@@ -31,9 +34,11 @@ Limb arm(Side side);
 
 /// What brings a limb to a target.
 struct LimbPose {
-  TwoBone joints;
-  Eigen::Quaterniond start_rotation, mid_rotation;  ///< local rotations of the start and middle joints
-  Eigen::Quaterniond start_global, mid_global;      ///< the same, to world
+  TwoBone joints;                     ///< where the middle and the end joint go, world
+  Eigen::Quaterniond start_rotation;  ///< of the start joint, relative to its parent
+  Eigen::Quaterniond mid_rotation;    ///< of the middle joint, relative to the start joint
+  Eigen::Quaterniond start_global;    ///< of the start joint, to world
+  Eigen::Quaterniond mid_global;      ///< of the middle joint, to world
 };
 
 /// Two-bone inverse kinematics of a limb. The middle joint rotates about its hinge only: the bones' rest directions and

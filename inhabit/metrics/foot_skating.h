@@ -3,9 +3,11 @@
 
 namespace inhabit {
 
+/// How often feet slide over the floor.
 struct FootSkating {
   int64_t frames = 0;   ///< frames that have a next one
   int64_t skating = 0;  ///< of these, with a foot joint that slides
+  /// Of the frames; 0 where there is none.
   double fraction() const { return frames > 0 ? static_cast<double>(skating) / static_cast<double>(frames) : 0; }
 };
 

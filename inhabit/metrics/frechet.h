@@ -7,8 +7,8 @@ namespace inhabit {
 
 /// What the Frechet distance sees of a set of feature vectors: the Gaussian with its mean and covariance.
 struct FeatureGaussian {
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd covariance;
+  Eigen::VectorXd mean;        ///< (D)
+  Eigen::MatrixXd covariance;  ///< (D, D)
 };
 
 /// Of features (N, D), N > 1, all finite; the covariance is the unbiased one.
@@ -33,6 +33,7 @@ struct FrechetReference {
   torch::Tensor features;    ///< (N, d) double, of the reference
   FeatureGaussian gaussian;  ///< of `features`
 
+  /// d, the number of directions.
   int64_t dimensions() const { return directions.size(1); }
   /// (M, d) double from other features (M, D).
   torch::Tensor along(const torch::Tensor& others) const;

@@ -9,9 +9,9 @@ namespace inhabit {
 /// nothing.
 template <class Input, class Output>
 struct Method {
-  std::string name;
-  std::function<Output(const Input& input, uint64_t seed)> run;
-  bool random = false;
+  std::string name;                                              ///< of its row
+  std::function<Output(const Input& input, uint64_t seed)> run;  ///< the same output for the same input and seed
+  bool random = false;                                           ///< runs with several seeds are worth making
 };
 
 }  // namespace inhabit

@@ -32,9 +32,9 @@ std::vector<std::string> supporting_objects(const Clip& clip, const Scene& scene
 
 /// How far the worst joint angle is beyond the body's limits, radians of an axis-angle component; 0 within.
 struct LimitExcess {
-  double radians = 0;
-  int64_t frame = -1;
-  int joint = -1;
+  double radians = 0;  ///< of the worst joint in the worst frame
+  int64_t frame = -1;  ///< where that is; -1: nowhere
+  int joint = -1;      ///< which it is; -1: none
 };
 LimitExcess beyond_limits(const Clip& clip, const BodyModel& body);
 

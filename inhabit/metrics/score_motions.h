@@ -13,31 +13,36 @@ namespace inhabit {
 
 /// One motion and what errors call it.
 struct NamedMotion {
-  std::string name;
+  std::string name;      ///< its file
   torch::Tensor joints;  ///< (T, 22, 3) metres, world, standard skeleton
 };
 
+/// What a motion word is, and which of them count.
 struct NdmsOptions {
-  double rate = 25;              ///< frames a second of the motions that are scored
-  int64_t kappa = 8;             ///< frames of a motion word
-  int64_t observed = 0;          ///< frames at the start of each motion that were observed: words of them alone do
-                                 ///< not count
-  int64_t reference_stride = 2;  ///< the reference has so many times the rate (metrics/motion_words.h)
-  WordKind words = WordKind::poses;
+  double rate = 25;                  ///< frames a second of the motions that are scored
+  int64_t kappa = 8;                 ///< frames of a motion word
+  int64_t observed = 0;              ///< frames at the start of each motion that were observed: words of them alone do
+                                     ///< not count
+  int64_t reference_stride = 2;      ///< the reference has so many times the rate (metrics/motion_words.h)
+  WordKind words = WordKind::poses;  ///< poses frame by frame, or words moved as the package does
 };
 
+/// NDMS of one motion.
 struct NdmsOfMotion {
-  std::string name;
-  double ndms = 0, coded = 0;  ///< means over its words
-  int64_t words = 0;
+  std::string name;               ///< as given
+  double ndms = 0;                ///< mean over its words, 0 to 1
+  double coded = 0;               ///< the same in the form of the authors' code (NdmsForm::coded)
+  int64_t words = 0;              ///< that count
   std::vector<double> by_second;  ///< of `ndms`
 };
 
+/// NDMS of several motions.
 struct NdmsScore {
-  double ndms = 0;   ///< mean over all words
-  double coded = 0;  ///< in the form of the authors' code (NdmsForm::coded)
-  int64_t words = 0, reference_words = 0;
-  std::vector<NdmsOfMotion> motions;
+  double ndms = 0;                    ///< mean over all words
+  double coded = 0;                   ///< in the form of the authors' code (NdmsForm::coded)
+  int64_t words = 0;                  ///< of all motions
+  int64_t reference_words = 0;        ///< that they were compared with, mirror images too
+  std::vector<NdmsOfMotion> motions;  ///< each by itself, in the order given
 };
 
 /// NDMS (Eq. 10-12 of the anticipation paper) of motions against those of `reference`. Throws Error naming the motion
@@ -55,11 +60,13 @@ double score_sequence_apd(const std::vector<NamedMotion>& futures);
 
 /// Errors by frame and over all frames, metres.
 struct ErrorByFrame {
-  torch::Tensor mean;  ///< (T) of each frame, over all futures
-  torch::Tensor best;  ///< (T) of the future whose error is the least (metrics/forecast_error.h)
-  double overall = 0, best_overall = 0;
+  torch::Tensor mean;       ///< (T) of each frame, over all futures
+  torch::Tensor best;       ///< (T) of the future whose error is the least (metrics/forecast_error.h)
+  double overall = 0;       ///< mean of `mean` over the frames
+  double best_overall = 0;  ///< mean of `best` over the frames
 };
 
+/// How far futures are from what came true.
 struct MotionError {
   ErrorByFrame pose;   ///< of the joints, poses without place and heading: whoever stands still as they walk has little
   ErrorByFrame path;   ///< of the root in the world

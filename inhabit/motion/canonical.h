@@ -7,9 +7,10 @@ namespace inhabit {
 
 /// A rotation about the vertical and a shift: p -> R_y(yaw) p + shift. Metres, radians; yaw rotates +Z towards +X.
 struct GroundTransform {
-  double yaw = 0;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  double yaw = 0;                                   ///< radians
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< metres
 
+  /// What takes it back.
   GroundTransform inverse() const;
 };
 

@@ -25,7 +25,7 @@ struct FileConventions {
 /// A tensor that is not known is undefined. `joints` is always there; rotations and trans may be missing (positions
 /// only).
 struct Clip {
-  Skeleton skeleton;
+  Skeleton skeleton;        ///< J joints, at rest
   double rate = 30.0;       ///< frames a second
   torch::Tensor joints;     ///< (T, J, 3) metres, world
   torch::Tensor rotations;  ///< (T, J, 3) axis-angle radians, each joint relative to its parent; row 0 is root_orient
@@ -33,12 +33,12 @@ struct Clip {
   /// (T, J, 3) metres, relative to the parent, in its frame: what stands in place of skeleton.offsets where joints
   /// translate. Row 0 is offsets[0] in every frame (the root moves by trans). Undefined: the bones are rigid.
   torch::Tensor translations;
-  torch::Tensor betas;  ///< (B) body shape
-  std::string gender = "neutral";
+  torch::Tensor betas;             ///< (B) body shape
+  std::string gender = "neutral";  ///< "male", "female" or "neutral", as SMPL's family of files names it
   std::string source_body;  ///< body model of the file it came from ("smplx", "smplh"), empty for the built-in body
   torch::Tensor
-      source_betas;  ///< (B) shape in that model's own space, kept for writing; the built-in body cannot use it
-  FileConventions file;
+      source_betas;      ///< (B) shape in that model's own space, kept for writing; the built-in body cannot use it
+  FileConventions file;  ///< of the file that it was read from
 
   std::vector<std::string> action_names;  ///< labels that `action` indexes
   torch::Tensor action;                   ///< (T) int64
@@ -47,7 +47,9 @@ struct Clip {
   std::vector<std::string> object_names;  ///< names of the scene's objects that object_pose rows belong to
   torch::Tensor object_pose;              ///< (T, O, 6) world translation metres, then axis-angle radians
 
+  /// T; 0 without joints.
   int64_t frames() const { return joints.defined() ? joints.size(0) : 0; }
+  /// How long it lasts, a frame being as long as it is shown.
   double seconds() const { return static_cast<double>(frames()) / rate; }
   /// (T, 3) metres: where the root joint goes.
   torch::Tensor root_path() const { return joints.select(1, 0); }

@@ -9,16 +9,21 @@ namespace inhabit {
 
 /// Which joints of any skeleton stand for the parts of a person. [0] is left, [1] right; -1 where there is none.
 struct Landmarks {
-  int pelvis = -1;  ///< the joint that legs and spine hang on
-  int thorax = -1;  ///< the joint that arms and head hang on
-  int neck = -1;    ///< first joint of the neck, a child of the thorax; -1 where the head follows at once
-  int head = -1;    ///< base of the skull
-  std::array<int, 2> hip, knee, ankle;
-  std::array<int, 2> toe;     ///< ball of the foot; may be missing
-  std::array<int, 2> collar;  ///< first joint from thorax to shoulder; may be missing
-  std::array<int, 2> shoulder, elbow, wrist;
-  std::vector<int> spine;  ///< joints from pelvis to thorax, both among them
+  int pelvis = -1;              ///< the joint that legs and spine hang on
+  int thorax = -1;              ///< the joint that arms and head hang on
+  int neck = -1;                ///< first joint of the neck, a child of the thorax; -1 where the head follows at once
+  int head = -1;                ///< base of the skull
+  std::array<int, 2> hip;       ///< thigh's joint
+  std::array<int, 2> knee;      ///< shin's joint
+  std::array<int, 2> ankle;     ///< foot's joint
+  std::array<int, 2> toe;       ///< ball of the foot; may be missing
+  std::array<int, 2> collar;    ///< first joint from thorax to shoulder; may be missing
+  std::array<int, 2> shoulder;  ///< upper arm's joint
+  std::array<int, 2> elbow;     ///< forearm's joint
+  std::array<int, 2> wrist;     ///< hand's joint
+  std::vector<int> spine;       ///< joints from pelvis to thorax, both among them
 
+  /// All are missing.
   Landmarks() {
     for (auto* part : {&hip, &knee, &ankle, &toe, &collar, &shoulder, &elbow, &wrist}) part->fill(-1);
   }

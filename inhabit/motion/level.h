@@ -7,14 +7,14 @@ namespace inhabit {
 
 /// The plane that a person's feet stand on.
 struct FloorSlope {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
-  double degrees = 0;      ///< between normal and +Y
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  ///< unit, in the world of the recording
+  double degrees = 0;                                 ///< between normal and +Y
   double uncertainty = 0;  ///< degrees, one standard deviation in the direction that is known least
   double off_plane = 0;    ///< metres, mean distance of the standing feet from the plane,
   double off_level = 0;    ///< and from the level plane in their midst
   int64_t stances = 0;     ///< feet that stand, a second at most each; fewer than kLeastStances: nothing is known
 
-  static constexpr int64_t kLeastStances = 4;
+  static constexpr int64_t kLeastStances = 4;  ///< that tell a slope
   /// Whether the recording itself slopes: by more than a degree and twice the uncertainty.
   bool certain() const { return stances >= kLeastStances && degrees > 1 && degrees > 2 * uncertainty; }
 };

@@ -9,7 +9,7 @@ namespace inhabit {
 /// A clip as a forecasting system takes it: on the standard skeleton at the model's rate, and the first frame to be
 /// forecast.
 struct Observed {
-  Clip motion;
+  Clip motion;        ///< standard skeleton, at the model's rate
   int64_t start = 0;  ///< frames of `motion` before it are observed; the last of them is a frame of the clip as it is
 };
 

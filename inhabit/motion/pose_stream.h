@@ -38,13 +38,14 @@ class PoseStream {
 
   /// A person whose result is wanted.
   struct Due {
-    std::string person;
+    std::string person;        ///< as push() called them
     double time = 0;           ///< seconds: the time stamp of the last pose
     const PoseWindow* window;  ///< until the next push
   };
   /// All of them, by name; they are not due any more.
   std::vector<Due> take();
 
+  /// How many are known now.
   size_t people() const { return people_.size(); }
 
  private:

@@ -8,13 +8,16 @@ namespace inhabit {
 
 /// The rotations and the root of a clip in double precision, for code that works frame by frame.
 struct PoseTrack {
-  int joints = 0;
+  int joints = 0;                         ///< J
   std::vector<Eigen::Quaterniond> local;  ///< frame after frame, one unit quaternion a joint, relative to its parent
   std::vector<Eigen::Vector3d> trans;     ///< (T) metres, as Clip::trans
   std::vector<Eigen::Vector3d> places;    ///< as Clip::translations, laid out as `local`; empty: the bones are rigid
 
+  /// T.
   int64_t frames() const { return static_cast<int64_t>(trans.size()); }
+  /// Rotation of a joint in a frame, relative to its parent.
   Eigen::Quaterniond& at(int64_t frame, int joint) { return local[static_cast<size_t>(frame * joints + joint)]; }
+  /// The same, to read.
   const Eigen::Quaterniond& at(int64_t frame, int joint) const {
     return local[static_cast<size_t>(frame * joints + joint)];
   }

@@ -25,7 +25,9 @@ class PoseWindow {
 
   double first() const { return at(0).time; }          ///< seconds, of the poses that are kept; there must be one
   double last() const { return at(count_ - 1).time; }  ///< seconds
+  /// From the first pose kept to the last; 0 without any.
   double seconds() const { return count_ == 0 ? 0 : last() - first(); }
+  /// Whether no pose is kept.
   bool empty() const { return count_ == 0; }
 
   /// At most `frames` poses at `rate` a second of which the last is the last one pushed: joints alone, on the skeleton.

@@ -23,8 +23,8 @@ class DistanceField {
   /// cells.
   DistanceField(const SceneQuery& query, const Eigen::AlignedBox3d& box, double cell = 0.05);
   ~DistanceField();
-  DistanceField(DistanceField&&) noexcept;
-  DistanceField& operator=(DistanceField&&) noexcept;
+  DistanceField(DistanceField&&) noexcept;             ///< what was moved from may only be destroyed
+  DistanceField& operator=(DistanceField&&) noexcept;  ///< likewise
 
   /// Trilinear distance. Beyond the grid: the value at the nearest point of the grid plus the distance from there.
   /// Throws Error when the point is not finite.
@@ -40,6 +40,7 @@ class DistanceField {
   /// Metres that are free of surfaces around `point` at least; 0 beyond the grid.
   float clearance(const Eigen::Vector3f& point) const;
 
+  /// Metres, as it was made with.
   double cell() const;
 
  private:

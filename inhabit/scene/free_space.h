@@ -10,12 +10,14 @@ namespace inhabit {
 struct FreeSpace {
   double cell = 0.05;      ///< metres between neighbouring grid points
   Eigen::Vector2d origin;  ///< world (x, z) of grid point (0, 0)
-  int nx = 0, nz = 0;
+  int nx = 0;              ///< grid points along x
+  int nz = 0;              ///< grid points along z
   /// Metres, nz rows of nx; exact at grid points up to kFarthest and cut off there; negative inside a solid.
   std::vector<float> clearance;
 
-  static constexpr double kFarthest = 1.0;
+  static constexpr double kFarthest = 1.0;  ///< metres
 
+  /// World (x, z) of a grid point.
   Eigen::Vector2d point(int ix, int iz) const { return origin + cell * Eigen::Vector2d(ix, iz); }
   /// Bilinear clearance at (x, z), metres; -kFarthest outside the grid.
   double at(const Eigen::Vector2d& p) const;

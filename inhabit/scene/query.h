@@ -41,9 +41,10 @@ class SceneQuery {
   /// Throws Error when the scene has neither a face nor a point.
   explicit SceneQuery(const Scene& scene);
   ~SceneQuery();
-  SceneQuery(SceneQuery&&) noexcept;
-  SceneQuery& operator=(SceneQuery&&) noexcept;
+  SceneQuery(SceneQuery&&) noexcept;             ///< what was moved from may only be destroyed
+  SceneQuery& operator=(SceneQuery&&) noexcept;  ///< likewise
 
+  /// What is nearest to `points` (N, 3): faces, and points of the cloud.
   ClosestPoints closest(const torch::Tensor& points) const;
 
   /// (N) metres to the nearest surface, negative inside; what is inside is said at Solid. Not differentiable.
@@ -57,6 +58,7 @@ class SceneQuery {
   RayHits cast(const torch::Tensor& origins, const torch::Tensor& directions,
                double max_distance = std::numeric_limits<double>::infinity()) const;
 
+  /// All triangles, and which side of them is outside.
   const Solid& solid() const;
 
  private:
@@ -76,8 +78,8 @@ class CloudQuery {
   /// @param cloud (M, 3); throws Error when it is empty.
   explicit CloudQuery(const torch::Tensor& cloud);
   ~CloudQuery();
-  CloudQuery(CloudQuery&&) noexcept;
-  CloudQuery& operator=(CloudQuery&&) noexcept;
+  CloudQuery(CloudQuery&&) noexcept;             ///< what was moved from may only be destroyed
+  CloudQuery& operator=(CloudQuery&&) noexcept;  ///< likewise
 
   /// Throws Error when the cloud has fewer points than `count`.
   Neighbours nearest(const torch::Tensor& points, int64_t count = 1) const;

@@ -9,7 +9,7 @@ namespace inhabit {
 
 /// A triangle mesh in world coordinates, metres, +Y up.
 struct Mesh {
-  std::string name;
+  std::string name;                                 ///< tells floors, seats and objects apart (objects.h)
   torch::Tensor vertices;                           ///< (V, 3) float
   torch::Tensor faces;                              ///< (F, 3) int64
   std::array<float, 3> color{0.75F, 0.73F, 0.70F};  ///< linear RGB
@@ -17,10 +17,11 @@ struct Mesh {
 
 /// What a person moves in: meshes, points of a scan, or both.
 struct Scene {
-  std::string name;
-  std::vector<Mesh> meshes;
-  torch::Tensor points;  ///< (N, 3) metres, undefined when there is no point cloud
+  std::string name;          ///< of the file, for errors and pages
+  std::vector<Mesh> meshes;  ///< an object each
+  torch::Tensor points;      ///< (N, 3) metres, undefined when there is no point cloud
 
+  /// Neither meshes nor points.
   bool empty() const { return meshes.empty() && !points.defined(); }
 };
 

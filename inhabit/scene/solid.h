@@ -23,9 +23,10 @@ struct Solid {
   std::vector<int64_t> first_face;             ///< of each mesh of the scene, then one past the last
   std::vector<int8_t> outward;                 ///< a face: +1 its normal (right-hand rule) points out, -1 it points in
   std::vector<int32_t> body;                   ///< a face: number of its body
-  int32_t bodies = 0;
-  std::vector<Eigen::Vector3f> points;  ///< the scene's point cloud; nothing is inside it
+  int32_t bodies = 0;                          ///< how many there are
+  std::vector<Eigen::Vector3f> points;         ///< the scene's point cloud; nothing is inside it
 
+  /// Corner k (0 to 2) of a face, metres.
   Eigen::Vector3f corner(size_t face, size_t k) const { return vertices[faces[face][k]]; }
   /// True where a winding number exceeds one half: `windings` is the sum of what looks along `directions` directions
   /// counted for one body.

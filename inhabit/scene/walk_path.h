@@ -10,11 +10,14 @@ namespace inhabit {
 
 /// A smooth path over the floor, points 2 cm apart.
 struct WalkPath {
-  std::vector<Eigen::Vector2d> points;
-  std::vector<double> length;  ///< metres from the start to each point
+  std::vector<Eigen::Vector2d> points;  ///< metres, world (x, z)
+  std::vector<double> length;           ///< metres from the start to each point
 
+  /// Metres from the start to the end.
   double total() const { return length.empty() ? 0 : length.back(); }
+  /// World (x, z) at `s` metres from the start, 0 to total().
   Eigen::Vector2d at(double s) const;
+  /// Radians in which the path leads there: 0 is +Z, pi/2 is +X.
   double heading(double s) const;
 };
 
