@@ -31,12 +31,12 @@ INHABIT_API const char* inhabit_last_error(void);
 
 enum { INHABIT_FLOAT32 = 0, INHABIT_INT64 = 1 };
 
-/* Numbers in row order that belong to a handle and live as long as it does. */
+/** Numbers in row order that belong to a handle and live as long as it does. */
 typedef struct {
-  const void* data;
-  int type; /* INHABIT_FLOAT32 or INHABIT_INT64 */
-  int dims;
-  int64_t shape[8];
+  const void* data; /**< the first of them */
+  int type;         /**< INHABIT_FLOAT32 or INHABIT_INT64 */
+  int dims;         /**< how many numbers of `shape` count, at most 8 */
+  int64_t shape[8]; /**< of each dimension, the first one first */
 } inhabit_array;
 
 /* ---- Motion ---- */

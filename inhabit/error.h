@@ -11,6 +11,7 @@ class Error : public std::runtime_error {
   /// @param subject the file (or argument) at fault; @param reason one clause, no newline.
   Error(const std::string& subject, const std::string& reason)
       : std::runtime_error(subject.empty() ? reason : subject + ": " + reason) {}
+  /// Where nothing is to be named. @param reason one clause, no newline.
   explicit Error(const std::string& reason) : std::runtime_error(reason) {}
 };
 

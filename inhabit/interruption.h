@@ -16,6 +16,7 @@ inline std::function<void()>& interruption_check() {
 /// While it lives, interruption points that this thread reaches call `check`, which throws to end the work.
 class Interruptible {
  public:
+  /// @param check called often, by this thread
   explicit Interruptible(std::function<void()> check)
       : before_(std::exchange(interruption_check(), std::move(check))) {}
   ~Interruptible() { interruption_check() = std::move(before_); }

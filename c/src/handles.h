@@ -14,29 +14,34 @@
 
 // What the opaque handles of inhabit.h are, and how exceptions end at its border.
 
+/// A motion.
 struct inhabit_clip {
-  inhabit::Clip clip;
-  std::map<std::string, torch::Tensor> arrays;  // contiguous, on the CPU
+  inhabit::Clip clip;                           ///< as read or given
+  std::map<std::string, torch::Tensor> arrays;  ///< by the names of inhabit_clip_array(), contiguous, on the CPU
 };
 
+/// A room.
 struct inhabit_scene {
-  inhabit::Scene scene;
+  inhabit::Scene scene;  ///< as read
 };
 
 /// Refinement, which has no model.
 struct Refiner {};
 
+/// One of the systems with its model.
 struct inhabit_system {
   std::variant<std::shared_ptr<const inhabit::forecast::ContactForecaster>,
                std::shared_ptr<const inhabit::anticipate::IntentionAnticipator>,
                std::shared_ptr<const inhabit::inbetween::SceneInbetweener>,
                std::shared_ptr<const inhabit::interact::ChairInteractor>, Refiner>
-      system;
+      system;  ///< which one
 };
 
+/// What a system made.
 struct inhabit_result {
-  std::vector<inhabit::Clip> clips, on_source;
-  std::map<std::string, torch::Tensor> arrays;
+  std::vector<inhabit::Clip> clips;             ///< on the standard skeleton
+  std::vector<inhabit::Clip> on_source;         ///< the same on the input's own skeleton, where there is such a one
+  std::map<std::string, torch::Tensor> arrays;  ///< by the names of inhabit_result_array()
 };
 
 namespace inhabit::c {

@@ -12,9 +12,11 @@ namespace inhabit {
 template <class Value>
 class RecentCache {
  public:
+  /// @param make called with a key while the cache is locked; what it throws goes to who asked
   RecentCache(size_t capacity, std::function<Value(const std::string&)> make)
       : capacity_(capacity), make_(std::move(make)) {}
 
+  /// The value of a key, made now where it is not among the last.
   Value get(const std::string& key) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = where_.find(key);

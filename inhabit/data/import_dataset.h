@@ -8,15 +8,18 @@
 
 namespace inhabit {
 
+/// How an import runs.
 struct ImportOptions {
   int jobs = 0;                                             ///< recordings at once; 0: as many as there are cores
   Shard shard;                                              ///< of scenes with all that was recorded in them
   std::function<void(int64_t done, int64_t all)> progress;  ///< counts recordings
 };
 
+/// What came of an import.
 struct ImportResult {
-  Dataset dataset;
-  int64_t made = 0, kept = 0;        ///< clips that were written, and that were there
+  Dataset dataset;                   ///< as its index has it, or a shard's part of it
+  int64_t made = 0;                  ///< clips that were written
+  int64_t kept = 0;                  ///< clips that were there
   std::vector<std::string> skipped;  ///< recordings that could not be used, and why
 };
 

@@ -12,23 +12,25 @@ namespace inhabit {
 
 /// One recording, or a piece of one, of a data set as its owners hand it out.
 struct ImportRecording {
-  std::string name = {};         ///< "CMU/01/01_01_poses": there once
-  std::string person = {};       ///< who moves; empty: not told
-  std::string split = {};        ///< "train", "val" or "test" as the paper has it; empty: it does not say
-  std::string scene = {};        ///< recordings that say the same share a scene; empty: without one
-  std::string action = {};       ///< of sets of labelled actions
-  int64_t first = 0, count = 0;  ///< rows of the data set's arrays, where it is a piece of them
+  std::string name = {};    ///< "CMU/01/01_01_poses": there once
+  std::string person = {};  ///< who moves; empty: not told
+  std::string split = {};   ///< "train", "val" or "test" as the paper has it; empty: it does not say
+  std::string scene = {};   ///< recordings that say the same share a scene; empty: without one
+  std::string action = {};  ///< of sets of labelled actions
+  int64_t first = 0;        ///< row of the data set's arrays, where it is a piece of them
+  int64_t count = 0;        ///< rows from there on; 0: it is no piece
 };
 
 /// A recording as read: metres, +Y up, at its own rate, on any skeleton that retargets.
 struct ImportedMotion {
-  Clip clip;
+  Clip clip;                                  ///< the motion
   std::map<std::string, torch::Tensor> more;  ///< parameters of its own body model that a clip has no place for, (T, N)
 };
 
 /// What a folder holds of a data set.
 struct ImportSet {
-  std::string format, folder;
+  std::string format;                       ///< one of import_formats()
+  std::string folder;                       ///< where the data set lies, for errors
   std::vector<ImportRecording> recordings;  ///< in order
   std::vector<std::string> missing;         ///< what is not there, a line each
   std::vector<std::string> broken;          ///< recordings that cannot be read, found while looking, and why

@@ -14,6 +14,7 @@ class ImportState {
   /// Throws Error(folder, ...) where the folder holds a data set that no import of this format began.
   ImportState(const std::string& folder, const std::string& format, const Shard& shard = {});
 
+  /// Whether the floor of a scene is known.
   bool has_floor(const std::string& scene) const;
   double floor(const std::string& scene) const;             ///< metres
   void set_floor(const std::string& scene, double metres);  ///< written at once

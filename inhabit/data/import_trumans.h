@@ -8,9 +8,10 @@ namespace inhabit {
 
 /// Rows of TRUMANS' arrays: a stretch of one motion segment in one scene without a frame that is marked as bad.
 struct TrumansPiece {
-  std::string segment;
-  int64_t scene = 0;  ///< in scene_list.npy
-  int64_t first = 0, count = 0;
+  std::string segment;  ///< name of the recording in seg_name.npy
+  int64_t scene = 0;    ///< in scene_list.npy
+  int64_t first = 0;    ///< row of the arrays
+  int64_t count = 0;    ///< rows
 };
 
 /// Pieces of two seconds or more, in order. Throws Error(file, ...).
@@ -18,7 +19,7 @@ std::vector<TrumansPiece> trumans_pieces(const std::string& folder);
 
 /// An object of a piece: where it is in each frame, world, +Y up.
 struct TrumansObject {
-  std::string name;
+  std::string name;       ///< of its mesh, as object_flag.npy has it
   torch::Tensor pose;     ///< (T, 6) metres, axis-angle
   torch::Tensor at_most;  ///< (4, 4) where it is in the middle of the longest time that it stays
 };

@@ -24,15 +24,15 @@ struct DatasetClip {
 /// The index of a native data set (docs/dataset.md): a folder with dataset.json, scenes/ and clips/. Only the index is
 /// held; clips and scenes are read when asked for.
 struct Dataset {
-  std::string folder;
-  double rate = 30.0;  ///< frames a second of every clip
-  std::vector<std::string> joint_names;
-  std::vector<int> parents;
+  std::string folder;                                    ///< where it lies
+  double rate = 30.0;                                    ///< frames a second of every clip
+  std::vector<std::string> joint_names;                  ///< of the skeleton that all clips have
+  std::vector<int> parents;                              ///< of these joints, -1 for the root
   std::vector<std::string> actions;                      ///< what Clip::action counts
   nlohmann::json provenance = nlohmann::json::object();  ///< how it was made: command, seed, sources, licence
-  std::vector<DatasetClip> clips;
-  Shard shard;                                         ///< what part of it this process makes
-  std::vector<std::shared_ptr<const FileLock>> locks;  ///< of the folder, while the data set is being made
+  std::vector<DatasetClip> clips;                        ///< of all splits
+  Shard shard;                                           ///< what part of it this process makes
+  std::vector<std::shared_ptr<const FileLock>> locks;    ///< of the folder, while the data set is being made
   bool whole = true;  ///< false: other shards are still to come, there is no index yet and `clips` are this shard's
 
   /// The clips of one split, in order; "all" gives every clip.

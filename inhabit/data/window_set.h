@@ -12,8 +12,11 @@ namespace inhabit {
 /// places are in memory. Safe to use from several threads.
 class WindowSet {
  public:
+  /// Where a window is.
   struct Place {
-    int32_t set, clip, start;  ///< data set, clip of it, first frame
+    int32_t set;    ///< data set, in the order of the folders
+    int32_t clip;   ///< clip of it
+    int32_t start;  ///< first frame
   };
 
   /// @param folders native data sets; @param split "train", "val", "test" or "all"; @param rate that their clips must
@@ -22,24 +25,29 @@ class WindowSet {
   WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
             double rate, const std::function<void(const Dataset&)>& accept);
 
+  /// Number of windows.
   int64_t size() const { return static_cast<int64_t>(places_.size()); }
+  /// Where window `index` is; likewise below.
   const Place& place(int64_t index) const { return places_.at(static_cast<size_t>(index)); }
+  /// Its clip.
   const DatasetClip& entry(int64_t index) const { return sets_[place(index).set].clips[place(index).clip]; }
+  /// Its data set.
   const Dataset& dataset(int64_t index) const { return sets_[place(index).set]; }
   /// The place of a window among those of its clip.
   int64_t number(int64_t index) const { return place(index).start / stride_; }
+  /// Frames of a window.
   int64_t frames() const { return frames_; }
+  /// Frames from a window to the next.
   int64_t stride() const { return stride_; }
   /// "FOLDER/clips/000012.npz 30", for errors and tables.
   std::string name(int64_t index) const;
 
-  /// Keys of a window's clip and scene in caches, and what they name.
-  std::string clip_key(int64_t index) const;
-  std::string scene_key(int64_t index) const;
-  std::string scene_key_of_clip(const std::string& clip_key) const;
-  Clip load_clip(const std::string& clip_key) const;
-  Scene load_scene(const std::string& scene_key) const;
-  std::string file(const std::string& clip_key) const;  ///< "FOLDER/clips/000012.npz"
+  std::string clip_key(int64_t index) const;                         ///< of a window's clip in caches
+  std::string scene_key(int64_t index) const;                        ///< of its scene
+  std::string scene_key_of_clip(const std::string& clip_key) const;  ///< of a clip's scene
+  Clip load_clip(const std::string& clip_key) const;                 ///< reads it; throws Error
+  Scene load_scene(const std::string& scene_key) const;              ///< reads it; throws Error
+  std::string file(const std::string& clip_key) const;               ///< "FOLDER/clips/000012.npz"
 
   /// At most `count` windows, evenly spread over all.
   std::vector<int64_t> spread(int64_t count) const;

@@ -10,8 +10,8 @@ namespace inhabit {
 
 /// Point clouds of a recording, one a frame, read when they are asked for.
 struct CloudSequence {
-  std::string name;  ///< file or folder, for errors
-  int64_t frames = 0;
+  std::string name;                            ///< file or folder, for errors
+  int64_t frames = 0;                          ///< clouds there are
   std::function<torch::Tensor(int64_t)> read;  ///< (N, 3) float, metres, +Y up, N > 0, finite; throws Error
 };
 

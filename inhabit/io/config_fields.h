@@ -71,9 +71,11 @@ void set_fields(const std::vector<std::string>& settings, const Fields& fields, 
 struct ConfigCheck {
   std::string subject;  ///< the file or argument it came from
 
+  /// Throws where `good` is false.
   void holds(bool good, const std::string& name) const {
     if (!good) throw Error(subject, "configuration: '" + name + "' is out of range");
   }
+  /// Throws where a value is not from `low` to `high`, or not a number.
   void within(const std::string& name, double value, double low, double high) const {
     holds(value >= low && value <= high, name);
   }

@@ -24,7 +24,8 @@ std::string convert_file(const std::string& in, const std::string& out, const Co
 
 /// A file to be converted, and what it becomes.
 struct Conversion {
-  std::string in, out;
+  std::string in;   ///< path of a file that is there
+  std::string out;  ///< path of the one to be written
 };
 
 /// What convert_file makes of files, folders of motion and patterns (many_files.h) in the folder `out`: a file of the

@@ -15,7 +15,7 @@ struct GltfPerson {
   /// The skin: one whose joints are the clip's, shaped by clip.betas. Null, or a body with other joints: each bone is
   /// drawn as a thin solid, so that any skeleton shows.
   const BodyModel* body = nullptr;
-  std::string name = "person";
+  std::string name = "person";                      ///< of the node that holds the person
   std::array<float, 3> color{0.24F, 0.43F, 0.72F};  ///< linear RGB
 };
 

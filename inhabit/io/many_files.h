@@ -15,7 +15,7 @@ std::vector<std::string> motion_files(const std::vector<std::string>& named);
 
 /// What became of many files.
 struct FileCount {
-  int64_t done = 0;
+  int64_t done = 0;                  ///< without an error
   std::vector<std::string> skipped;  ///< why, a line for each
 };
 

@@ -20,9 +20,9 @@ void read_npy(const ByteSource& source, uint64_t size, const std::string& name, 
 
 /// What stands before an array's data.
 struct NpyHeader {
-  std::string descr;  ///< as '<f4'; empty for a structured type
-  bool fortran_order = false;
-  std::vector<int64_t> shape;
+  std::string descr;           ///< as '<f4'; empty for a structured type
+  bool fortran_order = false;  ///< the first index runs fastest
+  std::vector<int64_t> shape;  ///< as declared, not yet believed
 };
 
 /// Reads the data of an array whose header came in another way (a pickle), as read_npy does.

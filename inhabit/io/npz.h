@@ -10,7 +10,7 @@ namespace inhabit {
 
 /// An array of text ('U' or 'S' in NumPy), row after row; an empty shape is a single string.
 struct StringArray {
-  std::vector<int64_t> shape;
+  std::vector<int64_t> shape;       ///< empty: a single string
   std::vector<std::string> values;  ///< UTF-8
 };
 
@@ -19,11 +19,12 @@ struct Npz {
   /// Numbers, on the CPU, in C order, in the type stored: float16/32/64, int8/16/32/64, uint8 and bool. uint16 becomes
   /// int32; uint32 and uint64 become int64.
   std::map<std::string, torch::Tensor> tensors;
-  std::map<std::string, StringArray> strings;
+  std::map<std::string, StringArray> strings;  ///< text, by name
   /// Entries that cannot be had, and why: object arrays (pickles), structured and complex types, files that are no
   /// arrays.
   std::map<std::string, std::string> skipped;
 
+  /// Whether there are numbers of this name.
   bool has(const std::string& name) const { return tensors.count(name) != 0; }
   /// The tensor called `name`; throws Error(subject, ...) that says what is there instead.
   const torch::Tensor& at(const std::string& name, const std::string& subject) const;

@@ -13,6 +13,7 @@ namespace inhabit {
 
 /// A value of a Python pickle.
 struct PickleValue {
+  /// Python types, and what is met while reading only.
   enum class Kind {
     none,
     boolean,
@@ -30,14 +31,14 @@ struct PickleValue {
     dtype,   ///< while reading: NumPy's type of items
     pending  ///< while reading: an array without its data
   };
-  Kind kind = Kind::none;
-  bool boolean = false;
-  int64_t whole = 0;
-  double real = 0;
+  Kind kind = Kind::none;                 ///< which of the members below counts
+  bool boolean = false;                   ///< of a boolean
+  int64_t whole = 0;                      ///< of an int
+  double real = 0;                        ///< of a float
   std::string text;                       ///< of text and bytes
   std::vector<const PickleValue*> items;  ///< of lists, tuples and sets; of a dict key, value, key, value...
   torch::Tensor array;                    ///< on the CPU, as Npz::tensors
-  StringArray texts;
+  StringArray texts;                      ///< of a NumPy array of text
 
   /// The value of a dict's text key; null where there is none, or where this is no dict.
   const PickleValue* find(std::string_view key) const;
@@ -45,14 +46,15 @@ struct PickleValue {
 
 /// A pickle as read: values are valid as long as it, or a copy of it, lives.
 struct Pickle {
-  std::string subject;
-  std::shared_ptr<std::deque<PickleValue>> values;
-  const PickleValue* root = nullptr;
+  std::string subject;                              ///< the file, for errors
+  std::shared_ptr<std::deque<PickleValue>> values;  ///< all of them; the others point into it
+  const PickleValue* root = nullptr;                ///< what was pickled
 
   /// The value of a dict's key, which must be there. Throws Error(subject, ...) saying what is.
   const PickleValue& at(const PickleValue& dict, std::string_view key) const;
   /// A NumPy array, number or list of numbers as float32. Throws Error(subject, ...) naming `what` for anything else.
   torch::Tensor numbers(const PickleValue& value, const std::string& what) const;
+  /// at(), and numbers() of it.
   torch::Tensor numbers_at(const PickleValue& dict, const std::string& key) const;
   /// One number of a dict. Throws Error(subject, ...) for more than one and what is not finite.
   double number_at(const PickleValue& dict, const std::string& key) const;

@@ -12,8 +12,8 @@ namespace inhabit {
 /// Which joints the lines after this one hold: {"names":["pelvis",...]}, with "parents" [-1, 0, ...] where the names
 /// do not tell what hangs where.
 struct JointNames {
-  std::vector<std::string> names;
-  std::vector<int> parents;  ///< empty: none are given
+  std::vector<std::string> names;  ///< in the order of the lines' rows
+  std::vector<int> parents;        ///< empty: none are given
 };
 
 /// One person's joints at one time: {"time":12.3,"person":"anna","joints":[[x,y,z],...]}.

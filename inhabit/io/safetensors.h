@@ -8,8 +8,8 @@ namespace inhabit {
 
 /// What a .safetensors file holds: named tensors and a map of strings (a model's config travels there as JSON).
 struct SafeTensors {
-  std::map<std::string, torch::Tensor> tensors;
-  std::map<std::string, std::string> metadata;
+  std::map<std::string, torch::Tensor> tensors;  ///< by name, on the CPU
+  std::map<std::string, std::string> metadata;   ///< "__metadata__" of the header
 };
 
 /// Reads a whole file. Element types F64, F32, F16, BF16, I64, I32, I16, I8, U8 and BOOL keep their type.

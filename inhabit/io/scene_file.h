@@ -10,27 +10,29 @@ namespace inhabit {
 
 /// How a scene file is to be understood. Left alone, both are detected (see read_scene_file).
 struct SceneReadOptions {
-  UpAxis up = UpAxis::automatic;
-  std::optional<double> scale;  ///< metres per unit of the file, over 0: 0.01 for centimetres
+  UpAxis up = UpAxis::automatic;  ///< axis of the file that points up
+  std::optional<double> scale;    ///< metres per unit of the file, over 0: 0.01 for centimetres
 };
 
 /// What was found in a scene file.
 struct SceneReport {
-  char up = 'y';             ///< axis of the file that points up
-  bool up_detected = false;  ///< found by looking at the scene, neither defined by the format nor given
-  double scale = 1.0;        ///< metres per unit of the file
-  bool scale_detected = false;
-  int64_t meshes = 0;
-  int64_t vertices = 0;
-  int64_t triangles = 0;
-  int64_t degenerate = 0;  ///< faces without area, left out
-  int64_t points = 0;
-  std::array<float, 3> lower{}, upper{};  ///< bounding box after conversion, metres
+  char up = 'y';                 ///< axis of the file that points up
+  bool up_detected = false;      ///< found by looking at the scene, neither defined by the format nor given
+  double scale = 1.0;            ///< metres per unit of the file
+  bool scale_detected = false;   ///< guessed from the scene's size, neither defined by the format nor given
+  int64_t meshes = 0;            ///< objects
+  int64_t vertices = 0;          ///< of all meshes
+  int64_t triangles = 0;         ///< of all meshes, larger faces cut up
+  int64_t degenerate = 0;        ///< faces without area, left out
+  int64_t points = 0;            ///< of the cloud
+  std::array<float, 3> lower{};  ///< corner of the bounding box after conversion, metres
+  std::array<float, 3> upper{};  ///< the opposite one
 };
 
+/// A scene as read, and what was found out on the way.
 struct SceneFile {
-  Scene scene;
-  SceneReport report;
+  Scene scene;         ///< metres, +Y up
+  SceneReport report;  ///< of the file
 };
 
 /// A scene from a mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply without faces, .glb of points,

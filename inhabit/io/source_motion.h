@@ -9,7 +9,7 @@ namespace inhabit {
 /// A recording as its file tells it, in metres: the source's own skeleton, and where things stood (no floor is
 /// assumed).
 struct SourceMotion {
-  Clip clip;
+  Clip clip;                       ///< metres, on the file's skeleton, at its rate
   double metres_per_unit = 1;      ///< the factor that was applied to the file's lengths
   std::string unit = "metres";     ///< name of the file's unit
   bool y_up = false;               ///< by definition of its format: nothing to be detected
@@ -19,8 +19,8 @@ struct SourceMotion {
 
 /// A length unit guessed from the size of a person.
 struct LengthUnit {
-  double metres = 1;
-  std::string name;
+  double metres = 1;  ///< in one of it
+  std::string name;   ///< for people: "centimetres"
 };
 
 /// The unit in which `reach`, the longest chain of bones from the root to a leaf, is that of a person (0.5 to 2.6 m; an

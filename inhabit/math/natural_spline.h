@@ -7,6 +7,7 @@ namespace inhabit {
 /// Natural cubic splines through values (K, D) at rising times (K).
 class NaturalSpline {
  public:
+  /// @param times rising, K > 0 @param values a row for each
   NaturalSpline(std::vector<double> times, Eigen::MatrixXd values);
 
   /// (D) at a time; before the first and after the last what is there.

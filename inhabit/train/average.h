@@ -14,6 +14,7 @@ class WeightAverage {
 
   void update(int64_t step);  ///< after optimiser step `step`, counted from 1
   void swap();                ///< the module gets the average and this keeps its weights, until swapped back
+  /// The average by the names of parameters and buffers, for checkpoints; while swapped, the module's own weights.
   std::map<std::string, torch::Tensor>& weights() { return weights_; }
 
  private:

@@ -22,7 +22,9 @@ class DataParallel {
   DataParallel(const DataParallel&) = delete;
   DataParallel& operator=(const DataParallel&) = delete;
 
+  /// Which of the processes this is, from 0.
   int rank() const { return rank_; }
+  /// How many there are.
   int size() const { return size_; }
   /// Every tensor becomes its mean over the ranks; all ranks must call it with the same shapes. One message for all.
   void average(std::vector<torch::Tensor>& tensors) const;

@@ -19,11 +19,13 @@ using Losses = std::vector<std::pair<std::string, torch::Tensor>>;
 
 /// How a training goes: its losses every 20 steps, or a validation.
 struct TrainReport {
-  std::string stage;
-  int64_t step = 0, steps = 0;                         ///< done, and in all
+  std::string stage;                                   ///< TrainTask::name
+  int64_t step = 0;                                    ///< steps done
+  int64_t steps = 0;                                   ///< in all
   double seconds = 0;                                  ///< of this run and the ones it resumed
   std::vector<std::pair<std::string, double>> losses;  ///< empty: a validation
-  double validation = 0, best = 0;                     ///< of a validation: its value, and the lowest so far
+  double validation = 0;                               ///< of a validation: its value
+  double best = 0;                                     ///< of a validation: the lowest so far
 };
 /// Called in the loop's thread; false stops the training as SIGINT does.
 using TrainListener = std::function<bool(const TrainReport&)>;
@@ -37,10 +39,10 @@ struct TrainStep {
 
 /// What a system gives the loop.
 struct TrainTask {
-  std::string name;
-  std::string settings;  ///< what else a resumed run must agree on
-  std::shared_ptr<torch::nn::Module> module;
-  int64_t samples = 0;
+  std::string name;                           ///< of the stage, in logs and checkpoints
+  std::string settings;                       ///< what else a resumed run must agree on
+  std::shared_ptr<torch::nn::Module> module;  ///< whose parameters are trained
+  int64_t samples = 0;                        ///< in an epoch
   /// Makes a step's batch and returns what computes the losses of it (see `batches`). Runs on another thread, one step
   /// ahead, and must depend on its argument alone; what it returns runs on the loop's own thread.
   std::function<std::function<Losses()>(const TrainStep& step)> prepare;
@@ -53,7 +55,7 @@ struct TrainTask {
 
   /// What is written to the model file (train/stages.h): networks by the prefix of their parameters, and tensors.
   std::map<std::string, std::shared_ptr<torch::nn::Module>> networks;
-  std::map<std::string, torch::Tensor> tensors;
+  std::map<std::string, torch::Tensor> tensors;  ///< that are no weights: means, deviations
 };
 
 /// TrainTask::prepare from two functions that share a batch of a type of their own: `make_batch(step)`, which runs
@@ -67,15 +69,16 @@ auto batches(MakeBatch make_batch, LossesOf losses_of) {
   };
 }
 
+/// How the loop runs.
 struct TrainOptions {
-  int64_t steps = 1000;
-  int64_t batch = 8;  ///< samples of a step; of each rank, where there are several
-  double learning_rate = 1e-3;
-  RateSchedule schedule;           ///< of the learning rate
-  int64_t validate_every = 500;    ///< steps; the last step always validates
-  int64_t checkpoint_every = 200;  ///< steps
-  uint64_t seed = 1;
-  bool resume = false;
+  int64_t steps = 1000;                 ///< updates of the weights
+  int64_t batch = 8;                    ///< samples of a step; of each rank, where there are several
+  double learning_rate = 1e-3;          ///< the schedule's peak
+  RateSchedule schedule;                ///< of the learning rate
+  int64_t validate_every = 500;         ///< steps; the last step always validates
+  int64_t checkpoint_every = 200;       ///< steps
+  uint64_t seed = 1;                    ///< of epochs, batches and dropout
+  bool resume = false;                  ///< goes on from `checkpoint`
   std::string checkpoint;               ///< file, written atomically; removed when the run completes
   std::string log;                      ///< JSON lines
   bool append_log = false;              ///< append to an existing log
@@ -83,9 +86,10 @@ struct TrainOptions {
   TrainListener listener;               ///< may be empty; of the process of rank 0
 };
 
+/// How a training ended.
 struct TrainResult {
-  double best = 0;  ///< lowest validation value
-  int64_t best_step = 0;
+  double best = 0;           ///< lowest validation value
+  int64_t best_step = 0;     ///< steps done when it was reached
   double seconds = 0;        ///< of this run and the ones it resumed
   bool interrupted = false;  ///< SIGINT or SIGTERM came, or the listener said so: the checkpoint holds everything
 };

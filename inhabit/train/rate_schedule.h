@@ -7,7 +7,7 @@ struct RateSchedule {
   double warmup = 0.05;  ///< of the steps, in which the rate rises from 0
   double floor = 0.02;   ///< of the peak, which the cosine ends at
 
-  bool operator==(const RateSchedule&) const = default;
+  bool operator==(const RateSchedule&) const = default;  ///< compares both
 };
 
 /// What a configuration checks: warmup in [0, 1], floor in [0, 1].

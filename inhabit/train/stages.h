@@ -10,23 +10,24 @@ namespace inhabit {
 
 /// Arguments of every system's training, beside its own configuration.
 struct TrainRun {
-  std::vector<std::string> data;    ///< data sets, as the system takes them
-  std::string out;                  ///< model file; its best weights by validation are written as training goes on
-  std::string from;                 ///< model file that weights start from; empty: at random
-  std::vector<std::string> stages;  ///< names of those to run; empty: the system's usual ones
-  bool resume = false;
-  bool half = false;  ///< weights are written in half precision
-  uint64_t seed = 1;
-  torch::Device device = torch::kCPU;
+  std::vector<std::string> data;        ///< data sets, as the system takes them
+  std::string out;                      ///< model file; its best weights by validation are written as training goes on
+  std::string from;                     ///< model file that weights start from; empty: at random
+  std::vector<std::string> stages;      ///< names of those to run; empty: the system's usual ones
+  bool resume = false;                  ///< goes on from the checkpoint of a run that was interrupted
+  bool half = false;                    ///< weights are written in half precision
+  uint64_t seed = 1;                    ///< of weights, batches and dropout
+  torch::Device device = torch::kCPU;   ///< where the networks are trained
   std::shared_ptr<DataParallel> ranks;  ///< none: this process alone
   TrainListener listener;               ///< hears how it goes and may stop it; may be empty
 };
 
 /// One stage: a network, or several that are trained together.
 struct TrainStage {
-  std::string name;  ///< the task's
-  int64_t steps = 0, batch = 0;
-  double learning_rate = 0;
+  std::string name;                 ///< the task's
+  int64_t steps = 0;                ///< updates of the weights
+  int64_t batch = 0;                ///< samples of a step
+  double learning_rate = 0;         ///< the schedule's peak
   RateSchedule schedule;            ///< of the learning rate
   int64_t validations = 12;         ///< evenly spread over the steps
   std::function<TrainTask()> task;  ///< makes the loop's task; called when the stage begins

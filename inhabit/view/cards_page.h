@@ -10,35 +10,39 @@ namespace inhabit {
 
 /// Curves over a number, or bars: what a training log or an evaluation's table holds, as charts.
 struct PageChart {
+  /// A curve, or bars of one colour.
   struct Series {
-    std::string name;
+    std::string name;              ///< in the legend
     std::vector<double> x;         ///< where the panel has no ticks
     std::vector<double> y;         ///< one for each x or tick; NaN: none
     std::vector<double> interval;  ///< half of the 95 % confidence interval, one for each y; empty: not known
   };
+  /// What has one pair of axes.
   struct Panel {
-    std::string title;
+    std::string title;               ///< above it
     std::string group;               ///< panels of one group are seen together; empty: there is but one
     std::vector<std::string> ticks;  ///< names along x
     bool bars = false;               ///< else curves
-    std::vector<Series> series;
+    std::vector<Series> series;      ///< drawn over each other, or side by side
   };
-  std::string x;  ///< what runs along x: "step"
-  std::vector<Panel> panels;
+  std::string x;              ///< what runs along x: "step"
+  std::vector<Panel> panels;  ///< one after the other
 };
 
 /// One file of a page of many: a card with a moving thumbnail or a picture, which opens in 3D, or charts.
 struct PageCard {
-  std::string name, note;
+  std::string name;                    ///< of the file
+  std::string note;                    ///< a line below it
   std::optional<PagePerson> person;    ///< shown as a figure: its joints to a millimetre
   std::shared_ptr<const Scene> scene;  ///< may be shared by cards; nullptr: none
-  std::optional<PageChart> chart;
+  std::optional<PageChart> chart;      ///< instead of a person or a scene
 };
 
 /// A page of many files.
 struct CardsPage {
-  std::string title, note;
-  std::vector<PageCard> cards;
+  std::string title;            ///< plain text
+  std::string note;             ///< a caption below it
+  std::vector<PageCard> cards;  ///< in this order
 };
 
 /// Writes a page of cards as write_page writes one of people: one file, no network. Positions of scenes are kept to

@@ -15,7 +15,7 @@ namespace inhabit {
 
 /// Something about every frame of a clip, shown as a strip under the timeline: a curve, or stretches with names.
 struct PageTrack {
-  std::string name;
+  std::string name;                     ///< beside the strip
   torch::Tensor values = {};            ///< (T) in [0, 1]; or undefined, and then
   torch::Tensor labels = {};            ///< (T) int64 into `names`, negative where there is nothing
   std::vector<std::string> names = {};  ///< of labels
@@ -27,9 +27,9 @@ struct PagePerson {
   /// Colours: warm, grey, orange, blue. `future`: one of many, a small figure in a hue about blue; `intention`: a small
   /// figure in its label's colour that starts over at its end. `filled`: purple, and blue at its key frames.
   enum class Role { motion, past, truth, prediction, future, intention, filled };
-  Clip clip;
-  std::string name;
-  Role role = Role::motion;
+  Clip clip;                        ///< the motion
+  std::string name;                 ///< in the legend
+  Role role = Role::motion;         ///< how the person looks
   double start_seconds = 0;         ///< when the clip's first frame is shown
   const BodyModel* body = nullptr;  ///< nullptr: the built-in body. Must outlive the page.
   torch::Tensor labels = {};        ///< (T) int64 intention of every frame, 0 or more; undefined where it is not known
@@ -43,13 +43,15 @@ struct PagePerson {
 
 /// Intention labels of recordings, one strip each on a time axis of their own.
 struct PageRecordings {
+  /// One recording.
   struct Row {
-    std::string name, group;                          ///< rows of one group stand together
+    std::string name;                                 ///< beside the strip
+    std::string group;                                ///< rows of one group stand together
     torch::Tensor labels;                             ///< (T) int64, 0 or more
     std::vector<std::pair<int64_t, int64_t>> marked;  ///< outlined stretches, frames [first, last)
   };
-  std::vector<Row> rows;
-  double rate = 25;  ///< frames a second
+  std::vector<Row> rows;  ///< from top to bottom
+  double rate = 25;       ///< frames a second
 };
 
 /// Contact maps (Eq. 1) to be painted on the scene.
@@ -63,12 +65,12 @@ struct PageContacts {
 
 /// What a page shows.
 struct Page {
-  std::string title;  ///< plain text, as is `note`: a short caption below the title
-  std::string note;
-  std::vector<PagePerson> people;
-  const Scene* scene = nullptr;  ///< nullptr: an empty ground with a grid
-  std::optional<PageContacts> contacts;
-  std::optional<PageRecordings> recordings;
+  std::string title;                         ///< plain text, as is `note`: a short caption below the title
+  std::string note;                          ///< may be empty
+  std::vector<PagePerson> people;            ///< may be empty where there is a scene
+  const Scene* scene = nullptr;              ///< nullptr: an empty ground with a grid
+  std::optional<PageContacts> contacts;      ///< painted on the scene
+  std::optional<PageRecordings> recordings;  ///< strips of intention labels
 };
 
 /// Writes one HTML file that needs no other file and no network: a three.js view with orbit camera, timeline, bodies or

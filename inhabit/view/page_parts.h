@@ -19,8 +19,9 @@ void require_finite(const torch::Tensor& t, const std::string& path, const std::
 /// The arrays of a page, one after the other, each described in the header by place, count, type and dequantisation
 /// value = min + scale * stored (per axis where they are lists).
 struct PageBlob {
-  std::string bytes;
+  std::string bytes;  ///< the arrays, each from a multiple of four on
 
+  /// Numbers as they are. @param type what the page calls theirs
   template <typename T>
   nlohmann::json add(const std::vector<T>& values, const char* type) {
     bytes.resize((bytes.size() + 3) / 4 * 4);
@@ -28,6 +29,7 @@ struct PageBlob {
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
     return ref;
   }
+  /// As float32.
   nlohmann::json add_floats(const torch::Tensor& t);
   /// (..., 3) as 16-bit steps of the bounding box.
   nlohmann::json add_positions(const torch::Tensor& t);
@@ -36,13 +38,14 @@ struct PageBlob {
   nlohmann::json add_motion(const torch::Tensor& joints);
   /// Numbers in [-1, 1] as signed 16-bit.
   nlohmann::json add_units(const torch::Tensor& t);
+  /// Whole numbers from 0 to below `bound`, as uint16 or uint32.
   nlohmann::json add_indices(const torch::Tensor& t, int64_t bound);
 };
 
 /// Body meshes of the page; people of one shape share one.
 struct PageBodies {
-  nlohmann::json list = nlohmann::json::array();
-  std::vector<std::pair<const BodyModel*, torch::Tensor>> known;
+  nlohmann::json list = nlohmann::json::array();                  ///< of the meshes, as the header has them
+  std::vector<std::pair<const BodyModel*, torch::Tensor>> known;  ///< model and betas of each
 
   /// Index of the mesh of `model` shaped by `betas` (may be undefined) with weights on the first `joints` joints only.
   int add(PageBlob& blob, const BodyModel& model, const torch::Tensor& betas, int joints);
