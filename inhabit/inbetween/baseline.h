@@ -7,7 +7,8 @@ namespace inhabit::inbetween {
 
 /// How far a frame is from those that are given.
 struct KeyDistance {
-  int before = -1, after = -1;  ///< frames to the last given one and to the next, 0 at one; -1: there is none
+  int before = -1;  ///< frames since the last given one, 0 in a given one; -1: there is none
+  int after = -1;   ///< frames to the next given one, 0 in a given one; -1: there is none
 
   /// d d' / (d + d') of the two distances, frames: what the variance of a random walk between two given places is
   /// proportional to. Where only one side is given, its distance. 0 in given frames.
@@ -19,10 +20,11 @@ struct KeyDistance {
 struct Baseline {
   Poses poses;                 ///< linear + slerp between keys, constant before the first and after the last
   std::vector<float> heading;  ///< (T) radians, of `poses`
-  std::vector<KeyDistance> pose_distance, root_distance;  ///< (T) from whole keys, from keys with the root
-  std::vector<float> noise;  ///< (T) level of noise on the keys; 0 in frames that are exact
-  torch::Tensor targets;     ///< (T, 22, 4) metres from the baseline's joint to where a partial or a noisy key has it,
-                             ///< heading frame; 1 where it has one, else 0
+  std::vector<KeyDistance> pose_distance;  ///< (T) from keys with a whole pose
+  std::vector<KeyDistance> root_distance;  ///< (T) from keys with the root's place
+  std::vector<float> noise;                ///< (T) level of noise on the keys; 0 in frames that are exact
+  torch::Tensor targets;  ///< (T, 22, 4) metres from the baseline's joint to where a partial or a noisy key has it,
+                          ///< heading frame; 1 where it has one, else 0
 };
 
 /// How noisy keys are.

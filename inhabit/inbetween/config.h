@@ -23,28 +23,33 @@ inline constexpr int64_t kLocalChannels = 32;
 
 /// Transformer over the occupancy seen from above: patches of `patch` x `patch` columns.
 struct SceneEncoderSpec {
-  int patch = 12, width = 1024, depth = 6, heads = 16, head_width = 64, mlp = 2048;
+  int patch = 12;       ///< columns of 0.1 m along a side of a patch; divides kSceneSide
+  int width = 1024;     ///< numbers of a token
+  int depth = 6;        ///< transformer layers
+  int heads = 16;       ///< attention heads of a layer
+  int head_width = 64;  ///< numbers of a query, key or value of one head
+  int mlp = 2048;       ///< hidden numbers of a layer's two-layer perceptron
 
-  bool operator==(const SceneEncoderSpec&) const = default;
+  bool operator==(const SceneEncoderSpec&) const = default;  ///< compares all sizes
 };
 
 /// Everything that scene-aware in-betweening must know to be built, trained and run; it travels in a model file's
 /// metadata. Defaults are the paper's (Table 5).
 struct Config {
-  std::string preset = "paper";
+  std::string preset = "paper";              ///< what preset() it began as; "released": read from released weights
   double rate = 30;                          ///< frames a second
   int frames = 121;                          ///< N, frames of a clip
   int padded = 128;                          ///< frames that the U-Net sees, zeros behind the clip
   int width = 256;                           ///< of the embedding, and of the U-Net where the multiplier is 1
   std::vector<int> multipliers{2, 2, 2, 2};  ///< one level of the U-Net each, the next with half the frames
-  SceneEncoderSpec scene_encoder;
-  int anchors = 64;            ///< points on the body's surface with an offset to the scene
-  int diffusion_steps = 1000;  ///< T
-  int t_star = 0;              ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
-  bool global_scene = true;    ///< the occupancy is seen (Table 1)
-  bool local_scene = true;     ///< the offsets at key frames are seen (Table 1)
-  bool body_shape = true;      ///< the body-shape features are seen (Table 8)
-  bool partial_keys = false;   ///< keys may constrain parts of a pose: kMaskChannels channels of mask instead of one
+  SceneEncoderSpec scene_encoder;            ///< sizes of what sees the occupancy; not used without global_scene
+  int anchors = 64;                          ///< points on the body's surface with an offset to the scene
+  int diffusion_steps = 1000;                ///< T
+  int t_star = 0;             ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
+  bool global_scene = true;   ///< the occupancy is seen (Table 1)
+  bool local_scene = true;    ///< the offsets at key frames are seen (Table 1)
+  bool body_shape = true;     ///< the body-shape features are seen (Table 8)
+  bool partial_keys = false;  ///< keys may constrain parts of a pose: kMaskChannels channels of mask instead of one
 
   /// The denoiser also sees the interpolated baseline of the keys and predicts the difference from it, so that a short
   /// training need not learn to interpolate first. (Not in the paper.)
@@ -59,10 +64,10 @@ struct Config {
 
   /// How the denoiser is trained.
   struct Training {
-    int steps = 20000;
+    int steps = 20000;            ///< updates of the weights, in stage "denoiser"
     int batch = 32;               ///< the paper's: 256
     double learning_rate = 4e-4;  ///< the paper's 1e-4 goes with batches of 256 and many more steps
-    double weight_decay = 1e-2;
+    double weight_decay = 1e-2;   ///< AdamW's, in all stages
     double average = 0.9995;   ///< decay of the weights' moving average; the paper's 0.9999 averages over as many steps
                                ///< as a short run has in all
     int stride = 30;           ///< frames from one window to the next
@@ -79,11 +84,11 @@ struct Config {
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
     int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
-    double deployed_learning_rate = 1e-4;
-    RateSchedule schedule;  ///< of the learning rates
+    double deployed_learning_rate = 1e-4;  ///< peak of the learning rate in stage "deployed"
+    RateSchedule schedule;                 ///< of the learning rates
 
-    bool operator==(const Training&) const = default;
-  } training;
+    bool operator==(const Training&) const = default;  ///< compares all settings
+  } training;                                          ///< how the denoiser is trained
 
   /// How motion is sampled where Options say nothing else.
   struct Inference {
@@ -91,14 +96,14 @@ struct Config {
     int steps = 2;  ///< evaluations of the denoiser: few, as more collide more and are else no better beyond the
                     ///< spread of seeds (docs/inbetweening.md)
 
-    bool operator==(const Inference&) const = default;
-  } inference;
+    bool operator==(const Inference&) const = default;  ///< compares all settings
+  } inference;                                          ///< how motion is sampled
 
   /// Whether the level of noise on the keys can be told (Options::noise).
   bool takes_noise() const { return residual && training.noisy > 0; }
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
-  bool operator==(const Config&) const = default;
+  bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 
 /// "compact": residual motion, small enough to be trained and used on a CPU. "paper": the paper's. "features": the

@@ -13,7 +13,8 @@ namespace inhabit::inbetween {
 struct JointContact {
   int joint = 0;                                     ///< of the standard skeleton
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< of what touches, metres in the joint's frame
-  double from = 0, to = 0;                           ///< seconds, both included
+  double from = 0;                                   ///< seconds, at which it begins
+  double to = 0;                                     ///< seconds, at which it ends, this frame included
   Eigen::Vector3d place = Eigen::Vector3d::Zero();   ///< metres
 };
 
@@ -24,15 +25,16 @@ JointContact joint_contact(const std::string& name, double from, double to, cons
 
 /// Where the root is above the floor at a time.
 struct PathPoint {
-  double seconds = 0;
+  double seconds = 0;                               ///< from the first key, between it and the last
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< x, z
 };
 
+/// What is given of a motion beside its key poses; nothing where all of it is empty.
 struct Controls {
   /// One for each key in [0, 1], of those between the ends. Under 1 the pose is that share of the way from what would
   /// be there without these keys to the key pose. Empty: all 1.
   std::vector<double> key_weights;
-  std::vector<JointContact> contacts;
+  std::vector<JointContact> contacts;  ///< in any order; models of residual motion alone take them
   /// In order. Between the two keys around each point the root goes along a curve through them and the points.
   std::vector<PathPoint> root_path;
   /// The last pose is the first again, where the last root is and facing as that does, and what follows on the last

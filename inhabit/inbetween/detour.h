@@ -15,16 +15,17 @@ namespace inhabit::inbetween {
 /// vertex of the skin is inside the scene by more than `tolerance`, and the joints of both keys are within `key_error`
 /// of where they were given, in the mean.
 struct DetourEvaluation {
-  int64_t seeds = 10;  ///< runs of what depends on a seed, in each room
-  uint64_t seed = 1;
-  double tolerance = 0.02, key_error = 0.02;               ///< metres
-  bool parallel = true;                                    ///< methods are called on all of LibTorch's threads
+  int64_t seeds = 10;       ///< runs of what depends on a seed, in each room
+  uint64_t seed = 1;        ///< what methods draw in each room and run follows from it, and the bootstrap
+  double tolerance = 0.02;  ///< metres that skin may be inside the scene
+  double key_error = 0.02;  ///< metres, of the mean distance of a key's 22 joints
+  bool parallel = true;     ///< methods are called on all of LibTorch's threads
   std::function<void(int64_t done, int64_t of)> progress;  ///< called after each run, once at a time
 };
 
 /// What a method does in the rooms.
 struct DetourScores {
-  std::string method;
+  std::string method;             ///< its name, as Method has it
   int64_t runs = 1;               ///< in each room
   std::vector<double> succeeded;  ///< of each room, the fraction of its runs that succeed
 

@@ -23,35 +23,52 @@ struct Score {
 
 /// What one method scores over all windows.
 struct Scores {
-  std::string method;
+  std::string method;     ///< its name; of the first rows "real motion" or "recording", and "noisy input"
   std::string keyframes;  ///< as key_frames takes it; empty for the real motion and the noisy input
   int64_t runs = 1;       ///< seeds
   /// Frechet distance of motion features from those of the real motion; NaN without an autoencoder or for other
   /// lengths. Of the real motion: between halves of its windows, the mean over random halves.
   Score fid;
-  Score skating, jerk, jerk_ratio, acceleration;                   ///< window_scores.h, which has units too
-  Score key_error, error, apart;                                   ///< mm
-  Score frame_ratio, vertex_ratio, penetration;                    ///< of collisions
-  Score exact_frames, exact_vertices, exact_depth;                 ///< of collisions without tolerance
-  Score close_frame_ratio, close_vertex_ratio, close_penetration;  ///< in close frames (Table 2)
-  Score upright_frames, upright_vertices, upright_depth;           ///< in close frames in which nobody sits
+  Score skating;             ///< fraction of frames with a foot that slides (metrics/foot_skating.h)
+  Score jerk;                ///< m/s^3, of the joints
+  Score jerk_ratio;          ///< the jerk over that of the real motion; 1 is as smooth
+  Score acceleration;        ///< m/s^2, of the joints
+  Score key_error;           ///< mm, mean distance of the joints from the true ones at key frames (MPJE Key)
+  Score error;               ///< mm, the same in all frames (MPJE All)
+  Score apart;               ///< mm, mean distance of the joints between runs with different seeds; NaN for one run
+  Score frame_ratio;         ///< fraction of frames in which skin collides (metrics/collision.h)
+  Score vertex_ratio;        ///< fraction of the skin's vertices that collide, mean over frames
+  Score penetration;         ///< mm, of the deepest vertex that collides in each window
+  Score exact_frames;        ///< as frame_ratio, without tolerance: skin that is inside at all collides
+  Score exact_vertices;      ///< as vertex_ratio, without tolerance
+  Score exact_depth;         ///< mm, as penetration, without tolerance
+  Score close_frame_ratio;   ///< as frame_ratio, in frames in which the true body is close to the scene (Table 2)
+  Score close_vertex_ratio;  ///< as vertex_ratio, in close frames
+  Score close_penetration;   ///< mm, as penetration, in close frames
+  Score upright_frames;      ///< as frame_ratio, in close frames in which nobody sits
+  Score upright_vertices;    ///< as vertex_ratio, in close frames in which nobody sits
+  Score upright_depth;       ///< mm, as penetration, in close frames in which nobody sits
 };
 
+/// What evaluate() measured, a row for each method and choice of key frames.
 struct Table {
-  int64_t windows = 0, close_frames = 0, upright_frames = 0;
-  int64_t dimensions = 0;  ///< of the features that fid is taken over
-  double noise = 0;
-  bool truth = true;         ///< the recordings are the truth
-  std::string against;       ///< the row that differences are from
-  std::vector<Scores> rows;  ///< first the real motion; where there is noise, the noisy poses of all
-                             ///< frames as they are; then each choice of keys with each method
+  int64_t windows = 0;         ///< that each row filled
+  int64_t close_frames = 0;    ///< frames of the true motion within kCloseProximity of the scene; 0 without a truth
+  int64_t upright_frames = 0;  ///< of these, in which nobody sits
+  int64_t dimensions = 0;      ///< of the features that fid is taken over
+  double noise = 0;            ///< level of noise on the key frames, so many degrees and cm
+  bool truth = true;           ///< the recordings are the truth
+  std::string against;         ///< the row that differences are from
+  std::vector<Scores> rows;    ///< first the real motion; where there is noise, the noisy poses of all
+                               ///< frames as they are; then each choice of keys with each method
 };
 
+/// How methods are evaluated.
 struct Evaluation {
   std::vector<std::string> keyframes = {"every:60"};  ///< as key_frames takes them
   int64_t seeds = 1;                                  ///< runs of what depends on a seed
-  uint64_t seed = 1;
-  double noise = 0;                 ///< level of noise on the key frames, see noisy_keys
+  uint64_t seed = 1;                                  ///< what noise, random key frames and methods' draws follow from
+  double noise = 0;                                   ///< level of noise on the key frames, see noisy_keys
   std::vector<int64_t> key_joints;  ///< joints that keys between the ends constrain, for MPJE Key; empty: whole poses
   bool truth = true;     ///< false: the recordings are noisy themselves; nothing is measured that needs a truth, and
                          ///< MPJE Key is the distance from the recording's poses (Table 4)

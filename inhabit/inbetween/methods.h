@@ -13,8 +13,8 @@ namespace inhabit::inbetween {
 
 /// A window and the frames of window.given that a method may look at, beside the scene.
 struct FillTask {
-  const Window& window;
-  const std::vector<int64_t>& keys;
+  const Window& window;                  ///< its given poses and its scene; its truth is not to be looked at
+  const std::vector<int64_t>& keys;      ///< key frames, in order, the window's first and last among them
   std::vector<int64_t> key_joints = {};  ///< that keys between the ends constrain; empty: whole poses
   double noise = 0;                      ///< level of noise on the keys between the ends
 };

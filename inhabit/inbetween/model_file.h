@@ -9,7 +9,7 @@ namespace inhabit::inbetween {
 
 /// A trained denoiser and the scale of its features.
 struct Networks {
-  Config config;
+  Config config;                 ///< sizes and settings that the denoiser was made with
   Denoiser network{nullptr};     ///< "net." in the file
   FeatureScale scale;            ///< (201)
   torch::Tensor residual_table;  ///< (61, 135) of residual motion (residual.h) instead

@@ -10,6 +10,7 @@ namespace inhabit::inbetween {
 /// The denoiser (3.2): predicts the clean clip from a noisy one, conditioned on key frames, scene, body shape and
 /// diffusion step. Parts that the config leaves out have no parameters; their embeddings are zero or empty.
 struct DenoiserImpl : torch::nn::Module {
+  /// With weights drawn at random by LibTorch's global generator; the last convolution starts at zero.
   explicit DenoiserImpl(const Config& network_config);
 
   /// c_g, the scene around the first root frame. @param occupancy (B, 24, 48, 48), -1 free or 1 occupied.
@@ -35,11 +36,15 @@ struct DenoiserImpl : torch::nn::Module {
   /// Sines and cosines of the step, through two layers: (B, width).
   torch::Tensor embed_steps(const torch::Tensor& steps);
 
-  Config config;
-  torch::nn::Linear step_in{nullptr}, step_out{nullptr}, shape_layer{nullptr},
-      offset_layers[4]{nullptr, nullptr, nullptr, nullptr};
-  SceneEncoder scene_encoder{nullptr};
-  torch::nn::Conv1d stem{nullptr};  ///< of residual motion: its many channels become those of the U-Net
+  Config config;                           ///< what the network was made with
+  torch::nn::Linear step_in{nullptr};      ///< width to width, on the sines and cosines of the step
+  torch::nn::Linear step_out{nullptr};     ///< width to width, after SiLU
+  torch::nn::Linear shape_layer{nullptr};  ///< 7, of residual motion 21, to width; empty without body_shape
+  /// 3 anchors to 1024, 256, 32 and kLocalChannels, Mish in between; empty without local_scene.
+  torch::nn::Linear offset_layers[4]{nullptr, nullptr, nullptr, nullptr};
+  SceneEncoder scene_encoder{nullptr};  ///< occupancy to width; empty without global_scene
+  torch::nn::Conv1d stem{nullptr};      ///< of residual motion: its many channels become those of the U-Net
+  /// The trunk: features, mask and what goes with them to 201 channels; of residual motion width to 135.
   TemporalUnet unet{nullptr};
 };
 TORCH_MODULE(Denoiser);

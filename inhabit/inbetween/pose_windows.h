@@ -13,8 +13,8 @@ struct Config;
 
 /// A window of motion and the scene it is in.
 struct PoseWindow {
-  Poses poses;
-  SceneDistances scene;
+  Poses poses;           ///< (config.frames) as recorded, in the room's own world
+  SceneDistances scene;  ///< of the room, the floor at height 0
 };
 
 /// Windows of native data sets as residual motion is trained on them. Motion is read once and kept (80 KB a second);
@@ -27,12 +27,12 @@ class PoseWindows {
   PoseWindows(const PoseWindows&) = delete;
   PoseWindows& operator=(const PoseWindows&) = delete;
 
-  const WindowSet& windows() const;
-  int64_t size() const { return windows().size(); }
-  PoseWindow window(int64_t index, bool mirrored) const;
-  /// Windows of recorded motion (data sets that `inhabit synth fit` made) and of generated motion.
+  const WindowSet& windows() const;                       ///< where the windows are in the data sets
+  int64_t size() const { return windows().size(); }       ///< how many windows there are
+  PoseWindow window(int64_t index, bool mirrored) const;  ///< one of them; mirrored: with its scene, x becomes -x
+  /// Indices of the windows of recorded motion (data sets that `inhabit synth fit` made).
   const std::vector<int64_t>& recorded() const;
-  const std::vector<int64_t>& generated() const;
+  const std::vector<int64_t>& generated() const;  ///< indices of all other windows
 
  private:
   struct Impl;

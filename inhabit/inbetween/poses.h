@@ -14,8 +14,11 @@ struct Poses {
   std::vector<Eigen::Vector3f> joints;        ///< (T x 22) positions
   std::vector<Eigen::Quaternionf> rotations;  ///< (T x 22) joint frame to world
 
+  /// T, which the number of joints tells.
   int frames() const { return static_cast<int>(joints.size()) / kStandardJoints; }
+  /// Where a joint of a frame is in `joints` and `rotations`.
   static size_t at(int64_t frame, int64_t joint) { return static_cast<size_t>(frame * kStandardJoints + joint); }
+  /// Place of the root joint in a frame.
   const Eigen::Vector3f& root(int64_t frame) const { return joints[at(frame, 0)]; }
 };
 

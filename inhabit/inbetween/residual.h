@@ -27,6 +27,7 @@ torch::Tensor residual_scale(const Baseline& baseline, const torch::Tensor& tabl
 /// Deviations by distance from keys, from residuals that come window by window.
 class ResidualStatistics {
  public:
+  /// @param residual (135, T) of residual_of, not divided; what lies behind the last whole key does not count.
   void add(const torch::Tensor& residual, const Baseline& baseline);
   /// (61, 135), smoothed, growing with the distance.
   torch::Tensor table() const;
@@ -43,7 +44,7 @@ struct ResidualFrames {
   torch::Tensor turn;   ///< (B, T, 3, 3) heading frame to world
   torch::Tensor scale;  ///< (B, 135, T) of residual_scale
 
-  ResidualFrames to(torch::Device device) const;
+  ResidualFrames to(torch::Device device) const;  ///< the same on another device
 };
 ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, const torch::Tensor& table);
 

@@ -13,18 +13,19 @@ namespace inhabit::inbetween {
 
 /// B windows with keys drawn at random, as the denoiser of residual motion is trained on them.
 struct ResidualBatch {
-  ResidualFrames frames;
-  torch::Tensor residual;  // (B, 135, T) divided by its scale, 0 where that is 0
-  torch::Tensor open;      // (B, 135, T) 1 where the scale is not 0
-  torch::Tensor fixed;     // (B, 244, T) static_features
-  torch::Tensor bones;     // (B, 21)
-  torch::Tensor weights;   // (B, T, 22) of joints
-  torch::Tensor room;      // (B, T, 30) metres that the true body points keep from obstacles, their radius at most
-  torch::Tensor kept;      // (B) 1, or 0 where the scene is hidden
-  torch::Tensor steps;     // (B)
-  torch::Tensor noise;     // (B, 135, T)
-  std::vector<SceneDistances> scenes;
-  bool self_conditioned = false;
+  ResidualFrames frames;   ///< the windows' baselines, and the scale of residuals
+  torch::Tensor residual;  ///< (B, 135, T) true ones, divided by their scale, 0 where that is 0
+  torch::Tensor open;      ///< (B, 135, T) 1 where the scale is not 0, else 0
+  torch::Tensor fixed;     ///< (B, 244, T) of static_features
+  torch::Tensor bones;     ///< (B, 21) metres, of bone_lengths
+  torch::Tensor weights;   ///< (B, T, 22) of joints in their loss: 10 where a partial key has one, else 1
+  torch::Tensor room;      ///< (B, T, 30) metres that the true body points keep from obstacles, their radius
+                           ///< at most
+  torch::Tensor kept;      ///< (B) 1, or 0 where the scene is hidden
+  torch::Tensor steps;     ///< (B) int64 diffusion steps, 0 the cleanest
+  torch::Tensor noise;     ///< (B, 135, T) normal, deviation 1; 0 where `open` is
+  std::vector<SceneDistances> scenes;  ///< (B) also where the scene is hidden
+  bool self_conditioned = false;       ///< the denoiser sees a prediction of its own, else zeros in its place
 };
 
 /// Windows drawn anew: `recorded` of them recorded motion, every second one mirrored, their keys far apart or as in the

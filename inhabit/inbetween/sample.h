@@ -54,10 +54,10 @@ class Data {
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
-  const WindowSet& windows() const;
-  int64_t size() const { return windows().size(); }
-  Sample sample(int64_t index) const;
-  torch::Tensor features(int64_t index) const;  ///< a sample's features alone
+  const WindowSet& windows() const;                  ///< where the windows are in the data sets
+  int64_t size() const { return windows().size(); }  ///< how many windows there are
+  Sample sample(int64_t index) const;                ///< what is trained on
+  torch::Tensor features(int64_t index) const;       ///< a sample's features alone
 
   /// The window itself, as recorded, with its scene.
   Window window(int64_t index) const;

@@ -27,8 +27,8 @@ torch::Tensor impute(const torch::Tensor& x, const KeyConstraints& given, const 
 
 /// For each entry of a mask (B, F, T) the constrained frames before and after it.
 struct KeyNeighbours {
-  torch::Tensor before,
-      after;             ///< (B, F, T) int64 frame indices; equal outside the first and the last constrained frame
+  torch::Tensor before;  ///< (B, F, T) int64 frame, constrained, at or before this one; the first where none is
+  torch::Tensor after;   ///< (B, F, T) int64 frame, constrained, at or after this one; the last where none is
   torch::Tensor weight;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
 };
 KeyNeighbours key_neighbours(const torch::Tensor& mask);

@@ -20,13 +20,14 @@ enum class Stage {
   baseline   ///< what the network starts from and adds to: the keys' interpolation, around obstacles where it does so
 };
 
+/// What motion is asked for, beside the clip and the scene.
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
   double noise = 0;   ///< level of noise on whole keys between the ends, so many degrees and cm, which are cleaned
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
-  Sampler sampler = Sampler::dpm_solver;
-  uint64_t seed = 1;
+  Sampler sampler = Sampler::dpm_solver;                    ///< how the evaluations are put together
+  uint64_t seed = 1;                                        ///< what the noise follows from that motion begins as
   Controls controls;                                        ///< for models of residual motion
   bool refine = true;                                       ///< feet stand, nobody is inside the scene (refine/)
   Stage stage = Stage::finished;                            ///< how far the model's work is done
@@ -37,14 +38,15 @@ struct Options {
   std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
 };
 
+/// The motion that was made, and what was found out on the way.
 struct Result {
   Clip motion;     ///< on the standard skeleton at the model's rate, from the first key frame to the last
   Clip on_source;  ///< the same on the clip's own skeleton, at its rate, key poses bit by bit (motion/transfer.h); of a
                    ///< clip without rotations `motion` at its rate; empty where Options::standard is set
-  std::vector<int64_t> keys;  ///< key frames of it: those asked for, at the nearest of its frames
-  Clip key_poses;             ///< (K frames) the poses asked for there
-  Scene scene;                ///< what was looked at: the one given or, where that is empty, an assumed flat floor
-  bool floor_assumed = false;
+  std::vector<int64_t> keys;       ///< key frames of it: those asked for, at the nearest of its frames
+  Clip key_poses;                  ///< (K frames) the poses asked for there
+  Scene scene;                     ///< what was looked at: the one given or, where that is empty, an assumed flat floor
+  bool floor_assumed = false;      ///< `scene` is that assumed floor
   std::vector<int64_t> unreached;  ///< frames of `keys` whose straight line is blocked and that no way leads to in time
   torch::Tensor key_collides;      ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
   torch::Tensor collides;          ///< (T) bool: the motion is; undefined unless asked for
@@ -57,13 +59,15 @@ struct Result {
 ///   inbetween::Result r = inbetweener.run(clip, scene, {key_frames("every:60", clip.frames())});   // r.motion
 class SceneInbetweener {
  public:
+  /// Shares the network's weights and puts it into evaluation mode. Throws Error where it looks at the scene from
+  /// another number of anchors than the built-in body has.
   explicit SceneInbetweener(const Networks& networks);
   /// Throws Error naming the file where it is no model of in-betweening.
   static SceneInbetweener load(const std::string& path);
   ~SceneInbetweener();
-  SceneInbetweener(SceneInbetweener&&) noexcept;
+  SceneInbetweener(SceneInbetweener&&) noexcept;  ///< moves; what was moved from may only be destroyed
 
-  const Config& config() const;
+  const Config& config() const;  ///< sizes and settings that the network was made with
   /// Whether the network adds to an interpolation of the keys: Stage::baseline is refused else.
   bool has_baseline() const;
 

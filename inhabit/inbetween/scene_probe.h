@@ -32,7 +32,7 @@ class SceneDistances {
   /// The scene as a mirror at x = 0 shows it.
   SceneDistances mirrored() const;
 
-  static constexpr float kFar = 10;
+  static constexpr float kFar = 10;  ///< metres that places beyond the grid are said to be away
 
  private:
   struct Grid;
@@ -50,9 +50,10 @@ torch::Tensor body_points(const torch::Tensor& joints);
 /// Metres of flesh around each (30).
 torch::Tensor body_point_radii();
 
-/// Distances of points (..., 3), metres, and their gradients (..., 3).
+/// Distances of points to a scene, as SceneDistances::distance has them.
 struct ProbedPoints {
-  torch::Tensor distance, gradient;
+  torch::Tensor distance;  ///< (...) metres, negative inside
+  torch::Tensor gradient;  ///< (..., 3) metres a metre, world
 };
 ProbedPoints probe(const SceneDistances& scene, const torch::Tensor& points);
 

@@ -7,12 +7,13 @@ namespace inhabit::inbetween {
 
 /// Variances of the forward process and coefficients of its posterior, by step 0 (least noise) to T - 1, in double.
 struct DiffusionSchedule {
-  std::vector<double> betas;
+  std::vector<double> betas;               ///< in (0, 1), the variance that each step adds
   std::vector<double> alphas_cumprod;      ///< the running product of 1 - beta
   std::vector<double> posterior_variance;  ///< of q(x_{t-1} | x_t, x_0)
-  /// Its mean is mean_x0 x_0 + mean_xt x_t.
-  std::vector<double> posterior_mean_x0, posterior_mean_xt;
+  std::vector<double> posterior_mean_x0;   ///< its mean is mean_x0 x_0 + mean_xt x_t
+  std::vector<double> posterior_mean_xt;   ///< see posterior_mean_x0
 
+  /// T, how many steps there are.
   int64_t steps() const { return static_cast<int64_t>(betas.size()); }
 };
 

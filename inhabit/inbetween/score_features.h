@@ -13,10 +13,12 @@ namespace inhabit::inbetween {
 /// as a window.
 torch::Tensor features_of(const std::vector<ScoredClip>& clips, const MotionAutoencoder& network);
 
+/// A Frechet distance and what it is taken over.
 struct FidScore {
-  double fid = 0;
-  int64_t windows = 0, reference_windows = 0;
-  int64_t dimensions = 0;  ///< principal directions of the reference (metrics/frechet.h)
+  double fid = 0;                 ///< squared distance, of features that have deviation 1 in training
+  int64_t windows = 0;            ///< N, of the motion
+  int64_t reference_windows = 0;  ///< M, of the reference
+  int64_t dimensions = 0;         ///< principal directions of the reference (metrics/frechet.h)
 };
 
 /// Squared Frechet distance of features (N, 64) from those of real motion (M, 64), N and M > 1. Throws Error.

@@ -19,7 +19,7 @@ enum Measure : size_t {
   kJerk,          ///< of the joints, m/s^3
   kJerkRatio,     ///< over that of the real motion
   kAcceleration,  ///< of the joints, m/s^2
-  kKeyError,      ///< mm, mean distance of the joints from the given ones at key frames
+  kKeyError,      ///< mm, mean distance of the joints from the true ones at key frames
   kError,         ///< mm, from the true ones in all frames
   kApart,         ///< mm, between runs with different seeds, over all pairs of them
   kFrames,        ///< that collide (metrics/collision.h), as a fraction
@@ -37,8 +37,10 @@ enum Measure : size_t {
   kMeasures
 };
 
+/// What is measured of one window.
 struct WindowScores {
-  std::array<double, kMeasures> sum{}, weight{};
+  std::array<double, kMeasures> sum{};     ///< by Measure, what is summed over windows
+  std::array<double, kMeasures> weight{};  ///< by Measure, what those sums are divided by; 0: not measured here
 };
 
 /// (T) bool: the clip's action is called sit..., lean_back or stand_up, or its pelvis is lower over the floor y = 0
@@ -47,11 +49,12 @@ torch::Tensor sitting_frames(const Clip& clip);
 
 /// A window as it is compared with.
 struct Compared {
-  const Clip& truth;             ///< of the same length
-  bool known = true;             ///< the truth is one: else measures that need it have no weight
-  std::vector<int64_t> keys;     ///< frames in which poses were given
-  std::vector<int64_t> joints;   ///< that keys between the ends gave; empty: all of every key
-  torch::Tensor close, upright;  ///< (T) bool: close frames, and those of them in which nobody sits
+  const Clip& truth;            ///< of the same length
+  bool known = true;            ///< the truth is one: else measures that need it have no weight
+  std::vector<int64_t> keys;    ///< frames in which poses were given
+  std::vector<int64_t> joints;  ///< that keys between the ends gave; empty: all of every key
+  torch::Tensor close;          ///< (T) bool: frames in which the truth is close to the scene; undefined: no weight
+  torch::Tensor upright;        ///< (T) bool: those of them in which nobody sits; undefined: no weight
 };
 WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter);
 

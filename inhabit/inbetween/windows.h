@@ -6,8 +6,9 @@ namespace inhabit::inbetween {
 
 /// A stretch of a clip that one run of the sampler fills.
 struct FillWindow {
-  int64_t first, last;  ///< frames of the clip, both included; `last` is a key frame
-  int64_t known;        ///< frames up to this one are known: the first key frame, or what the window before filled
+  int64_t first;  ///< frame of the clip that it begins with
+  int64_t last;   ///< frame of the clip that it ends with, included; a key frame
+  int64_t known;  ///< frames up to this one are known: the first key frame, or what the window before filled
 };
 
 /// Windows of at most `frames` frames that fill a clip between `keys` (in order, the first being frame 0). Each

@@ -18,10 +18,11 @@ struct SeenBody {
   std::vector<std::array<double, 2>> floor;
 };
 
+/// The scale of a recording's depth, and how well it is known.
 struct DepthAlignment {
-  DepthScale scale;
-  double before = 0,
-         after = 0;   ///< metres, median distance between points and vertices: by the first guess, at the end
+  DepthScale scale;   ///< of all frames
+  double before = 0;  ///< metres, median distance from the person's points to the nearest vertices, by the first guess
+  double after = 0;   ///< metres, the same at the end
   double floor = 0;   ///< part of the pixels below the horizon that are the floor; 0: it tells nothing
   double spread = 0;  ///< metres, standard deviation of the body's depth: what tells scale from offset
 };

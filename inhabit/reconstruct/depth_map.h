@@ -10,7 +10,8 @@ namespace inhabit::reconstruct {
 
 /// Depth in metric scale: D = scale * raw + offset (supplement 8.1), metres along the camera's axis.
 struct DepthScale {
-  double scale = 1, offset = 0;
+  double scale = 1;   ///< metres a unit of the network
+  double offset = 0;  ///< metres
 };
 
 /// One frame's depth as its network tells it.
@@ -35,7 +36,7 @@ torch::Tensor dilated(const torch::Tensor& mask, int pixels);
 /// A pixel and its depth.
 struct DepthSample {
   Eigen::Vector3d ray;  ///< in the camera's axes, z = 1
-  double depth = 0;
+  double depth = 0;     ///< along the camera's axis, in the unit of the map that it is from
 };
 
 /// At most `most` of the pixels of `where` that are not 0, evenly taken.
@@ -47,16 +48,17 @@ std::vector<Eigen::Vector3d> back_projected(const std::vector<DepthSample>& samp
 
 /// A metric depth map, what it is a map of, and where its camera stands.
 struct View {
-  int64_t frame = 0;
+  int64_t frame = 0;     ///< of the motion
   torch::Tensor depth;   ///< (height, width) metres, 0: unknown
   torch::Tensor person;  ///< (height, width) bool
 };
 
 /// Where points of the world are on an image.
 struct OnImage {
-  int64_t row = -1, column = -1;  ///< nearest pixel; -1: outside the image or behind the camera
-  double z = 0;                   ///< metres along the camera's axis
-  bool inside() const { return row >= 0; }
+  int64_t row = -1;                         ///< of the nearest pixel; -1: outside the image or not before the camera
+  int64_t column = -1;                      ///< of the nearest pixel; -1: see row
+  double z = 0;                             ///< metres along the camera's axis
+  bool inside() const { return row >= 0; }  ///< there is such a pixel; something nearer may hide the point
 };
 OnImage project(const Camera& camera, const Eigen::Isometry3d& to_camera, const Eigen::Vector3d& point);
 

@@ -14,6 +14,7 @@ struct ImageSequence {
   bool every_frame = false;                   ///< one image that is good for every frame; `frames` is empty
   std::function<torch::Tensor(size_t)> read;  ///< the i-th; throws Error
 
+  /// Whether there are no images at all.
   bool empty() const { return frames.empty() && !every_frame; }
   /// Which image is of a frame, or -1.
   int64_t index_of(int64_t frame) const;
@@ -21,8 +22,8 @@ struct ImageSequence {
 
 /// A numbered file, "depth_000012.npy".
 struct NumberedFile {
-  std::string path;
-  int64_t number = 0;
+  std::string path;    ///< as it is opened
+  int64_t number = 0;  ///< in its name; -1: an object's one mask for all frames, which has none
 };
 
 /// The files of a shell pattern ("depth_*.npy"; several patterns or files count together) by the number in their names:

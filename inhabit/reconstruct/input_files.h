@@ -9,9 +9,12 @@ namespace inhabit::reconstruct {
 
 /// The files that `inhabit reconstruct` is given (docs/reconstruction.md).
 struct InputFiles {
-  std::string motion, camera;
-  std::vector<std::string> depth, masks;  ///< patterns of numbered files, or the files
-  std::string objects, object_masks;      ///< folders; empty: no objects
+  std::string motion;              ///< path of the person's estimated motion, any format of clips that is read
+  std::string camera;              ///< path of a camera file (read_camera)
+  std::vector<std::string> depth;  ///< patterns of numbered .npy files, or the files (open_depth)
+  std::vector<std::string> masks;  ///< patterns of numbered .png files, or the files: where the person is
+  std::string objects;             ///< folder of meshes, each named as its object; empty: no objects
+  std::string object_masks;        ///< folder of NAME.png or NAME_NUMBER.png; empty as `objects` is
 };
 
 /// Opens them. The motion and the camera are read and checked, and what files there are of images and objects; images

@@ -10,24 +10,26 @@ namespace inhabit::reconstruct {
 
 /// From an object's own axes to the world: x -> scale R_y(yaw) x + shift, yaw from +Z towards +X.
 struct Placement {
-  double scale = 1, yaw = 0;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  double scale = 1;                                 ///< metres a unit of the object's own
+  double yaw = 0;                                   ///< radians
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< metres, where the object's own origin is in the world
 
+  /// A point of the object in the world.
   Eigen::Vector3d place(const Eigen::Vector3d& own) const;
 };
 
 /// An object mesh with its place in the room.
 struct PlacedObject {
-  std::string name;
+  std::string name;          ///< as it was given
   std::vector<Mesh> meshes;  ///< in the world, named as the object
-  Placement placement;
-  double distance = 0;  ///< metres, from the object's points to its surface, median
-  int64_t points = 0;   ///< of the object that were seen
+  Placement placement;       ///< of the meshes as they were given; yaw in [-pi, pi]
+  double distance = 0;       ///< metres, from the object's points to its surface, median
+  int64_t points = 0;        ///< of the object that were seen
 };
 
 /// An object as it is seen: its mask in some views.
 struct ObjectViews {
-  std::vector<const View*> views;
+  std::vector<const View*> views;    ///< frames that there is a mask of, with their metric depth
   std::vector<torch::Tensor> masks;  ///< (views) (height, width) bool
 };
 

@@ -16,6 +16,7 @@ namespace inhabit::reconstruct {
 /// with the surface that was seen and not with the number of frames.
 class PointGrid {
  public:
+  /// @param cell metres, side of a cell.
   explicit PointGrid(double cell) : cell_(cell) {}
 
   /// Adds the pixels of `where` (height, width) bool whose depth is known. Throws Error(subject, ...) where the scene

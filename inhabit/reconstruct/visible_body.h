@@ -12,13 +12,14 @@ namespace inhabit::reconstruct {
 
 /// The skin of an estimated motion, frame by frame.
 struct BodyInFrames {
-  std::shared_ptr<const refine::Skin> skin;
-  Bones bones;
-  refine::Trajectory poses;  ///< (frames) in the world
+  std::shared_ptr<const refine::Skin> skin;  ///< of the body, in the motion's shape where it tells one (shape_in)
+  Bones bones;                               ///< the motion's skeleton, which need not be the body's
+  refine::Trajectory poses;                  ///< (frames) in the world
 
   /// @param motion on the standard skeleton, in the world; @param body whose skin was seen
   BodyInFrames(const Clip& motion, const BodyModel& body);
 
+  /// The skin in a frame, vertices in the world.
   refine::PosedSkin posed(int64_t frame) const;
 };
 

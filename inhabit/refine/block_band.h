@@ -10,15 +10,17 @@ namespace inhabit::refine {
 /// middle; a frame's blocks lie beside each other in one panel (panel_kernel.h).
 class BlockBand {
  public:
+  /// A view of a block's numbers (block, block), where they are in the matrix.
   using Block = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
+  /// All zeros.
   BlockBand(int64_t frames, int block, int band);
 
-  int64_t frames() const { return frames_; }
-  int block() const { return block_; }
-  int band() const { return band_; }
+  int64_t frames() const { return frames_; }  ///< blocks of a row or column of the matrix
+  int block() const { return block_; }        ///< rows of a block
+  int band() const { return band_; }          ///< how far apart frames are at most that meet
 
-  void clear();
+  void clear();  ///< sets everything to zero, also what factor() has left
   /// Rows of frame + apart, columns of frame. Of the diagonal blocks the lower triangle counts.
   Block at(int64_t frame, int apart) {
     return {panel(frame) + apart * padded_, block_, block_, Eigen::OuterStride<>(stride_)};
@@ -27,8 +29,8 @@ class BlockBand {
   /// A frame's blocks, apart = 0 to band, row by row: rows are columns of the frame, and those of the blocks lie side
   /// by side, each padded with zeros to padded() numbers; stride() numbers in all.
   double* panel(int64_t frame) { return values_.data() + frame * block_ * stride_; }
-  int64_t padded() const { return padded_; }
-  int64_t stride() const { return stride_; }
+  int64_t padded() const { return padded_; }  ///< block(), rounded up to a multiple of kPanelWidth
+  int64_t stride() const { return stride_; }  ///< padded() (band() + 1), from a row of a panel to the next
 
   /// In place; false where the matrix is not positive definite.
   bool factor();

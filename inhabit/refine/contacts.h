@@ -8,8 +8,9 @@ namespace inhabit::refine {
 
 /// A point that stays at one place in frames [first, last].
 struct Contact {
-  int joint = 0;
-  int64_t first = 0, last = 0;
+  int joint = 0;      ///< of the standard skeleton
+  int64_t first = 0;  ///< frame in which it begins
+  int64_t last = 0;   ///< frame in which it ends, included
 };
 
 /// When a foot is in contact. Balls of the feet and ankles (heels) each for themselves, so that feet roll.

@@ -17,18 +17,21 @@ namespace inhabit::refine {
 /// joint above. A vertex x at rest goes to sum_a w_a (p_a + R_a (x - j_a)), j_a the body's own joints at rest, p_a
 /// those of the skeleton that is posed, which need not be as long: linear blend skinning where it is.
 struct Skin {
+  /// A joint's part of a vertex.
   struct Weight {
-    int joint;
-    double weight;
+    int joint;      ///< of the standard skeleton
+    double weight;  ///< w_a, not 0; those of a vertex add up to 1
   };
-  std::vector<Eigen::Vector3d> rest;    ///< (V) metres
-  std::vector<Eigen::Vector3d> joints;  ///< (22) metres
-  std::vector<int> first;               ///< vertex v has weights [first[v], first[v + 1])
-  std::vector<Weight> weights;
-  std::vector<std::array<int, 3>> faces;
-  std::vector<int> first_face, vertex_faces;  ///< the faces at vertex v: [first_face[v], first_face[v + 1])
-  Eigen::MatrixXf pose_dirs;                  ///< (3 V, 189) of rotations 1 to 21, row by row; empty: none
+  std::vector<Eigen::Vector3d> rest;      ///< (V) metres
+  std::vector<Eigen::Vector3d> joints;    ///< (22) metres
+  std::vector<int> first;                 ///< vertex v has weights [first[v], first[v + 1])
+  std::vector<Weight> weights;            ///< of all vertices, one after the other
+  std::vector<std::array<int, 3>> faces;  ///< vertices of each triangle
+  std::vector<int> first_face;            ///< vertex v is in vertex_faces [first_face[v], first_face[v + 1])
+  std::vector<int> vertex_faces;          ///< numbers of the faces at each vertex, one vertex after the other
+  Eigen::MatrixXf pose_dirs;              ///< (3 V, 189) of rotations 1 to 21, row by row; empty: none
 
+  /// V, how many vertices there are.
   int64_t size() const { return static_cast<int64_t>(rest.size()); }
 };
 
@@ -39,15 +42,16 @@ Skin skin_of(const BodyModel& model, const torch::Tensor& betas);
 /// model, else undefined. Those of another model than the built-in one must explain the clip's bones.
 torch::Tensor shape_in(const Clip& clip, const BodyModel& body);
 
-/// Vertices of the skin in a pose. `rest` is where they stand before skinning, blend shapes of the pose included.
+/// Vertices of the skin in a pose.
 struct PosedSkin {
-  std::vector<Eigen::Vector3d> rest, vertices;
+  std::vector<Eigen::Vector3d> rest;  ///< (V) metres, where they are before skinning, the pose's blend shapes included
+  std::vector<Eigen::Vector3d> vertices;  ///< (V) metres, world
 };
 PosedSkin pose_skin(const Skin& skin, const FramePose& pose, const BonesPose& bones);
 
 /// A place on the skin.
 struct SkinPlace {
-  int face = -1;
+  int face = -1;                                    ///< of Skin::faces; -1: none is near, the rest says nothing
   std::array<double, 3> corners{};                  ///< barycentric
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< metres
 };
@@ -71,11 +75,11 @@ struct DepthCloud {
 /// nearest point. Squares are as `loss` has them, and beyond `reach` constant. Nearest places are found anew wherever
 /// the term is evaluated, and held for its Jacobian, of which the distance's derivative is exact.
 struct DepthTerm {
-  std::shared_ptr<const Skin> skin;
-  std::vector<DepthCloud> clouds;  ///< (frames); a frame without points has no term
-  double weight = 1;               ///< 1 / m^2
-  Loss loss;                       ///< of a distance in metres
-  double reach = 0.3;              ///< metres
+  std::shared_ptr<const Skin> skin;  ///< on the problem's joints; not null
+  std::vector<DepthCloud> clouds;    ///< (frames); a frame without points has no term
+  double weight = 1;                 ///< 1 / m^2
+  Loss loss;                         ///< of a distance in metres
+  double reach = 0.3;                ///< metres
 };
 
 /// Every `step`-th vertex of the skin that a camera sees: no other skin is before it. Metres, world.

@@ -11,12 +11,14 @@ namespace inhabit::refine {
 
 /// A point of the body that is at a place in frames [first, last].
 struct GivenContact {
-  int joint = 0;
+  int joint = 0;                                     ///< of the standard skeleton
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the joint's frame
   Eigen::Vector3d place = Eigen::Vector3d::Zero();   ///< metres, world
-  int64_t first = 0, last = 0;
+  int64_t first = 0;                                 ///< frame of the clip in which it begins
+  int64_t last = 0;                                  ///< frame of the clip in which it ends, included
 };
 
+/// What is wanted of a refined motion.
 struct Options {
   bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are

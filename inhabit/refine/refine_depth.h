@@ -9,6 +9,7 @@
 
 namespace inhabit::refine {
 
+/// How a motion is fitted to point clouds.
 struct DepthOptions {
   /// The body whose skin was seen, in the clip's own shape where the clip is of that model; null: the built-in one.
   const BodyModel* body = nullptr;
@@ -21,13 +22,14 @@ struct DepthOptions {
   bool standard = false;        ///< the motion is wanted on the standard skeleton alone
 };
 
+/// The motion that fits the point clouds, and how well it does.
 struct DepthResult {
-  Clip before;     ///< the motion as it was, on the standard skeleton
-  Clip clip;       ///< on the standard skeleton, at the motion's own rate
-  Clip on_source;  ///< the same on the clip's own skeleton; empty where DepthOptions::standard is set
-  double distance_before = 0,
-         distance_after = 0;  ///< metres, from the points to the skin, median of the frames' medians
-  double moved = 0;           ///< metres, mean distance of the joints from where they were
+  Clip before;                 ///< the motion as it was, on the standard skeleton
+  Clip clip;                   ///< on the standard skeleton, at the motion's own rate
+  Clip on_source;              ///< the same on the clip's own skeleton; empty where DepthOptions::standard is set
+  double distance_before = 0;  ///< metres, from the points to the skin of `before`, median of the frames' medians
+  double distance_after = 0;   ///< metres, the same of `clip`
+  double moved = 0;            ///< metres, mean distance of the joints from where they were
 };
 
 /// A motion that fits what a depth camera saw of the person, window by window in two stages (forecasting paper,

@@ -9,8 +9,8 @@ namespace inhabit::refine {
 
 /// Where a joint, or a point that moves with it, is wanted.
 struct JointTarget {
-  int64_t frame = 0;
-  int joint = 0;
+  int64_t frame = 0;                                          ///< of the motion
+  int joint = 0;                                              ///< of the standard skeleton
   Eigen::Vector3d place;                                      ///< metres, world
   Eigen::Vector3d sigma = Eigen::Vector3d::Constant(0.0003);  ///< metres along each axis; infinite: left free
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();           ///< of the point, metres in the joint's frame
@@ -22,17 +22,19 @@ std::vector<JointTarget> joint_targets(const Clip& poses, int64_t pose, int64_t 
 
 /// What a network's motion was conditioned on.
 struct KeyPoses {
-  std::vector<int64_t> frames;  ///< of the motion, in order
-  Clip poses;                   ///< (K) one for each, on the motion's skeleton
-  std::vector<char> exact;      ///< (K) 1: a hard constraint, that frame comes out as the pose is, bit by bit
-                                ///< 0: a whole pose with noise
-  std::vector<JointTarget> targets;
+  std::vector<int64_t> frames;       ///< of the motion, in order
+  Clip poses;                        ///< (K) one for each, on the motion's skeleton
+  std::vector<char> exact;           ///< (K) 1: a hard constraint, that frame comes out as the pose is, bit by bit
+                                     ///< 0: a whole pose with noise
+  std::vector<JointTarget> targets;  ///< of partial keys and contacts, in any order
 };
 
 /// Standard deviations of what a network's motion is changed by.
 struct GeneratedOptions {
-  double rotation = 0.2, root = 0.6;          ///< radians of each joint, metres of the root
-  double rotation_curve = 1, root_curve = 2;  ///< rad/s^2, m/s^2: changes come and go smoothly
+  double rotation = 0.2;      ///< radians of each joint
+  double root = 0.6;          ///< metres of the root
+  double rotation_curve = 1;  ///< rad/s^2 of each joint: changes come and go smoothly
+  double root_curve = 2;      ///< m/s^2 of the root, the same
   double noise = 1;     ///< of whole keys that are not exact: degrees in each component of a rotation, centimetres
   bool smooth = false;  ///< the motion has the keys' noise: it is smoothed itself, in place of what it is changed by
 };

@@ -11,7 +11,7 @@ namespace inhabit::refine {
 
 /// A ball of the body's volume: a place on the axis of one of its capsules.
 struct BodyBall {
-  Point point;
+  Point point;        ///< its middle, in the frame of the capsule's joint
   double radius = 0;  ///< metres
   double give = 0;    ///< metres that it may be inside: skin that is sat, leaned or rested on
 };

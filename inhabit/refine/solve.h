@@ -3,15 +3,18 @@
 
 namespace inhabit::refine {
 
+/// When the search ends.
 struct SolveOptions {
   int iterations = 20;      ///< at most
   double tolerance = 1e-4;  ///< stops where a step lessens the cost by less than this part of it
 };
 
+/// What the search has found.
 struct Solution {
-  Trajectory trajectory;
-  double start_cost = 0, cost = 0;
-  int iterations = 0;  ///< steps taken
+  Trajectory trajectory;  ///< of all frames
+  double start_cost = 0;  ///< where the search begins; 0 where no step was tried
+  double cost = 0;        ///< of `trajectory`
+  int iterations = 0;     ///< steps taken
 };
 
 /// The trajectory of least cost near where `problem` begins: Gauss-Newton steps, damped as Levenberg and Marquardt do,
