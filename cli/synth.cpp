@@ -60,7 +60,7 @@ void add_rooms(CLI::App& synth) {
 
 void add_chairs(CLI::App& synth) {
   struct Given {
-    std::string out;
+    std::string out, shard;
     inhabit::ChairsOptions options;
   };
   auto given = std::make_shared<Given>();
@@ -70,7 +70,9 @@ void add_chairs(CLI::App& synth) {
   verb->add_option("--subjects", given->options.subjects, "Number of people")->capture_default_str();
   verb->add_option("--chairs", given->options.chairs, "Number of chairs")->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
+  add_shard(*verb, given->shard);
   verb->callback([given] {
+    given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
     print_summary(inhabit::generate_chairs(given->out, given->options));
   });

@@ -1,5 +1,5 @@
 # The Debian package of the command, unpacked and used from there.
-# cmake -DBUILD= -DWORK= -DMOTION= -P package.cmake
+# cmake -DBUILD= -DWORK= -DMOTION= -DPYTHON= -P package.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK})
@@ -7,8 +7,13 @@ file(MAKE_DIRECTORY ${WORK})
 run(${CPACK} --config ${BUILD}/CPackConfig.cmake -G DEB -B ${WORK}/packages)
 file(GLOB packages ${WORK}/packages/*.deb)
 list(LENGTH packages count)
-if(NOT count EQUAL 2)
-  message(FATAL_ERROR "not two packages: ${packages}")
+if(PYTHON)
+  set(expected 3)
+else()
+  set(expected 2)
+endif()
+if(NOT count EQUAL expected)
+  message(FATAL_ERROR "not ${expected} packages: ${packages}")
 endif()
 file(GLOB runtime ${WORK}/packages/inhabit_*.deb)
 run(dpkg-deb --field ${runtime} Depends)
@@ -38,5 +43,15 @@ file(GLOB_RECURSE library ${WORK}/root/usr/lib/libinhabit_c.so.*)
 file(GLOB_RECURSE link ${WORK}/dev/usr/lib/libinhabit_c.so)
 if(NOT library OR NOT link OR NOT EXISTS ${WORK}/dev/usr/include/inhabit.h)
   message(FATAL_ERROR "the packages lack the C interface: '${library}' '${link}'")
+endif()
+# The Python module as Debian's Python finds it, with the models of the other package.
+if(PYTHON)
+  file(GLOB module ${WORK}/packages/python3-inhabit_*.deb)
+  run(dpkg-deb -x ${module} ${WORK}/python)
+  run(${CMAKE_COMMAND} -E env PYTHONPATH=${WORK}/python/usr/lib/python3/dist-packages XDG_DATA_DIRS=${WORK}/root/usr/share
+    /usr/bin/python3 -c "from inhabit import Forecaster, read_clip\nprint(Forecaster().run(read_clip('${MOTION}')).clip.joints.shape)")
+  if(NOT text MATCHES "60, 22, 3")
+    message(FATAL_ERROR "unexpected: ${text}")
+  endif()
 endif()
 file(REMOVE_RECURSE ${WORK})

@@ -41,15 +41,20 @@ void read_part(const std::string& path, DatasetItems& items) {
 
 }  // namespace
 
-std::optional<DatasetItems> gather_items(const Dataset& dataset, DatasetItems items) {
+DatasetItems gather_items(Dataset& dataset, DatasetItems items) {
   const Shard& shard = dataset.shard;
   const std::string& folder = dataset.folder;
-  if (shard.is_all()) return items;
-  write_atomically(part_path(folder, shard), to_json(items).dump(1) + "\n");
-  for (Shard other{1, shard.of}; other.number <= shard.of; ++other.number)
-    if (!std::filesystem::exists(part_path(folder, other))) return {};
-  for (Shard other{1, shard.of}; other.number <= shard.of; ++other.number)
-    if (other.number != shard.number) read_part(part_path(folder, other), items);
+  dataset.whole = true;
+  if (!shard.is_all()) {
+    write_atomically(part_path(folder, shard), to_json(items).dump(1) + "\n");
+    for (Shard other{1, shard.of}; other.number <= shard.of; ++other.number)
+      if (!std::filesystem::exists(part_path(folder, other))) dataset.whole = false;
+    for (Shard other{1, shard.of}; dataset.whole && other.number <= shard.of; ++other.number)
+      if (other.number != shard.number) read_part(part_path(folder, other), items);
+  }
+  dataset.clips.clear();
+  for (const auto& [item, made] : items)
+    dataset.clips.insert(dataset.clips.end(), made.clips.begin(), made.clips.end());
   return items;
 }
 

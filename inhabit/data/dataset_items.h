@@ -1,7 +1,6 @@
 #pragma once
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <vector>
 
 #include "inhabit/data/native.h"
@@ -17,8 +16,9 @@ struct DatasetItem {
 /// Items by their place in the whole job.
 using DatasetItems = std::map<int64_t, DatasetItem>;
 
-/// Keeps the items of a shard in FOLDER/shards/ and gives those of all shards once they are all there: to the last of
-/// them, which writes the index. Nothing before that. The items themselves where there is only one shard.
-std::optional<DatasetItems> gather_items(const Dataset& dataset, DatasetItems items);
+/// Keeps the items of a shard in FOLDER/shards/, and says in `dataset` whether those of all shards are there (`whole`)
+/// and which clips are known: of all of them then, of this shard before. The last shard writes the index.
+/// @return the items that the clips are of
+DatasetItems gather_items(Dataset& dataset, DatasetItems items);
 
 }  // namespace inhabit

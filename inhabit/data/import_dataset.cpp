@@ -120,12 +120,8 @@ class Import {
       item.clips = {*made.entry};
       ++(made.kept ? out.kept : out.made);
     }
-    const auto all = gather_items(dataset_, items);
-    dataset_.whole = all.has_value();
-    for (const auto& [i, item] : all ? *all : items) {
+    for (const auto& [i, item] : gather_items(dataset_, items))
       if (const auto reason = item.facts.get<std::string>(); !reason.empty()) skipped.push_back(reason);
-      dataset_.clips.insert(dataset_.clips.end(), item.clips.begin(), item.clips.end());
-    }
     if (dataset_.whole && dataset_.clips.empty())
       throw Error(set_.folder, "no recording can be used; of the first: " + (skipped.empty() ? "" : skipped.front()));
     dataset_.provenance = {{"command", "inhabit import " + set_.format}, {"splits", set_.splits}};

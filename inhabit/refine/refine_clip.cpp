@@ -133,7 +133,7 @@ class Refinement {
       const Poses poses = posed(problem_.bones, found);
       problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, weight_of(kOutside));
       add_clearance(poses);
-      found = solve_windows({5, belief_.tolerance});
+      found = solve_windows({3, belief_.tolerance});
     }
     out.before = clip_;
     out.clip = clip_of(found, clip_);

@@ -17,6 +17,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+constexpr double kLeastPart = 0.01;  // of a step
+
 void require(bool good, const char* what) {
   if (!good) throw Error("refine", what);
 }
@@ -63,13 +65,14 @@ void check(const Problem& problem) {
     require(p.target.allFinite() && p.weight.allFinite(), "a target is not finite");
 }
 
+/// `from` after `part` of a step.
 Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Trajectory& from,
-                 const std::vector<VectorXd>& step) {
+                 const std::vector<VectorXd>& step, double part) {
   Trajectory out = from;
   for (size_t t = 0; t < out.size(); ++t) {
     if (!problem.fixed.empty() && problem.fixed[t] != 0) continue;
     const auto at = [&](int system, int column) -> Vector3d {
-      return step[system].segment<3>(static_cast<Eigen::Index>(t) * unknowns.columns[system] + column);
+      return part * step[system].segment<3>(static_cast<Eigen::Index>(t) * unknowns.columns[system] + column);
     };
     for (size_t j = 0; j < out[t].local.size(); ++j) {
       const auto [system, column] = unknowns.rotations[j];
@@ -113,14 +116,16 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
     for (size_t i = 1; i < step.size(); ++i) others[i] = solve_damped(equations.matrices[i], damping, step[i]) ? 1 : 0;
     solved = solved && std::all_of(others.begin(), others.end(), [](char good) { return good != 0; });
+    // Where one-sided terms set in along the way, a whole step leads too far, and a part of it is dearer to find by
+    // more damping than by trying.
     Trajectory trial;
     double next = out.cost;
-    if (solved) {
-      trial = moved(problem, unknowns, out.trajectory, step);
+    for (double part = 1; solved && part > kLeastPart && !(next < out.cost); part *= 0.5) {
+      trial = moved(problem, unknowns, out.trajectory, step, part);
       next = cost_of(problem, trial);
     }
     if (!(next < out.cost)) {
-      damping *= 30;
+      damping *= 1000;
       continue;
     }
     const bool small = out.cost - next < options.tolerance * out.cost;

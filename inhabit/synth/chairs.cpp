@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
@@ -176,15 +177,21 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   std::mt19937_64 random(item_seed(options.seed, kSubjects));
   for (int i = 0; i < options.subjects; ++i) subjects.push_back(draw_subject(builtin_body(), random));
   const std::vector<ChairJob> jobs = schedule(options);
-  Dataset out = create_dataset(folder, action_names());
+  Dataset out = create_dataset(folder, action_names(), options.shard);
   out.provenance = provenance_of(options, subjects);
-  out.clips.resize(jobs.size());
   const auto chairs = std::min(options.chairs, static_cast<int64_t>(jobs.size()));
-  each_item(static_cast<int64_t>(jobs.size()), options.progress, [&](int64_t i) {
-    const auto job = static_cast<size_t>(i);
-    out.clips[job] = make_clip(out, subjects, options, jobs[job], i, chairs);
+  std::vector<int64_t> mine;
+  for (int64_t i = 0; i < static_cast<int64_t>(jobs.size()); ++i)
+    if (options.shard.has(i)) mine.push_back(i);
+  std::vector<DatasetClip> made(mine.size());
+  each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t k) {
+    const int64_t i = mine[static_cast<size_t>(k)];
+    made[static_cast<size_t>(k)] = make_clip(out, subjects, options, jobs[static_cast<size_t>(i)], i, chairs);
   });
-  write_index(out);
+  DatasetItems items;
+  for (size_t k = 0; k < mine.size(); ++k) items[mine[k]].clips = {made[k]};
+  gather_items(out, items);
+  if (out.whole) write_index(out);
   return out;
 }
 

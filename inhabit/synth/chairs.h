@@ -13,6 +13,7 @@ struct ChairsOptions {
   int subjects = 6;
   int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
   uint64_t seed = 1;
+  Shard shard;  ///< of clips
   Progress progress;
 };
 

@@ -207,13 +207,9 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     remove_clips(out);
     std::rethrow_exception(failed);
   }
-  const auto all = gather_items(out, items);
-  out.whole = all.has_value();
-  out.clips.clear();
   double seconds = 0, kept = 0;
   nlohmann::json sources = nlohmann::json::array(), skipped = sources;
-  for (const auto& [i, item] : all ? *all : items) {
-    out.clips.insert(out.clips.end(), item.clips.begin(), item.clips.end());
+  for (const auto& [i, item] : gather_items(out, items)) {
     if (!item.facts.at("skipped").get<std::string>().empty()) {
       skipped.push_back(item.facts.at("skipped"));
       continue;

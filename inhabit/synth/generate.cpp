@@ -78,10 +78,7 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   });
   DatasetItems items;
   for (size_t k = 0; k < mine.size(); ++k) items[mine[k]].clips = {made[k]};
-  const auto all = gather_items(out, items);
-  out.whole = all.has_value();
-  for (const auto& [item, of_item] : all ? *all : items)
-    out.clips.insert(out.clips.end(), of_item.clips.begin(), of_item.clips.end());
+  gather_items(out, items);
   if (out.whole) write_index(out);
   return out;
 }

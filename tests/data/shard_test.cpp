@@ -26,7 +26,7 @@ TEST(Shard, IsIOfN) {
 
 TEST(Shard, ADamagedListOfAnotherPartIsNamed) {
   const TempFolder folder;
-  const Dataset part = create_dataset(folder / "d", {}, {1, 2});
+  Dataset part = create_dataset(folder / "d", {}, {1, 2});
   for (const char* damaged : {"[{\"item\": 1}]", "{}1", "[{\"item\": \"x\", \"facts\": 1, \"clips\": []}]", "[1]"}) {
     write_atomically(folder / "d/shards/2-of-2.json", damaged);
     EXPECT_THAT(refusal_of([&] { gather_items(part, {}); }), testing::HasSubstr("2-of-2.json")) << damaged;

@@ -301,5 +301,21 @@ TEST(Solve, RefusesWhatIsNoProblem) {
   refused(problem);
 }
 
+TEST(Solve, AWholeStepBehindAPlaneIsShortenedAndNotGivenUp) {
+  // The root is pulled to 1 m and kept off a wall at 0.1 m, of which nothing is felt on this side: a whole step, and
+  // every damped one until damping has grown by six orders, ends deep in the wall.
+  Problem problem = problem_of(random_trajectory(1, 0, 3));
+  problem.rotates.assign(kStandardJoints, 0);
+  const Vector3d root = posed(problem, problem.start)[0].positions[0];
+  problem.places.push_back({0, 0, root + Vector3d(1, 0, 0), Vector3d::Ones(), {}});
+  problem.planes.push_back({0, 0, -Vector3d::UnitX(), -root.x() - 0.1, 1e4, false});
+  SolveOptions options;
+  options.iterations = 3;
+  const Solution found = solve(problem, options);
+  EXPECT_GE(found.iterations, 2);
+  EXPECT_NEAR(found.start_cost, 0.5, 1e-9);
+  EXPECT_LT(found.cost, 0.42);  // at best 0.405
+}
+
 }  // namespace
 }  // namespace inhabit::refine

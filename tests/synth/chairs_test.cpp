@@ -289,7 +289,7 @@ TEST(Chairs, SubjectsAreTheSamePeopleInAllTheirClips) {
       }
 }
 
-TEST(Chairs, BytesDependOnTheSeedAndNotOnThreads) {
+TEST(Chairs, BytesDependOnTheSeedAndNotOnThreadsOrShards) {
   const TempFolder folder;
   ChairsOptions options;
   options.minutes = 1;
@@ -298,13 +298,19 @@ TEST(Chairs, BytesDependOnTheSeedAndNotOnThreads) {
   const Dataset one = generate_chairs(folder / "one", options);
   omp_set_num_threads(3);
   generate_chairs(folder / "three", options);
+  for (const int64_t number : {2, 1}) {
+    options.shard = {number, 2};
+    EXPECT_EQ(generate_chairs(folder / "parts", options).whole, number == 1);
+  }
+  options.shard = {};
   options.seed = 2;
   generate_chairs(folder / "other", options);
   omp_set_num_threads(threads);
   std::vector<std::string> files = {"dataset.json"};
   for (const DatasetClip& entry : one.clips) files.insert(files.end(), {entry.file, entry.scene});
-  for (const std::string& file : files)
-    EXPECT_TRUE(read_whole_file(folder / "one/" + file) == read_whole_file(folder / "three/" + file)) << file;
+  for (const char* same : {"three/", "parts/"})
+    for (const std::string& file : files)
+      EXPECT_TRUE(read_whole_file(folder / "one/" + file) == read_whole_file(folder / same + file)) << same << file;
   EXPECT_FALSE(read_whole_file(folder / "one/clips/000000.npz") == read_whole_file(folder / "other/clips/000000.npz"));
 }
 
