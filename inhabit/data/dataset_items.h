@@ -9,8 +9,8 @@ namespace inhabit {
 
 /// What came of an item of work (a room, a recording): its clips, and what the generator wants to know at the end.
 struct DatasetItem {
-  std::vector<DatasetClip> clips;
-  nlohmann::json facts;
+  std::vector<DatasetClip> clips;  ///< none where nothing could be made
+  nlohmann::json facts;            ///< whatever the generator counts
 };
 
 /// Items by their place in the whole job.
