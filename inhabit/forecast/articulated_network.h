@@ -28,6 +28,7 @@ torch::Tensor contacts_given(int64_t batch, bool any, bool predicted);
 /// that is 0, and has slope 0, at the last observed frame. Its tokens are frames of past and future: what was observed,
 /// then the continuation with the contact points; blocks mix tokens, then channels (MLP-Mixer; Tolstikhin et al. 2021).
 struct ArticulatedNetworkImpl : torch::nn::Module {
+  /// Sizes P, T and those of config.articulated.
   explicit ArticulatedNetworkImpl(const Config& config);
 
   /// @param past (B, P, 22, 3) joints, origin at the root of the last observed frame, who faces +Z in it.
@@ -35,15 +36,23 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   /// @param given (B, 2) of contacts_given.
   MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
 
+  /// Mixes tokens, then the channels of each, both added to what comes in. S tokens.
   struct Block {
-    torch::nn::LayerNorm token_norm{nullptr}, channel_norm{nullptr};
-    torch::nn::Linear tokens{nullptr}, widen{nullptr}, narrow{nullptr};
+    torch::nn::LayerNorm token_norm{nullptr};    ///< before the tokens are mixed
+    torch::nn::LayerNorm channel_norm{nullptr};  ///< before the channels are
+    torch::nn::Linear tokens{nullptr};           ///< S to S, of each channel
+    torch::nn::Linear widen{nullptr};            ///< width to width
+    torch::nn::Linear narrow{nullptr};           ///< width to width, after the nonlinearity
   };
-  Config config;
-  torch::nn::Linear motion_in{nullptr}, person_in{nullptr}, contact_in{nullptr}, coefficients{nullptr}, out{nullptr};
-  torch::nn::LayerNorm out_norm{nullptr};
-  std::vector<Block> blocks;
-  torch::Tensor place;  ///< (S, width) added to each token
+  Config config;                            ///< what it was made with
+  torch::nn::Linear motion_in{nullptr};     ///< poses and velocities of a token's frame to width
+  torch::nn::Linear person_in{nullptr};     ///< the last observed pose and contacts_given to width
+  torch::nn::Linear contact_in{nullptr};    ///< a frame's contact points to width
+  torch::nn::Linear coefficients{nullptr};  ///< S tokens to DCT coefficients over the future
+  torch::nn::Linear out{nullptr};           ///< width to the root's 3 and 6 numbers of each joint that turns
+  torch::nn::LayerNorm out_norm{nullptr};   ///< behind the last block
+  std::vector<Block> blocks;                ///< one after the other
+  torch::Tensor place;                      ///< (S, width) added to each token
 
  private:
   struct Continued {

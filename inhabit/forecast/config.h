@@ -10,37 +10,37 @@ namespace inhabit::forecast {
 
 /// A run of point-voxel convolutions of equal width.
 struct PointVoxelSpec {
-  int channels = 0;
-  int blocks = 0;
-  int grid = 0;  ///< voxels along each side
+  int channels = 0;  ///< features that come out
+  int blocks = 0;    ///< convolutions
+  int grid = 0;      ///< voxels along each side
 
-  bool operator==(const PointVoxelSpec&) const = default;
+  bool operator==(const PointVoxelSpec&) const = default;  ///< compares all sizes
 };
 
 /// One level down: optional point-voxel convolutions, then `centres` points by furthest point sampling, each seeing the
 /// first `neighbours` points within `radius` metres through a shared MLP.
 struct AbstractionSpec {
-  std::optional<PointVoxelSpec> convolution;
-  int centres = 0;
-  double radius = 0;
-  int neighbours = 0;
-  std::vector<int> mlp;
+  std::optional<PointVoxelSpec> convolution;  ///< none: the level begins with the sampling
+  int centres = 0;                            ///< points that are left
+  double radius = 0;                          ///< metres
+  int neighbours = 0;                         ///< points that a centre sees at most
+  std::vector<int> mlp;                       ///< widths of the shared MLP's layers
 
-  bool operator==(const AbstractionSpec&) const = default;
+  bool operator==(const AbstractionSpec&) const = default;  ///< compares all sizes
 };
 
 /// One level up: features interpolated from the centres and joined to those of the level's points, a shared MLP, then
 /// optional point-voxel convolutions.
 struct PropagationSpec {
-  std::vector<int> mlp;
-  std::optional<PointVoxelSpec> convolution;
+  std::vector<int> mlp;                       ///< widths of the shared MLP's layers
+  std::optional<PointVoxelSpec> convolution;  ///< none: the level ends with the MLP
 
-  bool operator==(const PropagationSpec&) const = default;
+  bool operator==(const PropagationSpec&) const = default;  ///< compares all sizes
 };
 
 /// Everything that contact-aware forecasting must know to be built and run; it travels in a model file's metadata.
 struct Config {
-  std::string preset = "paper";
+  std::string preset = "paper";     ///< what preset() it began as
   double rate = 30;                 ///< frames a second
   int past = 30;                    ///< P, observed frames
   int future = 60;                  ///< T, predicted frames
@@ -57,8 +57,8 @@ struct Config {
   bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
                                     ///< the cell's own last state
   std::string decoder = "recurrent";  ///< the motion network: "recurrent", the paper's (Eq. 8-9), or "articulated"
-  std::vector<AbstractionSpec> abstraction;
-  std::vector<PropagationSpec> propagation;
+  std::vector<AbstractionSpec> abstraction;  ///< levels of the contact network's encoder, finest first
+  std::vector<PropagationSpec> propagation;  ///< levels of its decoder, coarsest first, as many
 
   /// Sizes of the articulated motion network (articulated_network.h).
   struct Articulated {
@@ -70,38 +70,41 @@ struct Config {
     double pose_continuation = 0.15;  ///< the same of the joints' angular velocities
     double gate = 0.1;                ///< seconds in which the network's own part opens
 
-    bool operator==(const Articulated&) const = default;
-  } articulated;
+    bool operator==(const Articulated&) const = default;  ///< compares all sizes
+  } articulated;                                          ///< where `decoder` says so
 
   /// How the networks are trained. Defaults are the paper's (4.2).
   struct Training {
-    int contact_steps = 0;  ///< optimiser steps of stage contact; 0: 50 epochs
-    int motion_steps = 0;   ///< of stages motion, no_contact and ltd; 0: 50 epochs
-    int adapt_steps = 0;    ///< of stage adapt; 0: 10 epochs
-    int contact_batch = 4, motion_batch = 32;
-    double contact_rate = 5e-4, motion_rate = 1e-3;  ///< learning rates
-    int stride = 5;                                  ///< frames from one window to the next
-    double root_weight = 1.0;                        ///< lambda 1 (Eq. 13)
-    double pose_weight = 1.0;                        ///< lambda 2
-    double contact_weight = 0.1;                     ///< lambda 3
-    double velocity_weight = 1.0;                    ///< of the articulated network's velocity loss
-    double recorded = 0;  ///< share of windows of recordings in a batch; 0: as many as the data hold
+    int contact_steps = 0;         ///< optimiser steps of stage contact; 0: 50 epochs
+    int motion_steps = 0;          ///< of stages motion, no_contact and ltd; 0: 50 epochs
+    int adapt_steps = 0;           ///< of stage adapt; 0: 10 epochs
+    int contact_batch = 4;         ///< windows of a step of stage contact
+    int motion_batch = 32;         ///< of the other stages
+    double contact_rate = 5e-4;    ///< peak of the learning rate of stage contact
+    double motion_rate = 1e-3;     ///< of the other stages
+    int stride = 5;                ///< frames from one window to the next
+    double root_weight = 1.0;      ///< lambda 1 (Eq. 13)
+    double pose_weight = 1.0;      ///< lambda 2
+    double contact_weight = 0.1;   ///< lambda 3
+    double velocity_weight = 1.0;  ///< of the articulated network's velocity loss
+    double recorded = 0;           ///< share of windows of recordings in a batch; 0: as many as the data hold
     bool mirror = false;  ///< motion networks see every other window in a mirror (the standard joints facing +Z alone)
     RateSchedule schedule;  ///< of the learning rates
 
-    bool operator==(const Training&) const = default;
-  } training;
+    bool operator==(const Training&) const = default;  ///< compares all settings
+  } training;                                          ///< not looked at in use
 
   /// Sizes of what the networks are compared with.
   struct Baselines {
     int ltd_hidden = 128;  ///< LTD's width (the original: 256)
     int ltd_blocks = 6;    ///< its residual blocks (the original: 12)
 
-    bool operator==(const Baselines&) const = default;
-  } baselines;
+    bool operator==(const Baselines&) const = default;  ///< compares all sizes
+  } baselines;                                          ///< not looked at in use
 
+  /// P + T, of a window.
   int frames() const { return past + future; }
-  bool operator==(const Config&) const = default;
+  bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 
 /// "paper": the paper's sizes. "compact": one that trains in under two hours on two CPU cores.

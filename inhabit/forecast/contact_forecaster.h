@@ -20,6 +20,7 @@ struct Forecast {
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 };
 
+/// What is to be forecast, and how.
 struct Options {
   int64_t start = -1;           ///< first predicted frame, counted in the clip; -1: its end
   int64_t points = 0;           ///< scene points looked at; 0: as the model was trained
@@ -32,16 +33,17 @@ struct Options {
   bool joints_alone = false;
 };
 
+/// A forecast as a motion, with what it was made from.
 struct Result {
   Clip past;        ///< P frames
   Clip prediction;  ///< T frames: the network's joints, refined where asked for; rotations, trans and
                     ///< betas of the body fitted to them
   Clip on_source;   ///< the prediction on the clip's own skeleton, at its rate (motion/transfer.h); empty where
                     ///< Options::standard is set
-  std::optional<Clip> truth;  ///< as many of the T frames as the clip has
-  Forecast forecast;
-  Scene scene;  ///< what was looked at: the one given or, where that is empty, an assumed flat floor
-  bool floor_assumed = false;
+  std::optional<Clip> truth;   ///< as many of the T frames as the clip has
+  Forecast forecast;           ///< what the networks said
+  Scene scene;                 ///< what was looked at: the one given or, where that is empty, an assumed flat floor
+  bool floor_assumed = false;  ///< nothing was given
 };
 
 /// Contact-aware motion forecasting: the second that was observed and a room in, the next two seconds out. On the CPU.
@@ -53,10 +55,12 @@ class ContactForecaster {
  public:
   /// Throws Error naming the file where it is no such model or lacks one of the two networks.
   static ContactForecaster load(const std::string& path);
+  /// Throws Error where one of the two networks is missing.
   explicit ContactForecaster(const Networks& networks);
   ~ContactForecaster();
-  ContactForecaster(ContactForecaster&&) noexcept;
+  ContactForecaster(ContactForecaster&&) noexcept;  ///< what was moved from may only be destroyed
 
+  /// Rates, lengths and sizes that the networks were made with.
   const Config& config() const;
 
   /// Observes the second before options.start of a clip on any skeleton that maps to the standard one, at any rate, and

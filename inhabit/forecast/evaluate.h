@@ -13,20 +13,23 @@ namespace inhabit::forecast {
 /// Errors of one method in millimetres, as a row of the paper's Tables 1 and 2: at each horizon, then the mean over all
 /// future frames; and what the first frame and the bones say of how the forecast leaves from the person observed.
 struct Scores {
-  std::string method;
-  std::string data;  ///< the data set's folder; empty: all of them together
-  std::vector<double> path, pose;
-  double seam_path = 0, seam_pose = 0;  ///< path and pose error of the first predicted frame
-  double bones = 0;                     ///< mean difference between bones' lengths and their means in the past
-  double bones_most = 0;                ///< the largest of them in any frame
+  std::string method;        ///< its name in the table
+  std::string data;          ///< the data set's folder; empty: all of them together
+  std::vector<double> path;  ///< error of the root at each horizon, then the mean
+  std::vector<double> pose;  ///< mean error of the joints relative to the root, likewise
+  double seam_path = 0;      ///< path error of the first predicted frame
+  double seam_pose = 0;      ///< pose error of the first predicted frame
+  double bones = 0;          ///< mean difference between bones' lengths and their means in the past
+  double bones_most = 0;     ///< the largest of them in any frame
   /// Halves of 95 % intervals by bootstrap over windows: path, pose, seam_path, seam_pose, bones.
   std::vector<double> intervals;
 };
 
+/// Errors of all methods.
 struct Table {
   std::vector<double> horizons;  ///< seconds: 0.5, 1.0, 1.5, 2.0
   std::vector<Scores> rows;      ///< of all windows; then, where there are several data sets, of each
-  int64_t windows = 0;
+  int64_t windows = 0;           ///< of all data sets
 };
 
 /// The model with predicted contact points, without any and with the true ones, two baselines (the last pose held; the

@@ -8,17 +8,18 @@
 
 namespace inhabit::forecast {
 
+/// How poses come in, and what is made of them.
 struct StreamOptions {
-  PoseStreamOptions poses = {};
+  PoseStreamOptions poses = {};            ///< joints, rates, gaps
   Options forecast{.joints_alone = true};  ///< start and name are not looked at
 };
 
 /// A person's forecast.
 struct StreamResult {
-  std::string person;
-  double time = 0;    ///< seconds: the time stamp of the last pose; frame k of the forecast is (k + 1) / rate later
-  Result result;      ///< as ContactForecaster::run() gives it for the second that ends there
-  std::string error;  ///< why there is none, one line; empty: there is one
+  std::string person;  ///< as push() called them
+  double time = 0;     ///< seconds: the time stamp of the last pose; frame k of the forecast is (k + 1) / rate later
+  Result result;       ///< as ContactForecaster::run() gives it for the second that ends there
+  std::string error;   ///< why there is none, one line; empty: there is one
 };
 
 /// Forecasts of people whose joints come in one pose at a time. Time stamps are in seconds, in any order between people
@@ -35,12 +36,14 @@ class ForecastStream {
 
   /// Throws Error as PoseStream::push() does; the stream goes on.
   void push(const std::string& person, double time, const torch::Tensor& joints) { poses_.push(person, time, joints); }
+  /// Whether take() would give this person a forecast.
   bool due(const std::string& person) const { return poses_.due(person); }
 
   /// The forecasts that are due since the last call, by person, from each one's latest pose: on LibTorch's number of
   /// threads, a person on each. What cannot be forecast (nothing of the scene is near) says why.
   std::vector<StreamResult> take();
 
+  /// The poses that are kept.
   const PoseStream& poses() const { return poses_; }
 
  private:

@@ -10,7 +10,7 @@ namespace inhabit::forecast {
 
 /// Both stages of a forecasting model and its variants; a network that a file lacks is null.
 struct Networks {
-  Config config;
+  Config config;                            ///< what all of them were made with
   ContactNetwork contact{nullptr};          ///< stage one, "contact_net." in the file
   MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
   MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."

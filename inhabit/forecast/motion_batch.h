@@ -18,6 +18,7 @@ struct MotionBatch {
   torch::Tensor given;     ///< (B, 2) what they are: contacts_given
   torch::Tensor truth;     ///< (B, T, J, 4) true contact points; undefined unless asked for
 
+  /// The same on another device.
   MotionBatch on(torch::Device d) const {
     return {past.to(d), future.to(d), contacts.to(d), given.to(d), truth.defined() ? truth.to(d) : truth};
   }
@@ -25,8 +26,9 @@ struct MotionBatch {
 
 /// Contact points (T, J, 4) of a window in its sample's axes, and whether there are any and they are predicted.
 struct GivenContacts {
-  torch::Tensor points;
-  bool any = false, predicted = false;
+  torch::Tensor points;    ///< x y z metres, then whether the joint is in contact; zeros where it is not
+  bool any = false;        ///< false: the network is to do without
+  bool predicted = false;  ///< by the contact network; else true ones
 };
 /// @param place of the window in its batch, @param draw a number of the window's and the step's own.
 using ContactSource = std::function<GivenContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;

@@ -20,7 +20,8 @@ struct Sample {
 
 /// A mirror image or none, a rotation about the vertical, then a shift on the floor.
 struct Augmentation {
-  torch::Tensor rotation, shift;                                      ///< (3, 3), (3)
+  torch::Tensor rotation;                                             ///< (3, 3)
+  torch::Tensor shift;                                                ///< (3) metres
   bool mirror = false;                                                ///< in the plane x = 0
   torch::Tensor operator()(const torch::Tensor& positions) const;     ///< (..., 3)
   torch::Tensor joints(const torch::Tensor& positions) const;         ///< (..., J, 3): sides change places in a mirror
@@ -38,7 +39,8 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
 
 /// Indices of windows, by what the clips are.
 struct WindowKinds {
-  std::vector<int64_t> recorded, generated;
+  std::vector<int64_t> recorded;   ///< of clips whose DatasetClip::source names a recording
+  std::vector<int64_t> generated;  ///< of all others
 };
 
 /// Windows of clips in rooms, read from native data sets as they are asked for; clips and scenes are kept only while
@@ -52,8 +54,9 @@ class Data {
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
-  const WindowSet& windows() const;
-  const WindowKinds& kinds() const;
+  const WindowSet& windows() const;  ///< where they are
+  const WindowKinds& kinds() const;  ///< which are of recordings
+  /// Number of windows.
   int64_t size() const { return windows().size(); }
   /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
   Sample sample(int64_t index, uint64_t seed, bool augment) const;

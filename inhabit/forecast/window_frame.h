@@ -13,7 +13,7 @@ struct WindowFrame {
   torch::Tensor rotation;  ///< (3, 3) world axes to the window's
 
   torch::Tensor to_window(const torch::Tensor& world) const;  ///< (..., 3) positions
-  torch::Tensor to_world(const torch::Tensor& window) const;
+  torch::Tensor to_world(const torch::Tensor& window) const;  ///< (..., 3) positions, back
 };
 
 /// @param past (P, J, 3) observed joints, world.

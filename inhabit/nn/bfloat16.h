@@ -24,6 +24,7 @@ inline bool has_bfloat16_tiles() {
 /// positions that come out: 2 m would be off by 4 mm.
 class Bfloat16Products {
  public:
+  /// @param on false: products stay in float32
   explicit Bfloat16Products(bool on) : before_(at::autocast::is_cpu_enabled()) {
     at::autocast::set_cpu_enabled(on && has_bfloat16_tiles());
   }

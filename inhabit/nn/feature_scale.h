@@ -5,10 +5,14 @@ namespace inhabit {
 
 /// Mean and deviation (F) that features (..., F) are standardised with.
 struct FeatureScale {
-  torch::Tensor mean, deviation;
+  torch::Tensor mean;       ///< (F)
+  torch::Tensor deviation;  ///< (F), over 0 where it is divided by
 
+  /// Features to what networks see: mean 0, deviation 1.
   torch::Tensor to_network(const torch::Tensor& features) const { return (features - mean) / deviation; }
+  /// The way back.
   torch::Tensor from_network(const torch::Tensor& x) const { return x * deviation + mean; }
+  /// The same on another device.
   FeatureScale to(torch::Device device) const { return {mean.to(device), deviation.to(device)}; }
 };
 

@@ -10,8 +10,8 @@ namespace inhabit::nn {
 /// A model file as all systems have it: the system's name and its configuration (JSON) in the metadata, the parameters
 /// of each network under a prefix of its own, and what else belongs to the model, as the scale of its features.
 struct ModelFile {
-  std::string path;  ///< in errors
-  SafeTensors content;
+  std::string path;     ///< in errors
+  SafeTensors content;  ///< all of it
 
   /// The system it says it is of; empty for files with released weights, which say none.
   std::string system() const;

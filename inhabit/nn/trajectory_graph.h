@@ -7,10 +7,14 @@ namespace inhabit::nn {
 
 /// Graph convolution with a learned graph: (B, K, in) -> (B, K, out), y = A x W + b.
 struct GraphConvolutionImpl : torch::nn::Module {
+  /// @param nodes K @param inputs, outputs features of a node
   GraphConvolutionImpl(int64_t nodes, int64_t inputs, int64_t outputs);
+  /// y of x.
   torch::Tensor forward(const torch::Tensor& x);
 
-  torch::Tensor graph, weight, bias;
+  torch::Tensor graph;   ///< A (K, K)
+  torch::Tensor weight;  ///< W (in, out)
+  torch::Tensor bias;    ///< b (out)
 };
 TORCH_MODULE(GraphConvolution);
 
@@ -22,10 +26,12 @@ struct TrajectoryGraphImpl : torch::nn::Module {
   /// (B, P, K) -> (B, T, K)
   torch::Tensor forward(const torch::Tensor& past_frames);
 
-  int64_t past, future;
-  GraphConvolution in{nullptr}, out{nullptr};
-  std::vector<GraphConvolution> hidden_layers;
-  std::vector<torch::nn::BatchNorm1d> norms;  ///< behind `in` and every hidden layer
+  int64_t past;                                 ///< P frames
+  int64_t future;                               ///< T frames
+  GraphConvolution in{nullptr};                 ///< P+T coefficients to hidden
+  GraphConvolution out{nullptr};                ///< hidden to P+T coefficients
+  std::vector<GraphConvolution> hidden_layers;  ///< two a block
+  std::vector<torch::nn::BatchNorm1d> norms;    ///< behind `in` and every hidden layer
 
  private:
   torch::Tensor activated(const torch::Tensor& x, size_t layer);
