@@ -8,17 +8,18 @@
 
 namespace inhabit::anticipate {
 
+/// How poses come in, and what is made of them.
 struct StreamOptions {
-  PoseStreamOptions poses{.rate = 2};
+  PoseStreamOptions poses{.rate = 2};                                ///< joints, rates, gaps
   Options anticipate{.samples = 5, .seconds = 2, .standard = true};  ///< start and name are not looked at
 };
 
 /// A person's futures.
 struct StreamResult {
-  std::string person;
-  double time = 0;    ///< seconds: the time stamp of the last pose; frame k of a future is (k + 1) / rate later
-  Result result;      ///< as IntentionAnticipator::run() gives it for what was seen until there
-  std::string error;  ///< why there are none, one line; empty: there are
+  std::string person;  ///< as push() called them
+  double time = 0;     ///< seconds: the time stamp of the last pose; frame k of a future is (k + 1) / rate later
+  Result result;       ///< as IntentionAnticipator::run() gives it for what was seen until there
+  std::string error;   ///< why there are none, one line; empty: there are
 };
 
 /// Futures of people whose joints come in one pose at a time, as forecast::ForecastStream takes them. The first come as
@@ -34,12 +35,14 @@ class AnticipateStream {
 
   /// Throws Error as PoseStream::push() does; the stream goes on.
   void push(const std::string& person, double time, const torch::Tensor& joints) { poses_.push(person, time, joints); }
+  /// Whether take() would give this person futures.
   bool due(const std::string& person) const { return poses_.due(person); }
 
   /// The futures that are due since the last call, by person, from each one's latest pose: one person after the other,
   /// the futures of each on LibTorch's number of threads.
   std::vector<StreamResult> take();
 
+  /// The poses that are kept.
   const PoseStream& poses() const { return poses_; }
 
  private:

@@ -9,65 +9,65 @@ namespace inhabit::anticipate {
 /// Everything that intention-driven anticipation must know to be built, trained and run; it travels in a model file's
 /// metadata. Defaults are the paper's where it names a value.
 struct Config {
-  std::string preset = "compact";
-  double rate = 25;             ///< frames a second
-  int observed = 50;            ///< t, frames; a shorter observation is left-padded with its first frame
-  int future = 50;              ///< T - t in training; any horizon can be asked for
-  int gamma = 10;               ///< frames that the intention is read ahead, the current one among them (Eq. 6)
-  int kappa = 8;                ///< frames of a motion word (Eq. 9)
-  int labels = 8;               ///< |C|, intention labels
-  int clusters = 24;            ///< pose clusters that cycles are found among
-  bool naive_clusters = false;  ///< the labels are pose clusters themselves
-  bool released = false;        ///< networks, labels and losses of the authors' training code (released_networks.h)
-  bool intention = true;        ///< the pose decoder sees the intention
-  int intention_hidden = 96;    ///< width of the intention encoder and decoder
-  int hidden = 160;             ///< width of the pose decoder's three layers
-  int noise = 24;               ///< length of z; h_p fills the rest of `hidden`
-  int intention_features = 16;  ///< channels of the temporal convolution f
+  std::string preset = "compact";  ///< what preset() it began as
+  double rate = 25;                ///< frames a second
+  int observed = 50;               ///< t, frames; a shorter observation is left-padded with its first frame
+  int future = 50;                 ///< T - t in training; any horizon can be asked for
+  int gamma = 10;                  ///< frames that the intention is read ahead, the current one among them (Eq. 6)
+  int kappa = 8;                   ///< frames of a motion word (Eq. 9)
+  int labels = 8;                  ///< |C|, intention labels
+  int clusters = 24;               ///< pose clusters that cycles are found among
+  bool naive_clusters = false;     ///< the labels are pose clusters themselves
+  bool released = false;           ///< networks, labels and losses of the authors' training code (released_networks.h)
+  bool intention = true;           ///< the pose decoder sees the intention
+  int intention_hidden = 96;       ///< width of the intention encoder and decoder
+  int hidden = 160;                ///< width of the pose decoder's three layers
+  int noise = 24;                  ///< length of z; h_p fills the rest of `hidden`
+  int intention_features = 16;     ///< channels of the temporal convolution f
 
   /// How the networks are trained.
   struct Training {
-    int folds = 0;  ///< over 0: recordings are left out by turns, one fold in each training (data/motion_set.h), and
-    int fold = 0;   ///< this one in this; the test split is not opened (`eval anticipate --split left-out`)
-    int steps = 1600;
-    int batch = 32;
-    double learning_rate = 5e-4;
-    double average = 0.995;  ///< decay of the weights' moving average: discriminators make weights sway
-    int label_frames = 250;  ///< future labels that the intention decoder sees, where a recording has so many
-    int rec_frames = 15;     ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
-    bool label_discriminator = true;  ///< Eq. 5
-    bool pose_discriminator = true;   ///< Eq. 7
-    int discriminator_hidden = 256;
+    int folds = 0;     ///< over 0: recordings are left out by turns, one fold in each training (data/motion_set.h), and
+    int fold = 0;      ///< this one in this; the test split is not opened (`eval anticipate --split left-out`)
+    int steps = 1600;  ///< updates of the weights
+    int batch = 32;    ///< windows of a step
+    double learning_rate = 5e-4;  ///< its peak
+    double average = 0.995;       ///< decay of the weights' moving average: discriminators make weights sway
+    int label_frames = 250;       ///< future labels that the intention decoder sees, where a recording has so many
+    int rec_frames = 15;  ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
+    bool label_discriminator = true;          ///< Eq. 5
+    bool pose_discriminator = true;           ///< Eq. 7
+    int discriminator_hidden = 256;           ///< width of both discriminators' layers
     int discriminator_frames = 10;            ///< frames that the pose discriminator sees at once
     double pose_discriminator_weight = 0.03;  ///< of its part of the generator loss
     double label_discriminator_weight = 0.1;  ///< likewise
     double diversity_weight = 0.05;           ///< of the loss on futures of one observation that are alike
     RateSchedule schedule;                    ///< of the learning rates
 
-    bool operator==(const Training&) const = default;
-  } training;
+    bool operator==(const Training&) const = default;  ///< compares all settings
+  } training;                                          ///< not looked at in use
 
   /// How futures are drawn.
   struct Inference {
     double label_temperature = 1;  ///< under 1 likely labels are drawn more often than they are
 
-    bool operator==(const Inference&) const = default;
-  } inference;
+    bool operator==(const Inference&) const = default;  ///< compares all settings
+  } inference;                                          ///< not looked at in training
 
   /// Sizes and training of what the networks are compared with.
   struct Baselines {
-    int steps = 2000;
-    double learning_rate = 1e-3;
-    int seq2seq_hidden = 256;  ///< residual sequence-to-sequence GRU (the original: 1024)
-    int ltd_past = 25;         ///< LTD: frames seen
-    int ltd_future = 25;       ///< frames predicted at a time
-    int ltd_hidden = 128;      ///< (the original: 256)
-    int ltd_blocks = 6;        ///< residual blocks (the original: 12)
+    int steps = 2000;             ///< updates of each network's weights
+    double learning_rate = 1e-3;  ///< its peak
+    int seq2seq_hidden = 256;     ///< residual sequence-to-sequence GRU (the original: 1024)
+    int ltd_past = 25;            ///< LTD: frames seen
+    int ltd_future = 25;          ///< frames predicted at a time
+    int ltd_hidden = 128;         ///< (the original: 256)
+    int ltd_blocks = 6;           ///< residual blocks (the original: 12)
 
-    bool operator==(const Baselines&) const = default;
-  } baselines;
+    bool operator==(const Baselines&) const = default;  ///< compares all settings
+  } baselines;                                          ///< not looked at in use
 
-  bool operator==(const Config&) const = default;
+  bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 
 /// "compact": one that trains in half an hour on two CPU cores. "paper": the networks, labels and losses of the

@@ -15,9 +15,9 @@ namespace inhabit::anticipate {
 /// One method on one action, or over all of them. Curves have a value a horizon; NaN where the recordings end earlier,
 /// and where a row has none.
 struct Scores {
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  ///< there is no value
 
-  std::string method;
+  std::string method;              ///< its name in the table
   std::vector<double> ndms;        ///< Eq. 9 over the words that end in the 0.4 s up to the horizon
   std::vector<double> coded;       ///< the same in the form of the authors' code (NdmsForm::coded)
   std::vector<double> share;       ///< ndms over that of real motion
@@ -31,25 +31,29 @@ struct Scores {
   double late_share = kNone;       ///< mean of `share` from 1.6 s on
 };
 
+/// Scores of all methods.
 struct Table {
   std::vector<double> horizons;  ///< seconds
   int64_t samples = 0;           ///< futures of each observation
+  /// One action, or their mean.
   struct Action {
-    std::string name;
-    int64_t windows = 0, words = 0;  ///< observations, words in the database
-    int64_t training_words = 0;      ///< of real motion; 0: the action has no other recording
-    std::vector<Scores> rows;
+    std::string name;            ///< as the recordings are labelled
+    int64_t windows = 0;         ///< observations
+    int64_t words = 0;           ///< in the database
+    int64_t training_words = 0;  ///< of real motion; 0: the action has no other recording
+    std::vector<Scores> rows;    ///< a method each; the last, where there is one, "real motion"
   };
   std::vector<Action> actions;        ///< then their mean, named "mean"
   std::vector<Action> apart;          ///< actions without any other recording, of which the mean knows nothing
   std::vector<std::string> left_out;  ///< actions without a test window
 };
 
+/// How methods are compared.
 struct Evaluation {
-  int64_t samples = 50;
-  int64_t windows = 8;  ///< of each action
-  double seconds = 30;  ///< longest horizon
-  uint64_t seed = 1;
+  int64_t samples = 50;                                          ///< futures of each observation
+  int64_t windows = 8;                                           ///< of each action
+  double seconds = 30;                                           ///< longest horizon
+  uint64_t seed = 1;                                             ///< of the futures
   WordKind words = WordKind::poses;                              ///< the package's take futures in the world
   std::function<void(int64_t done, int64_t all)> progress = {};  ///< told how many observations' rows are done
 };
@@ -57,8 +61,8 @@ struct Evaluation {
 /// What is scored together: networks, the recordings that they are tested on, and all others, which rows that remember
 /// and that of real motion are made of.
 struct Fold {
-  Networks networks;  ///< none of them need be there
-  std::vector<Sequence> test;
+  Networks networks;                    ///< none of them need be there
+  std::vector<Sequence> test;           ///< recordings that windows and database are of
   std::vector<Sequence> training = {};  ///< empty: no such rows, and no action stands apart
 };
 

@@ -19,11 +19,14 @@ torch::Tensor nearest_centre(const torch::Tensor& points, const torch::Tensor& c
 
 /// Frames [first, last) that are one run of a cluster (period 1) or a cycle: `period` runs repeated.
 struct LabelSegment {
-  int64_t first = 0, last = 0, period = 1;
+  int64_t first = 0;   ///< frame
+  int64_t last = 0;    ///< one past the last frame
+  int64_t period = 1;  ///< runs that are repeated
 
-  bool operator==(const LabelSegment&) const = default;
+  bool operator==(const LabelSegment&) const = default;  ///< compares all three
 };
 
+/// What counts as a cycle of clusters.
 struct CycleOptions {
   int64_t longest = 6;          ///< runs in a period
   int64_t repeats = 2;          ///< times a period must be seen whole
@@ -44,12 +47,13 @@ struct IntentionClusters {
   torch::Tensor poses;   ///< (K, D) centres of poses
   torch::Tensor labels;  ///< (C, 2 D) centres of segments (describe_segment); undefined for the naive labels, which
                          ///< are the pose clusters
-  CycleOptions cycles;
+  CycleOptions cycles;   ///< how segments were cut
 
   /// The authors' labels (released_labels.h) instead: centres (C, code) of what the encoder gives.
   torch::Tensor codes;
-  std::shared_ptr<LabelAutoencoderImpl> encoder;
+  std::shared_ptr<LabelAutoencoderImpl> encoder;  ///< where there are codes
 
+  /// C, the number of labels.
   int64_t count() const { return (codes.defined() ? codes : labels.defined() ? labels : poses).size(0); }
 };
 

@@ -9,6 +9,7 @@
 
 namespace inhabit::anticipate {
 
+/// What futures are asked for.
 struct Options {
   int64_t start = -1;           ///< first frame to forecast, counted in the clip; -1: its end
   int64_t samples = 10;         ///< futures
@@ -27,7 +28,7 @@ struct Result {
   /// Futures and labels on the clip's own skeleton, at its rate (motion/transfer.h); empty where Options::standard is
   /// set.
   std::vector<Clip> on_source;
-  torch::Tensor labels_on_source;
+  torch::Tensor labels_on_source;  ///< (S, T') int64
 };
 
 /// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU. Safe to use
@@ -37,11 +38,14 @@ struct Result {
 ///   anticipate::Result r = anticipator.run(clip, scene, {.samples = 50, .seconds = 30});   // r.futures
 class IntentionAnticipator {
  public:
+  /// Throws Error naming the file where it is no such model or lacks a network.
   static IntentionAnticipator load(const std::string& path);
+  /// Throws Error where a network is missing.
   explicit IntentionAnticipator(const Networks& networks);
   ~IntentionAnticipator();
-  IntentionAnticipator(IntentionAnticipator&&) noexcept;
+  IntentionAnticipator(IntentionAnticipator&&) noexcept;  ///< what was moved from may only be destroyed
 
+  /// Rates, lengths and sizes that the networks were made with.
   const Config& config() const;
 
   /// Observes up to config().observed frames before the start, and at least kappa of them, of a clip on any skeleton

@@ -14,15 +14,17 @@ struct LabelSummary {
   int64_t segments = 0;                                 ///< how many there are
   double seconds = 0;                                   ///< their mean length
   std::vector<std::pair<std::string, double>> actions;  ///< fractions of the label's frames, largest first
-  /// Frames [first, last) of recordings[recording] that show the label: of the quarter of its segments that are nearest
-  /// to its centre, the longest. Empty (first = last) for a label without frames.
+  /// Which recording shows the label: in it lies, of the quarter of the segments that are nearest to the label's
+  /// centre, the longest.
   size_t recording = 0;
-  int64_t first = 0, last = 0;
+  int64_t first = 0;  ///< first frame of that segment
+  int64_t last = 0;   ///< one past its last; `first` for a label without frames
 };
 
+/// Intention labels of a set of recordings.
 struct IntentionSummary {
   std::vector<torch::Tensor> tracks;  ///< (T) int64 labels of every recording
-  std::vector<LabelSummary> labels;
+  std::vector<LabelSummary> labels;   ///< a label each
 };
 
 /// @param rate frames a second of the recordings.

@@ -14,16 +14,16 @@ namespace inhabit::anticipate {
 
 /// A trained model and what it is compared with; a network that a file lacks is null.
 struct Networks {
-  Config config;
-  Skeleton skeleton;  ///< the bones that the poses were learned on
-  FeatureScale scale;
-  IntentionClusters clusters;
+  Config config;                                         ///< what all of them were made with
+  Skeleton skeleton;                                     ///< the bones that the poses were learned on
+  FeatureScale scale;                                    ///< of the features of a frame (F)
+  IntentionClusters clusters;                            ///< what frames were labelled by
   IntentionNetwork intention{nullptr};                   ///< "intention_net." in the file
   PoseNetwork pose{nullptr};                             ///< "pose_net."
   ReleasedIntentionNetwork released_intention{nullptr};  ///< in their place where config.released is set
-  ReleasedPoseNetwork released_pose{nullptr};
-  Seq2SeqNetwork seq2seq{nullptr};   ///< "seq2seq_net."
-  nn::TrajectoryGraph ltd{nullptr};  ///< "ltd_net.", LTD
+  ReleasedPoseNetwork released_pose{nullptr};            ///< likewise
+  Seq2SeqNetwork seq2seq{nullptr};                       ///< "seq2seq_net."
+  nn::TrajectoryGraph ltd{nullptr};                      ///< "ltd_net.", LTD
 
   /// Whether the networks that forecast intention and pose are there.
   bool forecasts() const {

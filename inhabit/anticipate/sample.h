@@ -9,10 +9,11 @@ namespace inhabit::anticipate {
 
 /// A recording as the networks see it, and as the score's database does.
 struct Sequence {
-  std::string name, action;
+  std::string name;           ///< its file
+  std::string action;         ///< as it is labelled
   torch::Tensor features;     ///< (T, F) metres and radians, on the model's bones
   torch::Tensor joints = {};  ///< (T', 22, 3) world, at `stride` times the rate; undefined: those of the features
-  int64_t stride = 1;
+  int64_t stride = 1;         ///< frames of `joints` in one of `features`
 };
 
 /// The recordings of one split on the bones of `skeleton`. Clips come at `rate` or a whole multiple of it: at
@@ -36,8 +37,8 @@ torch::Tensor observation(const torch::Tensor& features, int64_t now, int64_t ob
 
 /// Where sequences are cut into windows: `now` is the first future frame.
 struct Cut {
-  size_t sequence = 0;
-  int64_t now = 0;
+  size_t sequence = 0;  ///< which of them
+  int64_t now = 0;      ///< frame of its features
 };
 
 /// Windows for a test: up to `per_action` of every action, spread evenly over its recordings. Each is observed for
@@ -54,6 +55,7 @@ class Data {
   /// Windows, each action's repeated (up to eight times) until it has as many as the largest.
   int64_t size() const { return static_cast<int64_t>(windows_.size()); }
 
+  /// A window as the networks are trained on it.
   struct Sample {
     torch::Tensor frames;    ///< (observed + future, F) standardised; what lies beyond the recording repeats its end
     torch::Tensor labels;    ///< (observed + max(label_frames, future + gamma - 1)) int64
@@ -61,6 +63,7 @@ class Data {
     int64_t last = 0;        ///< one past the last that was
     int64_t last_label = 0;  ///< one past the last label that was
   };
+  /// Window `index`, or its mirror image.
   Sample sample(int64_t index, bool mirrored) const;
 
  private:

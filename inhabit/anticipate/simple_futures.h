@@ -25,6 +25,7 @@ class Retrieval {
 
   /// Whether a recording has a word with something after it.
   bool empty() const { return !index_; }
+  /// (frames, F) after an observation.
   torch::Tensor future(const torch::Tensor& past, int64_t frames) const;
 
  private:

@@ -11,14 +11,16 @@ namespace inhabit::anticipate {
 
 /// Mean of what was added, without NaN.
 struct Mean {
-  double sum = 0;
-  int64_t count = 0;
+  double sum = 0;     ///< of the values
+  int64_t count = 0;  ///< how many they are
 
+  /// One more value; NaN is none.
   void add(double value) {
     if (std::isnan(value)) return;
     sum += value;
     ++count;
   }
+  /// The mean; NaN without values.
   double value() const { return count > 0 ? sum / static_cast<double>(count) : Scores::kNone; }
 };
 
@@ -38,11 +40,11 @@ double joint_speed(const torch::Tensor& poses, double rate);
 
 /// What futures are measured against.
 struct Measure {
-  const WordIndex& database;
-  const std::vector<double>& horizons;
-  const Config& config;
-  WordKind kind;
-  double real_speed;
+  const WordIndex& database;            ///< words of the test recordings of the action
+  const std::vector<double>& horizons;  ///< seconds
+  const Config& config;                 ///< of the model, for rates and lengths
+  WordKind kind;                        ///< how poses of words are seen
+  double real_speed;                    ///< m/s, mean joint speed of the action's test recordings
 };
 /// One method's futures (S, T, F) of one window, measured at the horizons; npss is left open.
 Scores measure(const torch::Tensor& past, const torch::Tensor& futures, const torch::Tensor& truth, const Measure& by);
@@ -50,6 +52,7 @@ Scores measure(const torch::Tensor& past, const torch::Tensor& futures, const to
 /// Windows of one action as the batch that NPSS is of: their seconds 2 to 4, where they are known.
 class SpectrumBatch {
  public:
+  /// Futures (S, T, F) of a window with what came true (T', F).
   void add(const torch::Tensor& futures, const torch::Tensor& truth, double rate);
   double npss() const;  ///< mean over the samples; NaN where no window is known for so long
 

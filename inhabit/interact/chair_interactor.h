@@ -10,6 +10,7 @@
 
 namespace inhabit::interact {
 
+/// What the person is to do.
 struct Options {
   std::string chair;  ///< object of the scene, "armchair_0"; empty: its only seat, or of several the nearest
   std::optional<Eigen::Vector4d> sit_at;  ///< x y z metres, then radians: any place to sit on instead
@@ -28,11 +29,12 @@ struct Options {
   std::string name = "start";  ///< what errors call the clip
 };
 
+/// What the person does.
 struct Result {
   Clip motion;     ///< on the standard skeleton, 30 frames a second, from the pose that was given on
   Clip on_source;  ///< what follows on that pose on the clip's own skeleton, at its rate (motion/transfer.h); empty
                    ///< where Options::standard is set
-  Chair chair;
+  Chair chair;     ///< that they sit on
   std::vector<HandContacts> contacts;  ///< that were reached for, on the surface
   /// (contacts, left and right) metres: the palm's closest approach to each contact (ACE); none without one
   std::vector<std::array<std::optional<double>, 2>> contact_error;
@@ -52,9 +54,11 @@ class ChairInteractor {
   /// Throws Error naming the file where it is no model of interaction.
   static ChairInteractor load(const std::string& path);
   ~ChairInteractor();
-  ChairInteractor(ChairInteractor&&) noexcept;
+  ChairInteractor(ChairInteractor&&) noexcept;  ///< what was moved from may only be destroyed
 
+  /// Sizes and settings that the networks were made with.
   const Config& config() const;
+  /// The networks as they run, for LivePerson.
   const Engine& engine() const;
 
   /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.

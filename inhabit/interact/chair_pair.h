@@ -12,7 +12,10 @@ namespace inhabit::interact {
 
 /// The level part of a seat around where the pelvis rests, in the chair's frame, metres.
 struct SeatExtent {
-  double front = 0, rear = 0, left = 0, right = 0;  ///< z, z, x, x (right is negative)
+  double front = 0;  ///< z
+  double rear = 0;   ///< z
+  double left = 0;   ///< x
+  double right = 0;  ///< x, negative
 };
 SeatExtent seat_extent(const Chair& chair);
 
@@ -28,11 +31,15 @@ Eigen::Vector3d corresponding(const Eigen::Vector3d& place, const SeatExtent& fr
 
 /// A chair and the one that takes its place, in one frame: that of the old one, below where its person's pelvis rests.
 struct ChairPair {
-  Chair old, fresh;
-  SeatExtent old_seat, fresh_seat;
-  Scene fresh_scene;  ///< the new chair's meshes alone, by the old one's name
-  std::unique_ptr<SceneQuery> old_surface, fresh_surface;
+  Chair old;                                  ///< that the person sits on
+  Chair fresh;                                ///< that takes its place
+  SeatExtent old_seat;                        ///< of `old`
+  SeatExtent fresh_seat;                      ///< of `fresh`
+  Scene fresh_scene;                          ///< the new chair's meshes alone, by the old one's name
+  std::unique_ptr<SceneQuery> old_surface;    ///< of `old` alone
+  std::unique_ptr<SceneQuery> fresh_surface;  ///< of `fresh` alone
 
+  /// Metres that the new seat is higher.
   double rise() const { return fresh.seat_height - old.seat_height; }
 };
 
@@ -50,8 +57,9 @@ struct CarriedTouch {
 
 /// Who touches, in the middle frame, world: on which side of a board the hand is, and what it must not be inside.
 struct TouchingBody {
-  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();
-  std::array<Eigen::Vector3d, 2> hip, knee;  ///< left, right
+  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();  ///< of the hand that touches
+  std::array<Eigen::Vector3d, 2> hip;               ///< left, right
+  std::array<Eigen::Vector3d, 2> knee;              ///< left, right
 };
 
 /// Carries points over by the correspondence whose places are nearest to the new surface, where that faces alike (the

@@ -7,7 +7,8 @@ namespace inhabit::interact {
 
 /// A normal distribution of z: mean and logarithm of the variance, both (B, z).
 struct LatentDistribution {
-  torch::Tensor mean, log_variance;
+  torch::Tensor mean;          ///< (B, z)
+  torch::Tensor log_variance;  ///< (B, z)
 
   /// z = mean + deviation noise, differentiable. @param noise (B, z) from N(0, 1).
   torch::Tensor sample(const torch::Tensor& noise) const { return mean + (0.5 * log_variance).exp() * noise; }
@@ -21,6 +22,7 @@ inline constexpr int64_t kContactPoints = 6;
 /// ContactNet (sec. 4.4): a conditional variational auto-encoder of hand contacts on a chair. Parameters carry the
 /// released names. Positions are metres relative to the centre of the chair.
 struct ContactNetworkImpl : torch::nn::Module {
+  /// Sizes contact_hidden, contact_code, contact_z and the chair's grid.
   explicit ContactNetworkImpl(const Config& config);
 
   /// @param contacts (B, 6); @param chair (B, 2048) positions and values of the voxels.
@@ -28,11 +30,15 @@ struct ContactNetworkImpl : torch::nn::Module {
   /// @param z (B, z). @return contacts (B, 6).
   torch::Tensor decode(const torch::Tensor& z, const torch::Tensor& chair);
 
+  /// Encoder or decoder.
   struct Half : torch::nn::Module {
-    torch::nn::Sequential cond_encoder1{nullptr}, main{nullptr};
-    torch::nn::Linear fc1{nullptr}, fc2{nullptr};  ///< mean and log variance: of the encoder alone
+    torch::nn::Sequential cond_encoder1{nullptr};  ///< the chair's grid to its code
+    torch::nn::Sequential main{nullptr};           ///< contacts or z, with the code of the chair, on
+    torch::nn::Linear fc1{nullptr};                ///< to the mean: of the encoder alone
+    torch::nn::Linear fc2{nullptr};                ///< to the log variance: of the encoder alone
   };
-  std::shared_ptr<Half> encoder, decoder;
+  std::shared_ptr<Half> encoder;  ///< contacts to a distribution of z
+  std::shared_ptr<Half> decoder;  ///< z to contacts
 };
 TORCH_MODULE(ContactNetwork);
 

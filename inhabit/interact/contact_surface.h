@@ -9,8 +9,8 @@ inline constexpr double kOffSurface = 0.1;
 
 /// The place of a surface that is nearest to a point, and how far off that is, metres.
 struct SurfacePlace {
-  Eigen::Vector3d point;
-  double off = 0;
+  Eigen::Vector3d point;  ///< world, metres
+  double off = 0;         ///< metres, not negative
 };
 SurfacePlace nearest_on(const SceneQuery& surface, const Eigen::Vector3d& point);
 

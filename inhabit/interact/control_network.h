@@ -7,7 +7,8 @@ namespace inhabit::interact {
 
 /// What an LSTM carries from frame to frame, both (layers, B, width).
 struct ControlState {
-  torch::Tensor hidden, cell;
+  torch::Tensor hidden;  ///< h
+  torch::Tensor cell;    ///< c
 };
 
 /// ControlNet (sec. 4.2): plans the hands' way to their contacts. Parameters carry the released names.
@@ -27,10 +28,12 @@ struct ControlNetworkImpl : torch::nn::Module {
   /// Frames one after the other: (T, B, 66) and (T, B, 56) -> (T, B, 56).
   torch::Tensor forward(const torch::Tensor& pose, const torch::Tensor& control, ControlState& state);
 
-  torch::nn::Sequential encoder1{nullptr}, encoder2{nullptr};  ///< of the pose and of the control
-  torch::nn::LSTM rnn{nullptr};
-  torch::nn::Linear fc{nullptr};
-  torch::Tensor h0, c0;  ///< (layers, 1, width)
+  torch::nn::Sequential encoder1{nullptr};  ///< of the pose
+  torch::nn::Sequential encoder2{nullptr};  ///< of the control
+  torch::nn::LSTM rnn{nullptr};             ///< over the frames
+  torch::nn::Linear fc{nullptr};            ///< to the next control
+  torch::Tensor h0;                         ///< (layers, 1, width) learnt
+  torch::Tensor c0;                         ///< (layers, 1, width) learnt
 };
 TORCH_MODULE(ControlNetwork);
 

@@ -17,10 +17,15 @@ class Engine {
   /// @param predictor what moves people. Throws Error where its network, or ControlNet beside PoseNet, is missing.
   explicit Engine(const Networks& networks, Predictor predictor = Predictor::pose);
 
+  /// Sizes and settings of the networks.
   const Config& config() const { return networks_.config; }
+  /// The networks themselves.
   const Networks& networks() const { return networks_; }
+  /// Where the parts of PoseNet's input stand.
   const InputLayout& input() const { return input_; }
+  /// Where the parts of its output stand.
   const OutputLayout& output() const { return output_; }
+  /// The grid that people sense what is around them with.
   const EgoGrid& ego() const { return ego_; }
   bool controlled() const { return predictor_ == Predictor::pose; }  ///< ControlNet plans the hands
 
@@ -29,10 +34,11 @@ class Engine {
     /// @param seed of SAMP's z.
     explicit Workspace(const Engine& engine, uint64_t seed = 1);
     ~Workspace();
-    std::vector<float> input, output;  ///< of PoseNet (InputLayout::size, OutputLayout::size)
-    std::array<float, 8> contacts{};   ///< build_contacts(), for predictors that have them among the goals
-    std::vector<float> memory;         ///< of ControlNet's LSTM
-    std::mt19937_64 random;
+    std::vector<float> input;         ///< of PoseNet (InputLayout::size)
+    std::vector<float> output;        ///< of PoseNet (OutputLayout::size)
+    std::array<float, 8> contacts{};  ///< build_contacts(), for predictors that have them among the goals
+    std::vector<float> memory;        ///< of ControlNet's LSTM
+    std::mt19937_64 random;           ///< what SAMP draws from
     struct Networks;
     std::unique_ptr<Networks> networks;  ///< what the fast networks work in
   };

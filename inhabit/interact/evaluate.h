@@ -13,11 +13,11 @@ namespace inhabit::interact {
 
 /// Somebody's start before a chair, where their hands went, and what they did.
 struct Trial {
-  std::string name;  ///< of the clip, in errors
-  Scene scene;
-  Chair chair;
-  Clip start;  ///< its first frame
-  HandContacts contacts;
+  std::string name;        ///< of the clip, in errors
+  Scene scene;             ///< with the chair
+  Chair chair;             ///< that is sat on
+  Clip start;              ///< its first frame
+  HandContacts contacts;   ///< the first of each hand while they get seated
   Clip truth;              ///< at most as long as what is generated, its Clip::action in the names of `run`'s
   double rest = 0;         ///< metres: the pelvis above the seat's surface in the recording
   std::string scene_file;  ///< the same for trials on the same chair
@@ -48,7 +48,7 @@ std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial);
 
 /// One method over all trials, lengths in metres.
 struct Scores {
-  std::string method;
+  std::string method;                 ///< its name, or "data"
   Estimate contact_error;             ///< mean of the palms' closest approach to their contacts (ACE)
   std::array<Estimate, 4> precision;  ///< share of contacts nearer than 3, 5, 7, 9 cm (AP at k)
   Estimate success;         ///< share of runs that end seated: the pelvis within 5 cm of the height, and 15 cm of
@@ -57,12 +57,15 @@ struct Scores {
   double skating = 0;       ///< share of frames in which a foot slides
   double jerk = 0;          ///< m/s^3, mean over joints and frames
   Estimate penetration;     ///< the deepest vertex of the skin in the scene
-  double apd_approach = 0, apd_sit = 0;  ///< average pairwise distance (Eq. 5)
+  double apd_approach = 0;  ///< average pairwise distance of poses while walking (Eq. 5)
+  double apd_sit = 0;       ///< the same while sitting
 };
 
+/// Scores of all methods.
 struct Table {
-  std::vector<Scores> rows;
-  int64_t trials = 0, contacts = 0;
+  std::vector<Scores> rows;  ///< the data, then a method each
+  int64_t trials = 0;        ///< runs of each
+  int64_t contacts = 0;      ///< of hands, in all trials
 };
 
 /// The recordings themselves, then each method. Intervals are over trials.

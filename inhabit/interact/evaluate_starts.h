@@ -6,11 +6,11 @@ namespace inhabit::interact {
 /// What people do who start somewhere around a chair.
 struct StartScores {
   std::string starts;  ///< which: "behind", or the chair
-  std::string method;
-  Estimate seated;   ///< share of runs that end seated, as in Scores::success
-  Estimate through;  ///< share of runs whose approach leads through the chair
-  Estimate around;   ///< share that end seated and never went through it
-  Estimate depth;    ///< metres: the deepest vertex of the skin in the scene before sitting down
+  std::string method;  ///< its name
+  Estimate seated;     ///< share of runs that end seated, as in Scores::success
+  Estimate through;    ///< share of runs whose approach leads through the chair
+  Estimate around;     ///< share that end seated and never went through it
+  Estimate depth;      ///< metres: the deepest vertex of the skin in the scene before sitting down
 };
 
 /// `runs` starts behind the chairs of trials, one after the other: 120 to 240 degrees from the chair's front, 1 to 3 m

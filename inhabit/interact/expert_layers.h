@@ -12,7 +12,7 @@ struct LayerSpec {
   std::vector<int64_t> widths;  ///< inputs, then the outputs of each layer
   double dropout = -1;          ///< before each layer; under 0: none, which takes no index either
   double leak = -1;             ///< slope under 0 of a leaky rectifier; 0: ReLU; under 0: ELU
-  bool activate_last = false;
+  bool activate_last = false;   ///< a rectifier behind the last layer, too
 };
 torch::nn::Sequential make_layers(const LayerSpec& spec);
 
@@ -20,10 +20,13 @@ torch::nn::Sequential make_layers(const LayerSpec& spec);
 struct GatingNetworkImpl : torch::nn::Module {
   /// @param second width of the second hidden layer.
   GatingNetworkImpl(int64_t inputs, int64_t first, int64_t second, int64_t experts, double dropout);
+  /// (B, inputs) -> (B, experts), rows sum to 1.
   torch::Tensor forward(const torch::Tensor& x);
 
-  torch::nn::Linear fc0{nullptr}, fc1{nullptr}, fc2{nullptr};
-  double dropout;
+  torch::nn::Linear fc0{nullptr};  ///< inputs to first
+  torch::nn::Linear fc1{nullptr};  ///< first to second
+  torch::nn::Linear fc2{nullptr};  ///< second to experts
+  double dropout;                  ///< before each, in training
 };
 TORCH_MODULE(GatingNetwork);
 
@@ -35,8 +38,9 @@ struct ExpertLayersImpl : torch::nn::Module {
   /// @param x (B, inputs); @param gates (B, experts). @return (B, outputs)
   torch::Tensor forward(torch::Tensor x, const torch::Tensor& gates);
 
-  std::vector<torch::Tensor> weights, biases;  ///< (experts, out, in) and (experts, out) of each layer
-  double dropout;
+  std::vector<torch::Tensor> weights;  ///< (experts, out, in) of each layer
+  std::vector<torch::Tensor> biases;   ///< (experts, out) of each layer
+  double dropout;                      ///< before each, in training
 };
 TORCH_MODULE(ExpertLayers);
 

@@ -9,9 +9,9 @@ namespace inhabit::interact {
 
 /// What a person's surroundings are sensed with.
 struct Senses {
-  const ChairGrid& chair;
-  const EgoGrid& ego;
-  const Surroundings& around;
+  const ChairGrid& chair;      ///< the chair that is gone to
+  const EgoGrid& ego;          ///< points around the person
+  const Surroundings& around;  ///< what those may be inside
 };
 
 /// PoseNet's input (input_layout) of a state, not standardised, in the axes of the present root: for training and for

@@ -13,13 +13,16 @@ namespace inhabit::interact {
 /// they are off, where that trajectory is of somebody who walks; by less where they hardly move.
 class Guide {
  public:
+  /// @param way begins where the person is
   explicit Guide(WalkPath way) : way_(std::move(way)) {}
 
+  /// All of it, from where it began.
   const WalkPath& way() const { return way_; }
   double left() const { return way_.total() - along_; }  ///< metres still to go
 
   /// The person is here (x, z), metres: at most half a metre of the way is left behind at once.
   void follow(const Eigen::Vector2d& here);
+  /// Draws the trajectory of the next second to what is left of the way.
   void draw(State& state) const;
 
  private:

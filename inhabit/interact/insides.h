@@ -10,8 +10,10 @@ namespace inhabit::interact {
 /// exact queries decide about the rest.
 class Insides {
  public:
+  /// The scene is not looked at later.
   explicit Insides(const Scene& scene);
 
+  /// Points that are inside.
   struct Deep {
     std::vector<int64_t> rows;            ///< of the points that are inside
     std::vector<double> depths;           ///< metres

@@ -9,7 +9,9 @@ namespace inhabit::interact {
 
 /// Where a part stands in a vector of features.
 struct Span {
-  int64_t first = 0, size = 0;
+  int64_t first = 0;  ///< number of its first
+  int64_t size = 0;   ///< how many numbers
+  /// One past the last.
   int64_t end() const { return first + size; }
 };
 
@@ -31,7 +33,7 @@ struct InputLayout {
   Span hands;        ///< hand, key: palm less contact 3; zeros without one
   Span hand_phases;  ///< key, hand
   Span gating;       ///< key: 3 x 2 of actions, 3 x 6 of goal actions (build_input)
-  int64_t size = 0;
+  int64_t size = 0;  ///< numbers in all
 };
 InputLayout input_layout(const Config& config);
 
@@ -44,7 +46,7 @@ struct OutputLayout {
   Span goals;          ///< as in the input
   Span contacts;       ///< kContacts
   Span phases;         ///< cycles from the present frame to the next frame's present and future keys
-  int64_t size = 0;
+  int64_t size = 0;    ///< numbers in all
 };
 OutputLayout output_layout(const Config& config);
 

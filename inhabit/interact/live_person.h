@@ -30,7 +30,7 @@ class LivePerson {
   /// (SAMP).
   LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
-  LivePerson(LivePerson&&) noexcept;
+  LivePerson(LivePerson&&) noexcept;  ///< what was moved from may only be destroyed
 
   /// Whether ways around what stands in the way are planned (route.h): as it is at first. Else they go as the networks
   /// have learned to.
@@ -50,8 +50,8 @@ class LivePerson {
   /// One frame on.
   void step();
 
-  const SettledPose& pose() const;
-  const State& state() const;
+  const SettledPose& pose() const;  ///< of the present frame, on the person's bones
+  const State& state() const;       ///< what the networks know of them
   /// Metres from a palm to its contact, while it has one.
   std::optional<double> contact_distance(int side) const;
   bool done(int side) const;  ///< the hand's contact was reached and let go, or there is none

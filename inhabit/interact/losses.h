@@ -28,7 +28,8 @@ ControlLosses control_losses(const torch::Tensor& output, const torch::Tensor& c
 
 /// What a ControlNet was given and said.
 struct ControlRun {
-  torch::Tensor control, output;  ///< (T, B, 56)
+  torch::Tensor control;  ///< (T, B, 56) that went in
+  torch::Tensor output;   ///< (T, B, 56) that came out
 };
 /// Runs it over sequences. At each frame and hand, with probability `own`, the straight line starts where its own plan
 /// put the hand (scheduled sampling; no gradient goes that way); phases are the true ones. Draws from torch's
@@ -41,7 +42,9 @@ torch::Tensor next_lines(const torch::Tensor& output, const torch::Tensor& turn)
 
 /// Eq. 4: mean distance of the two contacts (metres) + beta x KL divergence.
 struct ContactLosses {
-  torch::Tensor total, distance, divergence;
+  torch::Tensor total;       ///< what is minimised
+  torch::Tensor distance;    ///< metres
+  torch::Tensor divergence;  ///< KL, from N(0, I)
 };
 ContactLosses contact_losses(ContactNetwork& network, const ContactRows& rows, const torch::Tensor& noise, double beta);
 

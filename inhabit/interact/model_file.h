@@ -13,7 +13,7 @@ namespace inhabit::interact {
 
 /// A trained model and what it is compared with; a network that a file lacks is null.
 struct Networks {
-  Config config;
+  Config config;                      ///< what all of them were made with
   FeatureScale input_scale;           ///< (4344) of PoseNet's rows
   FeatureScale output_scale;          ///< (536) of what comes out
   PoseNetwork pose{nullptr};          ///< "pose_net." in the file

@@ -15,18 +15,21 @@ namespace inhabit::interact {
 
 /// A clip and its labels as what State is made of, a kilobyte a frame. World, metres.
 struct Recording {
+  /// One frame.
   struct Frame {
-    Sample sample;  ///< its hands are where the palms are
-    std::array<Eigen::Vector3f, kJoints> position;
-    std::array<Eigen::Vector3f, kJoints> forward, up;  ///< axes +Z and +Y of the joints
-    std::array<Eigen::Vector3f, 2> contact;            ///< left, right
-    std::array<bool, 2> wanted;
-    std::array<float, kContacts> touching;
+    Sample sample;                                  ///< its hands are where the palms are
+    std::array<Eigen::Vector3f, kJoints> position;  ///< of the joints
+    std::array<Eigen::Vector3f, kJoints> forward;   ///< axes +Z of the joints
+    std::array<Eigen::Vector3f, kJoints> up;        ///< axes +Y of the joints
+    std::array<Eigen::Vector3f, 2> contact;         ///< left, right
+    std::array<bool, 2> wanted;                     ///< the hand goes to its contact or holds it
+    std::array<float, kContacts> touching;          ///< 0 or 1, as OutputLayout::contacts
   };
-  std::vector<Frame> frames;
-  Bones bones;  ///< of the person
-  double rate = 30;
+  std::vector<Frame> frames;  ///< one after the other
+  Bones bones;                ///< of the person
+  double rate = 30;           ///< frames a second
 
+  /// Number of frames.
   int64_t size() const { return static_cast<int64_t>(frames.size()); }
 };
 

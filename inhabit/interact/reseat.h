@@ -24,13 +24,14 @@ struct ReseatFit {
 
 /// A motion on another chair.
 struct Reseated {
-  Clip clip;
+  Clip clip;             ///< as long as the one before
   Scene scene;           ///< the clip's, the new chair in place of the old one and of its name
   int64_t contacts = 0;  ///< stays of hands at the chair that were carried over
   int64_t lost = 0;      ///< those for which the new chair has no such place: they are contacts no more
-  ReseatFit fit;
+  ReseatFit fit;         ///< how well it fits
 };
 
+/// What a motion may lose on its new chair.
 struct ReseatChoices {
   bool lose_contacts = true;    ///< whether a hand for whose place the new chair has no like may touch nothing
   bool frame_by_frame = false;  ///< every frame on its own: nothing but contacts ties it to the frames beside it

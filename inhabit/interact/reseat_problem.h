@@ -11,18 +11,20 @@ namespace inhabit::interact {
 
 /// A hand at the old chair in frames [first, last].
 struct Hold {
-  int side = 0;
-  int64_t first = 0, last = 0;
+  int side = 0;                         ///< 0 left, 1 right
+  int64_t first = 0;                    ///< frame
+  int64_t last = 0;                     ///< frame, held too
   std::vector<Eigen::Vector3d> points;  ///< (frames) touched, world
   std::optional<CarriedTouch> to;       ///< nothing: not carried over
 };
 
 /// What is carried over of a clip: all that the person does on one chair.
 struct ChairStays {
-  std::string chair;  ///< its name
-  std::vector<Stay> stays;
-  std::vector<Hold> holds;
-  int64_t first = 0, last = 0;  ///< frames that may change
+  std::string chair;        ///< its name
+  std::vector<Stay> stays;  ///< on it, in order
+  std::vector<Hold> holds;  ///< of hands at it
+  int64_t first = 0;        ///< first frame that may change
+  int64_t last = 0;         ///< last one
 };
 ChairStays stays_on(const ChairPair& chairs, const Clip& clip);
 

@@ -19,12 +19,14 @@ struct SampNetworkImpl : torch::nn::Module {
   /// @param z (B, z). @return the next frame (B, outputs).
   torch::Tensor decode(const torch::Tensor& z, const torch::Tensor& x);
 
-  int64_t row = 0;  ///< numbers of a row of x
-  int64_t z = 0;
-  torch::nn::Sequential chair_encoder{nullptr}, state_encoder{nullptr};
-  torch::nn::Linear mean{nullptr}, log_variance{nullptr};
-  GatingNetwork gating{nullptr};
-  ExpertLayers experts{nullptr};
+  int64_t row = 0;                               ///< numbers of a row of x
+  int64_t z = 0;                                 ///< numbers of z
+  torch::nn::Sequential chair_encoder{nullptr};  ///< the chair's grid to its code
+  torch::nn::Sequential state_encoder{nullptr};  ///< the next frame and what it follows, on to mean and variance
+  torch::nn::Linear mean{nullptr};               ///< of z
+  torch::nn::Linear log_variance{nullptr};       ///< of z
+  GatingNetwork gating{nullptr};                 ///< weights of the experts
+  ExpertLayers experts{nullptr};                 ///< z and what the next frame follows to that frame
 
  private:
   torch::Tensor condition(const torch::Tensor& x);

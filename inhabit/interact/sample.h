@@ -49,26 +49,31 @@ class Data {
   Data(const Data&) = delete;
   Data& operator=(const Data&) = delete;
 
-  int64_t clips() const;
-  const Recording& recording(int64_t clip) const;
-  Senses senses(int64_t clip) const;
+  int64_t clips() const;                           ///< how many there are, mirror images too
+  const Recording& recording(int64_t clip) const;  ///< one of them
+  Senses senses(int64_t clip) const;               ///< of its room; valid as long as this
 
-  const Config& config() const;
+  const Config& config() const;  ///< what inputs are built by
 
   int64_t poses() const;  ///< frames that are followed by another
   /// A frame of a recording.
   struct FramePlace {
-    int64_t clip, frame;
+    int64_t clip;   ///< number of it
+    int64_t frame;  ///< of its recording
   };
+  /// Which frame a sample of PoseNet's begins with, `index` from 0 to poses() - 1.
   FramePlace pose_place(int64_t index) const;
+  /// The rows of such samples.
   PoseRows pose_rows(const std::vector<int64_t>& indices) const;
 
   /// Sequences of control_frames frames in which a hand reaches for a contact or holds it.
   int64_t sequences() const;
+  /// Those of these numbers, side by side.
   ControlSequences control_sequences(const std::vector<int64_t>& indices) const;
 
   /// The contacts that were held at the same time.
   int64_t contact_sets() const;
+  /// Those of these numbers.
   ContactRows contact_rows(const std::vector<int64_t>& indices) const;
 
   /// Of PoseNet's rows, over at most `rows` of them, evenly spread. Deviations are kept from becoming so small that

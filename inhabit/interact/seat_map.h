@@ -10,14 +10,17 @@ namespace inhabit::interact {
 struct TopView {
   double cell = 0.02;                               ///< between neighbouring grid points
   Eigen::Vector2d origin{Eigen::Vector2d::Zero()};  ///< (x, z) of grid point (0, 0)
-  int nx = 0, nz = 0;
-  double floor = 0;           ///< height of its lowest point
-  std::vector<float> height;  ///< over the floor, nz rows of nx; negative where there is nothing
-  std::vector<char> level;    ///< whether one could sit there: nearly horizontal
+  int nx = 0;                                       ///< grid points along x
+  int nz = 0;                                       ///< grid points along z
+  double floor = 0;                                 ///< height of its lowest point
+  std::vector<float> height;                        ///< over the floor, nz rows of nx; negative where there is nothing
+  std::vector<char> level;                          ///< whether one could sit there: nearly horizontal
 
+  /// Where a grid point stands in the lists below.
   size_t at(int ix, int iz) const {
     return static_cast<size_t>(iz) * static_cast<size_t>(nx) + static_cast<size_t>(ix);
   }
+  /// World (x, z) of a grid point.
   Eigen::Vector2d point(int ix, int iz) const { return origin + cell * Eigen::Vector2d(ix, iz); }
 };
 

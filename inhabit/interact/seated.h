@@ -9,7 +9,11 @@ namespace inhabit::interact {
 /// A stay on a seat. Frames: sitting down goes from `down` to `first`, the pelvis is on the seat in [first, last], and
 /// the person stands again at `risen`, having begun to rise at `rise`.
 struct Stay {
-  int64_t down = 0, first = 0, last = 0, rise = 0, risen = 0;
+  int64_t down = 0;                                ///< they begin to sit down
+  int64_t first = 0;                               ///< first frame on the seat
+  int64_t last = 0;                                ///< last frame on the seat
+  int64_t rise = 0;                                ///< they begin to rise
+  int64_t risen = 0;                               ///< they stand
   bool rises = false;                              ///< within the clip
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  ///< of the pelvis, world metres: the median while seated
   double heading = 0;                              ///< of the person, seated

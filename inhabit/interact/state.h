@@ -9,15 +9,16 @@ namespace inhabit::interact {
 
 /// One frame of the window of time. Hands: 0 left, 1 right.
 struct Sample {
-  Place root;
-  std::array<float, kActions> action{};  ///< idle, walk, sit
-  Eigen::Vector3f goal = Eigen::Vector3f::Zero();
-  Eigen::Vector2f goal_facing{0, 1};          ///< unit, (x, z)
-  std::array<float, kActions> goal_action{};  ///< what to do there
-  float phase = 0;                            ///< cycles, never falling; its fraction is the global phase
+  Place root;                                      ///< of the person, on the floor
+  std::array<float, kActions> action{};            ///< idle, walk, sit
+  Eigen::Vector3f goal = Eigen::Vector3f::Zero();  ///< world, metres
+  Eigen::Vector2f goal_facing{0, 1};               ///< unit, (x, z)
+  std::array<float, kActions> goal_action{};       ///< what to do there
+  float phase = 0;                                 ///< cycles, never falling; its fraction is the global phase
   std::array<Eigen::Vector3f, 2> hand{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< palms; future: as planned
   std::array<float, 2> hand_phase{};                                                      ///< of reaching a contact
 
+  /// The goal's frame on the floor.
   Place goal_place() const { return {{goal.x(), goal.z()}, goal_facing}; }
 };
 
@@ -25,18 +26,23 @@ struct Sample {
 /// last. World, metres, +Y up, floor at y = 0. Copied without allocation.
 struct State {
   std::array<Sample, kSamples> samples;                      ///< one a frame; samples[kNow] is the present
-  std::array<Eigen::Vector3f, kJoints> position, velocity;   ///< metres, metres a second
+  std::array<Eigen::Vector3f, kJoints> position;             ///< metres
+  std::array<Eigen::Vector3f, kJoints> velocity;             ///< metres a second
   std::array<Eigen::Matrix3f, kJoints> rotation;             ///< joint to world
   std::array<Eigen::Vector3f, kJoints> position_from_ahead;  ///< the same places as predicted from a second ahead
   std::array<float, kContacts> touching{};                   ///< as OutputLayout::contacts
 
   /// A hand's contact while it is being reached for or held.
   std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
-  std::array<bool, 2> wanted{false, false};
+  std::array<bool, 2> wanted{false, false};  ///< whether it has one
 
+  /// The present.
   const Sample& now() const { return samples[kNow]; }
+  /// The same, to change.
   Sample& now() { return samples[kNow]; }
+  /// Key k, 0 to kKeys - 1; kPastKeys is the present.
   const Sample& key(int k) const { return samples[static_cast<size_t>(k) * kKeyStep]; }
+  /// The same, to change.
   Sample& key(int k) { return samples[static_cast<size_t>(k) * kKeyStep]; }
 };
 

@@ -11,10 +11,12 @@ namespace inhabit::interact {
 
 /// What the stages of a run share.
 struct Training {
-  Networks model;
-  Data data, validation;
-  torch::Device device;
-  FeatureScale input, output;  // on the CPU
+  Networks model;        ///< what the run starts from and has so far
+  Data data;             ///< of the split that is trained on
+  Data validation;       ///< of the one that is validated on
+  torch::Device device;  ///< where networks are trained
+  FeatureScale input;    ///< of PoseNet's rows, on the CPU
+  FeatureScale output;   ///< of what comes out, on the CPU
 };
 
 /// The mean over at most `count` of `size` samples, evenly spread, of what `error` says of some of them.

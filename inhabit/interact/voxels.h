@@ -17,23 +17,29 @@ struct Place {
   Eigen::Vector2f position = Eigen::Vector2f::Zero();  ///< world (x, z), metres
   Eigen::Vector2f facing{0, 1};                        ///< unit, (x, z)
 
+  /// A world direction (x, z) in its axes.
   Eigen::Vector2f turned_in(const Eigen::Vector2f& v) const {
     return {facing.y() * v.x() - facing.x() * v.y(), facing.x() * v.x() + facing.y() * v.y()};
   }
+  /// The way back.
   Eigen::Vector2f turned_out(const Eigen::Vector2f& v) const {
     return {facing.y() * v.x() + facing.x() * v.y(), -facing.x() * v.x() + facing.y() * v.y()};
   }
+  /// A world direction in its axes.
   Eigen::Vector3f turned_in(const Eigen::Vector3f& v) const {
     const Eigen::Vector2f g = turned_in(Eigen::Vector2f(v.x(), v.z()));
     return {g.x(), v.y(), g.y()};
   }
+  /// The way back.
   Eigen::Vector3f turned_out(const Eigen::Vector3f& v) const {
     const Eigen::Vector2f g = turned_out(Eigen::Vector2f(v.x(), v.z()));
     return {g.x(), v.y(), g.y()};
   }
+  /// Its position in the world, on the floor y = 0.
   Eigen::Vector3f origin() const { return {position.x(), 0, position.y()}; }
-  /// A world point in the axes of this place, and back.
+  /// A world point in the axes of this place.
   Eigen::Vector3f in(const Eigen::Vector3f& p) const { return turned_in(Eigen::Vector3f(p - origin())); }
+  /// The way back.
   Eigen::Vector3f out(const Eigen::Vector3f& p) const { return origin() + turned_out(p); }
 };
 
@@ -56,11 +62,11 @@ class Surroundings {
   /// @param cell metres, of the field.
   explicit Surroundings(const Scene& scene, double cell = 0.05);
   ~Surroundings();
-  Surroundings(Surroundings&&) noexcept;
+  Surroundings(Surroundings&&) noexcept;  ///< what was moved from may only be destroyed
   /// The image in the plane x = 0, which shares the field.
   Surroundings mirrored() const;
 
-  Surroundings& operator=(Surroundings&&) noexcept;
+  Surroundings& operator=(Surroundings&&) noexcept;  ///< likewise
 
   /// Metres from a world point to the nearest surface, 0 inside, and `reach` where it is farther than that.
   float distance(const Eigen::Vector3f& point, float reach) const;
@@ -81,6 +87,7 @@ class Surroundings {
 class EgoGrid {
  public:
   static constexpr double kSize = 4.0;  ///< metres across the outermost ring
+  /// Of config.ego_rings and config.ego_layers.
   explicit EgoGrid(const Config& config);
   const std::vector<Eigen::Vector3f>& points() const { return points_; }  ///< in the root's axes, metres
   float radius() const { return radius_; }                                ///< of a point's sphere, metres

@@ -11,9 +11,9 @@ namespace inhabit::serve {
 
 /// A pose as it is kept and sent.
 struct Frame {
-  std::array<Eigen::Quaternionf, kStandardJoints> rotation;  ///< relative to the parent
-  Eigen::Vector3f trans = Eigen::Vector3f::Zero();           ///< metres, as Clip::trans
-  std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+  std::array<Eigen::Quaternionf, kStandardJoints> rotation;                                  ///< relative to the parent
+  Eigen::Vector3f trans = Eigen::Vector3f::Zero();                                           ///< metres, as Clip::trans
+  std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< left, right, world
   std::array<bool, 2> reaching{};  ///< the hand is on its way to, or at, its contact
   uint8_t action = 0;              ///< idle, walk, sit
 };
@@ -29,11 +29,14 @@ Frame blended(const Frame& from, const Frame& to, double share);
 
 // What is sent, little-endian; rotations as x y z w of 1/32767 each, 16 bits.
 
+/// What is told beside a pose.
 struct Status {
-  bool seated = false, recording = false, filling = false;  ///< filling: moved by in-betweening
-  uint32_t index = 0;                                       ///< frames since the connection began
-  uint32_t number = 0;                                      ///< of the last message that the frame knows of
-  std::array<float, 2> distance{-1, -1};                    ///< metres from palms to contacts; negative: none
+  bool seated = false;                    ///< the pelvis is on a seat
+  bool recording = false;                 ///< frames are kept for a file
+  bool filling = false;                   ///< moved by in-betweening
+  uint32_t index = 0;                     ///< frames since the connection began
+  uint32_t number = 0;                    ///< of the last message that the frame knows of
+  std::array<float, 2> distance{-1, -1};  ///< metres from palms to contacts; negative: none
 };
 
 /// 208 bytes: u8 1, u8 flags (seated 1, recording 2, filling 4, left hand reaching 8, right 16), u8 action, u8 0, u32
@@ -44,7 +47,7 @@ std::string pose_bytes(const Frame& frame, const Status& status);
 struct Ghost {
   float seconds = 0;  ///< ahead of now
   uint8_t track = 0;  ///< which of several futures
-  Frame frame;
+  Frame frame;        ///< its pose
 };
 
 /// u8 2, u8 kind (0 forecast, 1 futures, 2 the pose that is moved to), u16 count, then 196 bytes for each: f32 seconds,

@@ -14,7 +14,7 @@ namespace inhabit::serve {
 
 /// What a system's stream says of one person.
 struct LineResult {
-  std::string person;
+  std::string person;    ///< as the lines call them
   double time = 0;       ///< seconds, of the last pose
   std::string error;     ///< why there is nothing else; empty: there is
   torch::Tensor joints;  ///< (T, 22, 3) or, of futures, (S, T, 22, 3) metres
@@ -23,16 +23,17 @@ struct LineResult {
 
 /// A stream of one system, begun.
 struct LineSystem {
+  /// A pose of somebody.
   std::function<void(const std::string& person, double time, const torch::Tensor& joints)> push;
-  std::function<bool(const std::string& person)> due;
-  std::function<std::vector<LineResult>()> take;
+  std::function<bool(const std::string& person)> due;  ///< take() would give this person something
+  std::function<std::vector<LineResult>()> take;       ///< what is due
 };
 
 /// How a system's stream is begun and what comes out of it.
 struct LineStream {
-  std::string name;  ///< "forecast", "anticipate"
-  double rate = 0;   ///< frames a second of what comes out
-  std::function<LineSystem(const JointNames& joints)> begin;
+  std::string name;                                           ///< "forecast", "anticipate"
+  double rate = 0;                                            ///< frames a second of what comes out
+  std::function<LineSystem(const JointNames& joints)> begin;  ///< with the first line's joints
 };
 
 LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> forecaster, const Scene& scene,
@@ -40,6 +41,7 @@ LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> for
 LineStream anticipate_lines(std::shared_ptr<const anticipate::IntentionAnticipator> anticipator,
                             const anticipate::StreamOptions& options);
 
+/// How lines are read and written.
 struct LineOptions {
   bool live = false;  ///< what cannot be kept up with is left out; else every result that is due is made
   bool z_up = false;  ///< joints that come in and go out are of a world whose z points up

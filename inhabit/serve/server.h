@@ -22,16 +22,20 @@ struct Limits {
   std::chrono::milliseconds stuck{10000};  ///< in which a page takes nothing: it is dropped
 };
 
+/// How a server runs.
 struct ServerOptions {
   uint16_t port = 0;  ///< 0: a free one
-  Limits limits;
-  int threads = 0;  ///< 0: as many as cores, up to four
+  Limits limits;      ///< of what it takes on
+  int threads = 0;    ///< 0: as many as cores, up to four
 };
 
 /// What a server has done so far.
 struct ServerStats {
-  int people = 0, sockets = 0;                ///< now
-  int64_t frames = 0, dropped = 0, late = 0;  ///< poses sent; left out for slow pages; steps left out for want of time
+  int people = 0;       ///< connected now
+  int sockets = 0;      ///< open now
+  int64_t frames = 0;   ///< poses sent
+  int64_t dropped = 0;  ///< poses left out for slow pages
+  int64_t late = 0;     ///< steps left out for want of time
 };
 
 /// The live page: HTTP and a WebSocket on 127.0.0.1 (docs/live.md). Each page that connects has a person of its own.
@@ -44,14 +48,14 @@ class Server {
   Server(std::shared_ptr<const World> world, const ServerOptions& options);
   ~Server();
 
-  uint16_t port() const;
+  uint16_t port() const;        ///< that it listens on
   std::string address() const;  ///< "http://127.0.0.1:8080/"
 
   /// Serves until stop() or, where `signals` is set, until the process is interrupted (SIGINT, SIGTERM).
   void run(bool signals = false);
   /// Says goodbye to all pages and ends run(). From any thread.
   void stop();
-  ServerStats stats() const;
+  ServerStats stats() const;  ///< from any thread
 
  private:
   struct Impl;

@@ -15,26 +15,30 @@ namespace inhabit::serve {
 
 /// Something to sit on, and its surface for contacts.
 struct Seat {
-  interact::Chair chair;
-  SceneQuery surface;
+  interact::Chair chair;  ///< the seat and its place
+  SceneQuery surface;     ///< of it alone
 };
 
 /// Model files. Without one of the last three its preview is not offered.
 struct ModelFiles {
-  std::string interact, forecast, inbetween, anticipate;
+  std::string interact;    ///< what moves people
+  std::string forecast;    ///< of the preview of two seconds
+  std::string inbetween;   ///< of moving to a pose
+  std::string anticipate;  ///< of the preview of futures
 };
 
 /// What all people of a server share: a scene whose floor is y = 0, and the systems. Safe to use from several threads.
 struct World {
-  Scene scene;
-  std::shared_ptr<const interact::Surroundings> around;
-  std::vector<Seat> seats;
-  interact::ChairInteractor interactor;
-  std::optional<forecast::ContactForecaster> forecaster;
-  std::optional<inbetween::SceneInbetweener> inbetweener;
-  std::optional<anticipate::IntentionAnticipator> anticipator;
-  Clip person;                ///< one frame: who everybody is at first, standing at a free place
-  Eigen::Vector2d low, high;  ///< (x, z) metres that places on the floor are between
+  Scene scene;                                                  ///< floor at y = 0
+  std::shared_ptr<const interact::Surroundings> around;         ///< what people may run into
+  std::vector<Seat> seats;                                      ///< all that one can sit on
+  interact::ChairInteractor interactor;                         ///< moves people
+  std::optional<forecast::ContactForecaster> forecaster;        ///< none: no such preview
+  std::optional<inbetween::SceneInbetweener> inbetweener;       ///< none: poses cannot be moved to
+  std::optional<anticipate::IntentionAnticipator> anticipator;  ///< none: no such preview
+  Clip person;           ///< one frame: who everybody is at first, standing at a free place
+  Eigen::Vector2d low;   ///< (x, z) metres, corner of the rectangle that places on the floor are in
+  Eigen::Vector2d high;  ///< its opposite corner
 
   /// Throws Error naming the seats there are where none has this name.
   const Seat& seat(const std::string& name) const;

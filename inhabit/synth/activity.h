@@ -24,7 +24,8 @@ torch::Tensor low_passed(const Clip& clip, double cutoff);
 
 /// Means over the frames of an activity, as recorded and after the low-pass.
 struct ActivityDynamics {
-  Dynamics raw, smooth;
+  Dynamics raw;     ///< as recorded
+  Dynamics smooth;  ///< after the low-pass
 };
 
 /// By Activity, over all clips of `split`.

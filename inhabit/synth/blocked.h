@@ -5,6 +5,7 @@
 
 namespace inhabit {
 
+/// Which windows and keys are looked at.
 struct BlockedOptions {
   int64_t frames = 121;  ///< of a window
   int64_t every = 60;    ///< frames between keys
@@ -14,7 +15,8 @@ struct BlockedOptions {
 
 /// In how many windows the room decides how one gets from key to key.
 struct BlockedWindows {
-  int64_t clips = 0, windows = 0;
+  int64_t clips = 0;      ///< that were looked at
+  int64_t windows = 0;    ///< of these
   int64_t colliding = 0;  ///< windows in which the motion itself collides in some frame
   int64_t blocked = 0;    ///< windows in which it does not, but the straight way between its keys does
   double straight = 0;    ///< fraction of frames in which the body on the straight way collides

@@ -14,21 +14,21 @@ const std::vector<std::string>& interaction_names();
 
 /// Somebody with a shape and a style of their own.
 struct ChairSubject {
-  torch::Tensor betas;
-  std::shared_ptr<const Figure> figure;
-  GaitStyle gait;
-  Manner manner;
-  double early = 0.4;      ///< seconds before sitting down at which a hand sets out for the chair
-  double trunk = 1;        ///< scales how far the trunk turns and leans towards what a hand reaches for
-  double looks = 0.5;      ///< how often the eyes go there first
-  double walks_off = 0.5;  ///< how often there is an end to sitting
+  torch::Tensor betas;                   ///< (B) shape
+  std::shared_ptr<const Figure> figure;  ///< of that shape
+  GaitStyle gait;                        ///< how they walk
+  Manner manner;                         ///< how they move otherwise
+  double early = 0.4;                    ///< seconds before sitting down at which a hand sets out for the chair
+  double trunk = 1;                      ///< scales how far the trunk turns and leans towards what a hand reaches for
+  double looks = 0.5;                    ///< how often the eyes go there first
+  double walks_off = 0.5;                ///< how often there is an end to sitting
 };
 ChairSubject draw_subject(const BodyModel& body, std::mt19937_64& random);
 
 /// What one clip shows. Room::furniture[0] is the chair.
 struct ChairTake {
-  Interaction interaction = Interaction::no_contact;
-  double seconds = 15;
+  Interaction interaction = Interaction::no_contact;  ///< what the hands do
+  double seconds = 15;                                ///< length of the clip
   double direction = 0;  ///< of the start seen from the chair, radians from its front towards its left
   double distance = 2;   ///< of the start from the chair's middle, metres; farther where that is not free
 };

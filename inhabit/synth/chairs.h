@@ -8,13 +8,14 @@
 
 namespace inhabit {
 
+/// How much is made, and of whom.
 struct ChairsOptions {
-  double minutes = 180;
-  int subjects = 6;
+  double minutes = 180;  ///< of motion
+  int subjects = 6;      ///< people
   int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
-  uint64_t seed = 1;
-  Shard shard;  ///< of clips
-  Progress progress;
+  uint64_t seed = 1;     ///< of everything
+  Shard shard;           ///< of clips
+  Progress progress;     ///< counts clips; may be empty
 };
 
 /// A native data set of people who walk up to chairs and sit on them, in `folder`: the composition of the COUCH data
@@ -27,9 +28,9 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
 
 /// What DatasetClip::source tells about a clip made here: "subject_2/right_hand/chair_000017".
 struct ChairSource {
-  int subject = 0;
-  Interaction interaction = Interaction::no_contact;
-  int64_t chair = 0;
+  int subject = 0;                                    ///< number of the person
+  Interaction interaction = Interaction::no_contact;  ///< what the hands do
+  int64_t chair = 0;                                  ///< number of the chair
 };
 std::string source_text(const ChairSource& source);
 /// Throws Error(text, ...) where it is none of a chairs data set.

@@ -9,15 +9,17 @@ namespace inhabit {
 
 /// One measure of a data set's motion and the range it must lie in.
 struct Bar {
-  std::string name;
-  std::string unit;
-  double low = 0, high = 0;  ///< the value passes in [low, high]
-  double value = 0;          ///< over the whole data set
-  int64_t clips = 0;         ///< clips that it could be measured on
-  std::string worst_clip;    ///< file of the clip farthest out
-  double worst = 0;          ///< its value
-  std::string where;         ///< the place in that clip, where there is one: "left_knee in table_0, frame 84"
+  std::string name;        ///< for people: "speed while walking"
+  std::string unit;        ///< of all its numbers
+  double low = 0;          ///< the value passes in [low, high]
+  double high = 0;         ///< likewise
+  double value = 0;        ///< over the whole data set
+  int64_t clips = 0;       ///< clips that it could be measured on
+  std::string worst_clip;  ///< file of the clip farthest out
+  double worst = 0;        ///< its value
+  std::string where;       ///< the place in that clip, where there is one: "left_knee in table_0, frame 84"
 
+  /// True too where it could be measured on no clip.
   bool pass() const { return clips == 0 || (value >= low && value <= high); }
 };
 

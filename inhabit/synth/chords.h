@@ -11,8 +11,9 @@ namespace inhabit {
 /// A chord is the straight way between two poses of a motion: the root moves linearly, rotations by slerp. Where the
 /// motion itself took another way, furniture can stand on the chord.
 struct ChordOptions {
-  double share = 0.7;                ///< of the chords that are tried, 0 to 1
-  int shortest = 30, longest = 120;  ///< frames from one end to the other
+  double share = 0.7;  ///< of the chords that are tried, 0 to 1
+  int shortest = 30;   ///< frames from one end to the other, at least
+  int longest = 120;   ///< at most
 };
 
 /// Throws Error where an option is out of range.

@@ -24,7 +24,7 @@ std::vector<Clip> prepare_recording(const Clip& source, const std::string& subje
 
 /// A room around a motion, and the motion in it.
 struct FittedRoom {
-  Room room;
+  Room room;          ///< with all its furniture
   Clip clip;          ///< rotated and moved into the room, with action, contact, hand_targets and object poses
   int seats = 0;      ///< put under the pelvis
   int supports = 0;   ///< put under hands
@@ -41,14 +41,17 @@ const std::vector<std::string>& fitted_actions();
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
                                    const ChordOptions& chords = {});
 
+/// Which recordings get rooms, and of what kind.
 struct FittingOptions {
-  std::vector<std::string> train, val, test;  ///< recordings, any format inhabit reads
-  uint64_t seed = 1;
-  int rooms_per_clip = 3;
-  double seconds = 12;     ///< longest piece of a recording
-  bool mirrored = true;    ///< every second room of a piece for training is around its mirror image
+  std::vector<std::string> train;  ///< recordings, any format inhabit reads
+  std::vector<std::string> val;    ///< likewise
+  std::vector<std::string> test;   ///< likewise
+  uint64_t seed = 1;               ///< of the rooms
+  int rooms_per_clip = 3;          ///< around each piece of a recording
+  double seconds = 12;             ///< longest piece of a recording
+  bool mirrored = true;            ///< every second room of a piece for training is around its mirror image
   double stretches = 0.5;  ///< share of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
-  ChordOptions chords;
+  ChordOptions chords;     ///< pieces that stand in straight ways
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
   ClipReadOptions reading;      ///< of every recording
   Shard shard;                  ///< of recordings

@@ -11,15 +11,16 @@ namespace inhabit {
 
 /// A foothold: the ankle's position over the floor (x, z) and the foot's heading.
 struct Foothold {
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();
-  double yaw = 0;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< metres
+  double yaw = 0;                                   ///< radians from +Z towards +X
 };
 
 /// A step: the foot leaves its foothold at `lift` and stands at the foothold `foothold` from `land` on. Seconds.
 struct Footstep {
-  int side = 0;
-  Foothold foothold;
-  double lift = 0, land = 0;
+  int side = 0;       ///< 0 left, 1 right
+  Foothold foothold;  ///< that it goes to
+  double lift = 0;    ///< leaves the floor
+  double land = 0;    ///< stands again
 };
 
 /// How a person walks; drawn once for each clip.
@@ -40,10 +41,13 @@ class StepPlan {
   /// Standing at `place` facing `heading` from time 0 on. @param figure must outlive the plan
   StepPlan(const Figure& figure, const GaitStyle& style, const Eigen::Vector2d& place, double heading);
 
+  /// Seconds that are planned.
   double now() const { return now_; }
   Eigen::Vector2d place() const;  ///< under the body while it stands
+  /// Radians that the body faces then.
   double heading() const { return heading_; }
 
+  /// Stands on.
   void wait(double seconds) { now_ += seconds; }
   /// Walks along `path` from standing to standing; returns when it has all but stopped.
   double walk(const WalkPath& path, double speed, std::mt19937_64& random);
@@ -55,7 +59,9 @@ class StepPlan {
   /// Where the foot of `side` stands now.
   const Foothold& foothold(int side) const { return foothold_[side]; }
 
+  /// Where the feet stand at time 0.
   const std::array<Foothold, 2>& start() const { return start_; }
+  /// All of them, in the order of `lift`.
   const std::vector<Footstep>& steps() const { return steps_; }
   /// Where the foot of `side` stands when the body stands at `place` with `heading`.
   Foothold rest_foothold(int side, const Eigen::Vector2d& place, double heading) const;

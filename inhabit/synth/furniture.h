@@ -11,14 +11,15 @@ namespace inhabit {
 
 /// A solid box of a piece of furniture or a wall, axis-aligned in its owner's frame. Metres.
 struct Box {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d half = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< its middle
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();    ///< half its sides
 };
 
 /// A horizontal rectangle that a person can use, in its owner's frame: a seat, an arm rest, a table top, a shelf board.
 struct Surface {
+  /// What it is for.
   enum class Kind { seat, arm_rest_left, arm_rest_right, table, shelf, bed };
-  Kind kind = Kind::seat;
+  Kind kind = Kind::seat;                            ///< what it is for
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< a point on the surface, metres
   double half_width = 0;                             ///< along the owner's x, metres
   double half_depth = 0;                             ///< along the owner's z, metres

@@ -40,27 +40,32 @@ const Color& pick(std::mt19937_64& random, const std::array<Color, N>& colors) {
 /// A piece being built: every solid is a box for collisions and a shape of the same size to look at.
 class Builder {
  public:
+  /// @param kind Furniture::kind
   explicit Builder(const std::string& kind) { piece_.kind = kind; }
+  /// A box from corner to corner, rounded to look at (MeshBuilder::box).
   void solid(const Color& color, const Eigen::Vector3d& low, const Eigen::Vector3d& high, double radius = 0.006,
              int steps = 1) {
     const Eigen::Vector3d center = (low + high) / 2, half = (high - low) / 2;
     piece_.boxes.push_back({center, half});
     shapes(color).box(center, half, radius, steps);
   }
-  // An upright leg with its foot at (x, z): a box to collide with, tapered or square to look at.
+  /// An upright leg with its foot at (x, z): a box to collide with, tapered or square to look at.
   void leg(const Color& color, double x, double z, double top, double half, bool round) {
     const Eigen::Vector3d low(x - half, 0, z - half), high(x + half, top, z + half);
     if (!round) return solid(color, low, high, 0.004);
     piece_.boxes.push_back({(low + high) / 2, (high - low) / 2});
     shapes(color).column({x, 0, z}, 0, top, 0.7 * half, half);
   }
+  /// A rectangle that people use.
   void surface(Surface::Kind kind, double x0, double x1, double z0, double z1, double height) {
     piece_.surfaces.push_back({kind, {(x0 + x1) / 2, height, (z0 + z1) / 2}, (x1 - x0) / 2, (z1 - z0) / 2});
   }
+  /// @param height of the back rest's top @param z of its front face
   void back(double height, double z) {
     piece_.back_height = height;
     piece_.back_z = z;
   }
+  /// The piece; the builder is used up.
   Furniture finish() {
     for (const auto& [color, builder] : materials_) piece_.meshes.push_back(builder.mesh(piece_.kind, color));
     return std::move(piece_);

@@ -11,14 +11,15 @@ namespace inhabit {
 /// Called with the number of clips written so far and in all, from one thread at a time.
 using Progress = std::function<void(int64_t done, int64_t total)>;
 
+/// How much is made.
 struct GenerateOptions {
-  int64_t clips = 100;
-  uint64_t seed = 1;
-  double seconds = 12;  ///< length of each clip
-  int clips_per_room = 4;
+  int64_t clips = 100;     ///< of people
+  uint64_t seed = 1;       ///< of everything
+  double seconds = 12;     ///< length of each clip
+  int clips_per_room = 4;  ///< one after the other, each a life of its own
   ChordOptions chords{0};  ///< pieces that are added to a clip's room, which then is its own
   Shard shard;             ///< of rooms, with all that happens in them
-  Progress progress;
+  Progress progress;       ///< counts clips; may be empty
 };
 
 /// A native data set of people who live in made-up rooms, in `folder`. Each clip and room draws from a seed of its own,

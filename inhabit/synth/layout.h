@@ -11,8 +11,9 @@ namespace inhabit {
 
 /// A rectangle on the floor: half sizes along the x and z of a frame rotated by `yaw` from +Z towards +X.
 struct Patch {
-  Eigen::Vector2d center, half;
-  double yaw = 0;
+  Eigen::Vector2d center;  ///< world (x, z), metres
+  Eigen::Vector2d half;    ///< half its sides
+  double yaw = 0;          ///< radians
 };
 bool overlap(const Patch& a, const Patch& b);
 /// What a piece covers of the floor, and `margin` metres around it.
@@ -23,8 +24,8 @@ inline double wall_length(const Eigen::Vector2d& size, int side) { return side %
 
 /// A point on wall `side` (0: -z, 1: +x, 2: +z, 3: -x) of a room, and the yaw with which a piece there faces the room.
 struct AtWall {
-  Eigen::Vector2d point;
-  double yaw;
+  Eigen::Vector2d point;  ///< world (x, z), metres
+  double yaw;             ///< radians from +Z towards +X
 };
 /// @param along metres along the wall from its middle; @param in metres into the room.
 AtWall at_wall(const Eigen::Vector2d& size, int side, double along, double in);
@@ -46,6 +47,7 @@ class Layout {
   bool add(const std::vector<Furniture>& pieces, const std::vector<Patch>& need);
   /// Takes the last piece away, and every need for free space but that of doors.
   void remove_last();
+  /// The room so far.
   const Room& room() const { return room_; }
 
  private:

@@ -17,11 +17,11 @@ torch::Tensor draw_betas(const BodyModel& body, std::mt19937_64& random);
 
 /// A person with a plan of what to do, and what it is performed with.
 struct Life {
-  torch::Tensor betas;
-  std::shared_ptr<const Figure> figure;
-  LifePlan plan;
-  double from;           // second of the plan that is the clip's first
-  std::mt19937_64 sway;  // of the small motions
+  torch::Tensor betas;                   ///< (B) shape
+  std::shared_ptr<const Figure> figure;  ///< of that shape
+  LifePlan plan;                         ///< what is done
+  double from;                           ///< second of the plan that is the clip's first
+  std::mt19937_64 sway;                  ///< what the small motions are drawn from
 
   /// Frames [first, last) of the clip.
   Performance performed(int first, int last) const;

@@ -26,70 +26,80 @@ struct Manner {
 
 /// A stay on a seat: going down from `down` to `seated`, getting up from `rise` to `risen`, seconds.
 struct SeatStay {
-  double down = 0, seated = 0, rise = 0, risen = 0;
+  double down = 0;                                 ///< begins to sit down
+  double seated = 0;                               ///< is on the seat
+  double rise = 0;                                 ///< begins to get up
+  double risen = 0;                                ///< stands
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< where the root joint rests, world
   double deepest_lean = 0.6;  ///< largest forward lean of the trunk on the way down and up, radians
-  int furniture = -1;
+  int furniture = -1;         ///< index into Room::furniture
 };
 
 /// A hand goes somewhere and comes back.
 struct HandTrip {
-  int side = 0;
-  Envelope when;
-  HandPull pull;         ///< its weight comes from `when`
-  double arch = 0;       ///< metres upwards half way there
-  bool touches = false;  ///< a surface of the room, at `point`
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  int side = 0;                                     ///< 0 left, 1 right
+  Envelope when;                                    ///< there from `full` to `fall`
+  HandPull pull;                                    ///< its weight comes from `when`
+  double arch = 0;                                  ///< metres upwards half way there
+  bool touches = false;                             ///< a surface of the room, at `point`
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< world, metres
 };
 
 /// A leg of somebody seated goes somewhere and comes back. World, metres, radians.
 struct LegMove {
-  int side = 0;
-  Envelope when;
-  Eigen::Vector3d ankle = Eigen::Vector3d::Zero();
-  double yaw = 0, pitch = 0;  ///< of the sole, as in FootControl
-  double arch = 0;            ///< metres upwards half way there
-  bool heel_rests = false;    ///< the heel is on the floor there
-  bool bends = false;         ///< the way there bends towards `via`
-  bool knee_goes = false;     ///< the knee goes to `knee`
-  Eigen::Vector3d via = Eigen::Vector3d::Zero(), knee = Eigen::Vector3d::Zero();
+  int side = 0;                                     ///< 0 left, 1 right
+  Envelope when;                                    ///< there from `full` to `fall`
+  Eigen::Vector3d ankle = Eigen::Vector3d::Zero();  ///< where it goes
+  double yaw = 0;                                   ///< of the foot, as in FootControl
+  double pitch = 0;                                 ///< of the sole, as in FootControl
+  double arch = 0;                                  ///< metres upwards half way there
+  bool heel_rests = false;                          ///< the heel is on the floor there
+  bool bends = false;                               ///< the way there bends towards `via`
+  bool knee_goes = false;                           ///< the knee goes to `knee`
+  Eigen::Vector3d via = Eigen::Vector3d::Zero();    ///< place beside the ankle's way
+  Eigen::Vector3d knee = Eigen::Vector3d::Zero();   ///< place of the knee
 };
 
 /// The trunk and head leave their usual posture and return.
 struct TrunkMove {
-  Envelope when;
-  double tilt = 0, bend = 0, lean = 0, twist = 0;   ///< radians, as in Controls
+  Envelope when;                                    ///< there from `full` to `fall`
+  double tilt = 0;                                  ///< radians, as in Controls
+  double bend = 0;                                  ///< likewise
+  double lean = 0;                                  ///< likewise
+  double twist = 0;                                 ///< likewise
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of the root, world metres
   bool leans_on_back = false;                       ///< the back touches the back rest
 };
 
 /// The eyes go to a point.
 struct Look {
-  Envelope when;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Envelope when;                                    ///< there from `full` to `fall`
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< world, metres
 };
 
+/// An action, up to the next one's beginning.
 struct Doing {
-  double from = 0;
-  Action action = Action::stand;
+  double from = 0;                ///< seconds
+  Action action = Action::stand;  ///< what is done
 };
 
 /// Everything a person does in a clip, in seconds from its start; perform() makes it motion.
 struct LifePlan {
+  /// Somebody who stands at `place` (x, z) facing `heading`. @param figure must outlive the plan
   LifePlan(const Figure& figure, const GaitStyle& style, const Eigen::Vector2d& place, double heading)
       : steps(figure, style, place, heading), gait(style) {}
 
-  StepPlan steps;
-  GaitStyle gait;
-  Manner manner;
-  KeyCurve favour;  ///< see step_tracks
-  std::vector<Doing> doing;
-  std::vector<SeatStay> seats;
-  std::vector<HandTrip> hands;
-  std::vector<LegMove> legs;
-  std::vector<TrunkMove> trunk;
-  std::vector<Look> looks;
-  std::vector<int> used;  ///< indices into Room::furniture, in order of use
+  StepPlan steps;                ///< where the feet go
+  GaitStyle gait;                ///< how they do
+  Manner manner;                 ///< how all else moves
+  KeyCurve favour;               ///< see step_tracks
+  std::vector<Doing> doing;      ///< actions, in rising time
+  std::vector<SeatStay> seats;   ///< stays on seats, in rising time
+  std::vector<HandTrip> hands;   ///< later ones are laid over earlier ones
+  std::vector<LegMove> legs;     ///< while seated
+  std::vector<TrunkMove> trunk;  ///< added up
+  std::vector<Look> looks;       ///< where the eyes go
+  std::vector<int> used;         ///< indices into Room::furniture, in order of use
 };
 
 /// A life of at least `seconds` in `room`: walks, turns, stays on seats, touches tables and shelves, stands about.

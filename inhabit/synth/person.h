@@ -10,6 +10,7 @@ namespace inhabit {
 /// Frames a second of every clip that is made.
 inline constexpr double kSynthRate = 30;
 
+/// How long somebody lives.
 struct LifeOptions {
   double seconds = 12;  ///< length of the clip
 };

@@ -18,7 +18,7 @@ struct FootControl {
 
 /// A hand drawn towards a place, with `weight` from 0 (hanging freely) to 1 (pinned).
 struct HandPull {
-  double weight = 0;
+  double weight = 0;                                         ///< 0 to 1
   int anchor = -1;                                           ///< joint in whose frame the following two are; -1: world
   Eigen::Vector3d place = Eigen::Vector3d::Zero();           ///< wrist joint
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< wrist's global rotation
@@ -31,24 +31,33 @@ Eigen::Quaterniond hand_turn(int side, const Eigen::Vector3d& ahead, const Eigen
 
 /// A free arm, angles in radians, 0 hanging straight.
 struct ArmControl {
-  double flexion = 0, abduction = 0, twist = 0, elbow = 0;
+  double flexion = 0;            ///< forwards
+  double abduction = 0;          ///< off the body
+  double twist = 0;              ///< about the upper arm
+  double elbow = 0;              ///< bent
   std::array<HandPull, 3> pull;  ///< each laid over those before it
 };
 
 /// Everything that decides one frame's pose.
 struct Controls {
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< world position of the root joint
-  double yaw = 0, tilt = 0, list = 0;              ///< of the pelvis: heading, forward lean, left side down; radians
-  double bend = 0, lean = 0, twist = 0;  ///< of the thorax against the pelvis: forward, to the left, turned left
-  double gaze_yaw = 0, gaze_pitch = 0;   ///< of the head in the world; pitch down positive
-  std::array<FootControl, 2> foot;
-  std::array<ArmControl, 2> arm;
+  double yaw = 0;                                  ///< of the pelvis: heading, radians from +Z towards +X
+  double tilt = 0;                                 ///< of the pelvis: forward lean, radians
+  double list = 0;                                 ///< of the pelvis: left side down, radians
+  double bend = 0;                                 ///< of the thorax against the pelvis: forward, radians
+  double lean = 0;                                 ///< of the thorax against the pelvis: to the left, radians
+  double twist = 0;                                ///< of the thorax against the pelvis: turned left, radians
+  double gaze_yaw = 0;                             ///< of the head in the world, radians
+  double gaze_pitch = 0;                           ///< of the head in the world, radians, down positive
+  std::array<FootControl, 2> foot;                 ///< left, right
+  std::array<ArmControl, 2> arm;                   ///< left, right
 };
 
 /// A posed figure: local and global rotations, world joint positions.
 struct Posed {
-  std::array<Eigen::Quaterniond, kStandardJoints> local, global;
-  std::array<Eigen::Vector3d, kStandardJoints> position;
+  std::array<Eigen::Quaterniond, kStandardJoints> local;   ///< relative to the parent
+  std::array<Eigen::Quaterniond, kStandardJoints> global;  ///< to world
+  std::array<Eigen::Vector3d, kStandardJoints> position;   ///< metres
 };
 
 /// Poses the figure: trunk from angles, legs and pulled arms by two-bone inverse kinematics.

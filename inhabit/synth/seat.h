@@ -8,14 +8,17 @@ namespace inhabit {
 
 /// A place to sit on a piece of furniture. Lengths in the furniture's frame (`pose` to world).
 struct Seat {
-  int furniture = -1;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  double heading = 0;        ///< that a seated person faces, world
-  double x = 0, height = 0;  ///< middle of the seat and its height
-  double half_width = 0, front = 0, rear = 0;
-  bool back = false;  ///< there is a back rest, at back_z
-  double back_z = 0;
-  std::vector<Surface> arms;  ///< arm rests within reach
+  int furniture = -1;                                      ///< index into Room::furniture
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of the furniture
+  double heading = 0;                                      ///< that a seated person faces, world
+  double x = 0;                                            ///< middle of the seat
+  double height = 0;                                       ///< of the seat over the floor
+  double half_width = 0;                                   ///< along x
+  double front = 0;                                        ///< z of its front edge
+  double rear = 0;                                         ///< z of its rear edge
+  bool back = false;                                       ///< there is a back rest, at back_z
+  double back_z = 0;                                       ///< of the back rest's front face
+  std::vector<Surface> arms;                               ///< arm rests within reach
 };
 
 std::vector<Seat> seats_of(const Room& room, const Figure& figure);

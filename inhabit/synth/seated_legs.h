@@ -9,10 +9,11 @@ namespace inhabit {
 /// Legs of somebody whose root rests at `stay.root` facing `heading`, in world metres. All moves begin at `from` or a
 /// little later and have come back at `until`, which is 2.5 s later at least.
 struct SeatedLegs {
-  const Figure& figure;
-  const SeatStay& stay;
-  double heading = 0;
-  double from = 0, until = 0;
+  const Figure& figure;  ///< who sits
+  const SeatStay& stay;  ///< where
+  double heading = 0;    ///< radians
+  double from = 0;       ///< seconds
+  double until = 0;      ///< seconds
 
   /// One leg (which = 0 left, 1 right) or both (2) stretched ahead on the heel, toes up.
   std::vector<LegMove> stretched(int which, std::mt19937_64& random) const;

@@ -10,6 +10,7 @@ namespace inhabit {
 /// Writes a stay on a chair: sitting down with the hands of an interaction type, what is done while seated, getting up.
 class SittingWriter : protected LifeWriter {
  public:
+  /// All must outlive this.
   SittingWriter(const Furniture& chair, const FreeSpace& floor, const ChairSubject& subject, std::mt19937_64& random)
       : LifeWriter(floor, *subject.figure, random), chair_(chair), subject_(subject) {}
 
@@ -18,8 +19,8 @@ class SittingWriter : protected LifeWriter {
   /// @param leaves whether getting up is seen.
   bool live_on(const Seat& seat, const SeatStay& stay, Interaction interaction, bool leaves);
 
-  const Furniture& chair_;
-  const ChairSubject& subject_;
+  const Furniture& chair_;       ///< that is sat on
+  const ChairSubject& subject_;  ///< who sits
 
  private:
   struct Contact {

@@ -11,13 +11,14 @@ namespace inhabit {
 
 /// What the feet do to the body, one entry a frame.
 struct Stepping {
-  std::vector<std::array<FootControl, 2>> foot;
-  std::vector<std::array<bool, 2>> heel_down, ball_down;  ///< left, right
-  std::vector<Eigen::Vector2d> body;                      ///< the root over the floor (x, z)
-  std::vector<double> yaw;                                ///< the pelvis's heading without the rotation of each step
-  std::vector<double> load;                               ///< fraction of the body's weight on the left foot, 0 to 1
-  std::vector<double> stride;                             ///< left foot ahead of the right, metres; 0 at rest
-  std::vector<double> stepping;                           ///< 1 while taking steps, 0 at rest, smooth between
+  std::vector<std::array<FootControl, 2>> foot;  ///< left, right
+  std::vector<std::array<bool, 2>> heel_down;    ///< left, right: the heel is on the floor
+  std::vector<std::array<bool, 2>> ball_down;    ///< left, right: the ball is
+  std::vector<Eigen::Vector2d> body;             ///< the root over the floor (x, z)
+  std::vector<double> yaw;                       ///< the pelvis's heading without the rotation of each step
+  std::vector<double> load;                      ///< fraction of the body's weight on the left foot, 0 to 1
+  std::vector<double> stride;                    ///< left foot ahead of the right, metres; 0 at rest
+  std::vector<double> stepping;                  ///< 1 while taking steps, 0 at rest, smooth between
   std::vector<double> jolt;   ///< vertical jolt of a landing foot, about 1 at its largest in brisk walking
   std::vector<double> speed;  ///< of the body, metres a second
 };
