@@ -142,11 +142,14 @@ Table evaluate(const Networks& model, const Data& data,
     if (progress) progress(std::min(data.size(), first + kBatch), data.size());
   }
 
-  for (int64_t quarter = 1; quarter <= 4; ++quarter)
-    table.horizons.push_back(static_cast<double>(T * quarter / 4) / config.rate);
+  for (int64_t quarter = 1; quarter <= 4; ++quarter) {
+    const int64_t frames = T * quarter / 4;
+    table.horizons.push_back(static_cast<double>(frames) / config.rate);
+  }
   std::map<int32_t, std::vector<int64_t>> sets;
   for (int64_t i = 0; i < data.size(); ++i) sets[data.windows().place(i).set].push_back(i);
   std::vector<torch::Tensor> of_methods;
+  of_methods.reserve(parts.size());
   for (const auto& part : parts) of_methods.push_back(torch::cat(part));
   for (size_t m = 0; m < methods.size(); ++m) table.rows.push_back(scores_of(methods[m].name, "", of_methods[m]));
   if (sets.size() > 1)
