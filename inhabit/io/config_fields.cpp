@@ -74,8 +74,11 @@ void refuse_unknown(const json& object, const std::set<std::string>& known, cons
   for (const auto& [key, value] : object.items()) {
     if (known.count(key) != 0) continue;
     if (!value.is_object()) refuse(key);
-    for (const auto& [inner, ignored] : value.items())
-      if (known.count(key + "." + inner) == 0) refuse(key + "." + inner);
+    for (const auto& [inner, ignored] : value.items()) {
+      std::string path = key;
+      path.append(".").append(inner);
+      if (known.count(path) == 0) refuse(path);
+    }
   }
 }
 
