@@ -20,6 +20,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("naive_clusters", c.naive_clusters);
   visit("released", c.released);
   visit("intention", c.intention);
+  visit("memory", c.memory);
   visit("intention_hidden", c.intention_hidden);
   visit("hidden", c.hidden);
   visit("noise", c.noise);
@@ -39,9 +40,13 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.pose_discriminator_weight", c.training.pose_discriminator_weight);
   visit("training.label_discriminator_weight", c.training.label_discriminator_weight);
   visit("training.diversity_weight", c.training.diversity_weight);
+  visit("training.plausibility_weight", c.training.plausibility_weight);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.label_temperature", c.inference.label_temperature);
+  visit("inference.memory_distance", c.inference.memory_distance);
+  visit("inference.memory_typical", c.inference.memory_typical);
+  visit("inference.memory_label", c.inference.memory_label);
   visit("baselines.steps", c.baselines.steps);
   visit("baselines.learning_rate", c.baselines.learning_rate);
   visit("baselines.seq2seq_hidden", c.baselines.seq2seq_hidden);
@@ -67,6 +72,7 @@ Config preset(const std::string& name) {
   if (name == "paper") {
     c.preset = name;
     c.released = true;
+    c.memory = false;
     c.hidden = 1024;
     c.noise = 32;
     c.intention_hidden = 12;
@@ -125,8 +131,12 @@ void validate(const Config& c, const std::string& subject) {
                std::min({c.future, c.observed, 30}));
   check.within("training.pose_discriminator_weight", c.training.pose_discriminator_weight, 0, 1000);
   check.within("inference.label_temperature", c.inference.label_temperature, 0, 10);
+  check.within("inference.memory_distance", c.inference.memory_distance, 1e-6, 1e6);
+  check.within("inference.memory_typical", c.inference.memory_typical, -1e6, 1e6);
+  check.within("inference.memory_label", c.inference.memory_label, 0, 1e6);
   check.within("training.label_discriminator_weight", c.training.label_discriminator_weight, 0, 1000);
   check.within("training.diversity_weight", c.training.diversity_weight, 0, 1000);
+  check.within("training.plausibility_weight", c.training.plausibility_weight, 0, 1000);
   if (c.released) {  // what its labels and poses need
     check.within("observed", c.observed, 50, 2000);
     check.within("future", c.future, 100, 2000);

@@ -20,6 +20,7 @@ struct Config {
   bool naive_clusters = false;     ///< the labels are pose clusters themselves
   bool released = false;           ///< networks, labels and losses of the authors' training code (released_networks.h)
   bool intention = true;           ///< the pose decoder sees the intention
+  bool memory = true;              ///< futures go on from recorded motion (motion_memory.h)
   int intention_hidden = 96;       ///< width of the intention encoder and decoder
   int hidden = 160;                ///< width of the pose decoder's three layers
   int noise = 24;                  ///< length of z; h_p fills the rest of `hidden`
@@ -42,6 +43,7 @@ struct Config {
     double pose_discriminator_weight = 0.03;  ///< of its part of the generator loss
     double label_discriminator_weight = 0.1;  ///< likewise
     double diversity_weight = 0.05;           ///< of the loss on futures of one observation that are alike
+    double plausibility_weight = 1;           ///< of 1 - NDMS beside other recordings (plausibility_loss.h)
     RateSchedule schedule;                    ///< of the learning rates
 
     bool operator==(const Training&) const = default;  ///< compares all settings
@@ -49,10 +51,13 @@ struct Config {
 
   /// How futures are drawn.
   struct Inference {
-    double label_temperature = 1;  ///< under 1 likely labels are drawn more often than they are
+    double label_temperature = 1;     ///< without memory: under 1 likely labels are drawn more often than they are
+    double memory_distance = 0.0025;  ///< metres, MotionMemory::Choice; in training as well
+    double memory_typical = 80;       ///< likewise
+    double memory_label = 1;          ///< weight of the labels' log-probabilities in the choice
 
     bool operator==(const Inference&) const = default;  ///< compares all settings
-  } inference;                                          ///< not looked at in training
+  } inference;                                          ///< of the networks' use
 
   /// Sizes and training of what the networks are compared with.
   struct Baselines {

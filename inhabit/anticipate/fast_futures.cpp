@@ -25,7 +25,8 @@ std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t fra
 
 }  // namespace
 
-FastFutures::FastFutures(const Networks& networks) : config_(networks.config), scale_(networks.scale) {
+FastFutures::FastFutures(const Networks& networks)
+    : networks_(networks), config_(networks.config), scale_(networks.scale) {
   if (config_.intention) {
     intention_encoder_ = nn::row_gru(*networks.intention->encoder);
     intention_decoder_ = nn::row_gru(*networks.intention->decoder);
@@ -60,10 +61,12 @@ void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t
   }
 }
 
-void FastFutures::decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
-                         int64_t frames, float* out) const {
-  const int64_t hidden = config_.hidden, noise = config_.noise,
-                ahead = config_.intention ? config_.intention_features : 0, width = kFeatures + ahead;
+void FastFutures::decode(const float* code, const float* z, const float* pose, const int64_t* labels,
+                         const float* followed, const float* changes, int64_t samples, int64_t frames,
+                         float* out) const {
+  const int64_t hidden = config_.hidden, noise = config_.noise, words = frames + config_.gamma - 1,
+                ahead = config_.intention ? config_.intention_features : 0,
+                width = kFeatures * (followed != nullptr ? 2 : 1) + ahead;
   const auto rows = [&](int64_t columns) { return std::vector<float>(static_cast<size_t>(samples * columns)); };
   std::vector<float> x = rows(width), change = rows(pose_out_.stride()), input = rows(layers_[0].from_input.stride()),
                      recurrent = rows(layers_[0].from_state.stride()), states[3];
@@ -81,11 +84,16 @@ void FastFutures::decode(const float* code, const float* z, const float* pose, c
       // One-hot labels pick columns of the temporal convolution.
       float* seen = x.data() + s * width + kFeatures;
       std::copy(look_ahead_bias_.begin(), look_ahead_bias_.end(), seen);
-      const int64_t* label = labels + s * (frames + config_.gamma - 1) + t;
+      const int64_t* label = labels + s * words + t;
       for (int64_t g = 0; g < config_.gamma; ++g) {
         const float* column = look_ahead_.data() + (g * config_.labels + label[g]) * ahead;
         for (int64_t i = 0; i < ahead; ++i) seen[i] += column[i];
       }
+    }
+    for (int64_t s = 0; s < samples && followed != nullptr; ++s) {
+      const float *now = x.data() + s * width, *memory = followed + (s * words + t) * kFeatures;
+      float* apart = x.data() + s * width + kFeatures + ahead;
+      for (int64_t i = 0; i < kFeatures; ++i) apart[i] = memory[i] - now[i];
     }
     const float* below = x.data();
     int64_t below_stride = width;
@@ -105,8 +113,12 @@ void FastFutures::decode(const float* code, const float* z, const float* pose, c
     for (int64_t s = 0; s < samples; ++s) {
       float *now = x.data() + s * width, *kept = out + (s * frames + t) * kFeatures;
       const float* y = change.data() + s * pose_out_.stride();
+      const auto go_on = [&](int64_t i, float own_change, float target) {
+        kept[i] = now[i] += y[i] + own_change + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] + target - now[i]);
+      };
+      const int64_t at = (s * words + t) * kFeatures;
       for (int64_t i = 0; i < kFeatures; ++i)
-        kept[i] = now[i] += y[i] + pull_[static_cast<size_t>(i)] * (y[kFeatures + i] - now[i]);
+        followed != nullptr ? go_on(i, changes[at + i], followed[at + i]) : go_on(i, 0, 0);
     }
   }
 }
@@ -118,28 +130,37 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
   const Tensor seen = scale_.to_network(past).contiguous(), z = noise.z.contiguous();
   const Tensor gumbel = noise.gumbel.slice(1, 0, words).contiguous();
   Tensor x = torch::empty({samples, frames, kFeatures}), labels;
-  if (config_.intention) labels = torch::empty({samples, words}, torch::kInt64);
+  Followed followed = followed_motion(networks_, past, noise, frames);
+  if (networks_.memory) {
+    labels = config_.intention ? followed.labels : Tensor();
+    followed.features = followed.features.contiguous();
+    followed.changes = followed.changes.contiguous();
+  } else if (config_.intention) {
+    labels = torch::empty({samples, words}, torch::kInt64);
+  }
   const auto rows_of = [&](int64_t s) { return seen.data_ptr<float>() + (shared ? 0 : s) * observed * kFeatures; };
   // Chunks as even as threads are; different observations one by one.
   const int64_t chunk = shared ? (samples + at::get_num_threads() - 1) / at::get_num_threads() : 1;
   std::vector<float> intention_code, pose_code;
   if (shared) {
-    if (config_.intention) intention_code = encoded(intention_encoder_, rows_of(0), observed);
+    if (config_.intention && !networks_.memory) intention_code = encoded(intention_encoder_, rows_of(0), observed);
     pose_code = encoded(pose_encoder_, rows_of(0), observed);
   }
   nn::parallel_chunks((samples + chunk - 1) / chunk, [&](int64_t c) {
     const int64_t first = c * chunk, some = std::min(chunk, samples - first);
-    int64_t* drawn = nullptr;
-    if (config_.intention) {
+    int64_t* drawn = config_.intention ? labels.data_ptr<int64_t>() + first * words : nullptr;
+    if (config_.intention && !networks_.memory) {
       const std::vector<float> code = shared ? intention_code : encoded(intention_encoder_, rows_of(first), observed);
-      drawn = labels.data_ptr<int64_t>() + first * words;
       for (int64_t s = 0; s < some; ++s)
         draw_intention(code.data(), gumbel.data_ptr<float>() + (first + s) * words * config_.labels, words,
                        drawn + s * words);
     }
     const std::vector<float> code = shared ? pose_code : encoded(pose_encoder_, rows_of(first), observed);
+    const auto of = [&](const Tensor& all) {
+      return networks_.memory ? all.data_ptr<float>() + first * words * kFeatures : nullptr;
+    };
     decode(code.data(), z.data_ptr<float>() + first * config_.noise, rows_of(first) + (observed - 1) * kFeatures, drawn,
-           some, frames, x.data_ptr<float>() + first * frames * kFeatures);
+           of(followed.features), of(followed.changes), some, frames, x.data_ptr<float>() + first * frames * kFeatures);
   });
   return {scale_.from_network(x), labels.defined() ? labels.slice(1, 0, frames) : labels};
 }

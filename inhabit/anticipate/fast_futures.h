@@ -18,9 +18,11 @@ class FastFutures {
 
  private:
   void draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const;
-  void decode(const float* code, const float* z, const float* pose, const int64_t* labels, int64_t samples,
-              int64_t frames, float* out) const;
+  /// @param followed, changes what is followed, standardised, `words` frames a sample; null without a memory.
+  void decode(const float* code, const float* z, const float* pose, const int64_t* labels, const float* followed,
+              const float* changes, int64_t samples, int64_t frames, float* out) const;
 
+  Networks networks_;
   Config config_;
   FeatureScale scale_;
   nn::RowGru intention_encoder_, intention_decoder_, pose_encoder_, layers_[3];

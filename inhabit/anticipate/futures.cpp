@@ -14,15 +14,43 @@ using torch::Tensor;
 
 FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed) {
   FutureNoise out{torch::empty({samples, config.noise}),
-                  torch::empty({samples, frames + config.gamma - 1, config.labels})};
-  float *z = out.z.data_ptr<float>(), *gumbel = out.gumbel.data_ptr<float>();
+                  torch::empty({samples, frames + config.gamma - 1, config.labels}),
+                  torch::empty({samples, frames + config.gamma - 1})};
+  float *z = out.z.data_ptr<float>(), *gumbel = out.gumbel.data_ptr<float>(), *choice = out.choice.data_ptr<float>();
   for (int64_t s = 0; s < samples; ++s) {
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
     for (int64_t i = 0; i < config.noise; ++i) *z++ = static_cast<float>(normal(random));
+    // Of their own stream, so that a longer forecast begins as a shorter one does.
+    std::mt19937_64 of_choice(item_seed(seed ^ 0x6d656d6f7279ULL, static_cast<uint64_t>(s)));
+    for (int64_t i = 0; i < out.choice.size(1); ++i) *choice++ = static_cast<float>(uniform(of_choice, 0, 1));
     for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
       *gumbel++ =
           static_cast<float>(-config.inference.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
   }
+  return out;
+}
+
+Followed followed_motion(const Networks& networks, const Tensor& past, const FutureNoise& noise, int64_t frames) {
+  if (!networks.memory) return {};
+  const torch::NoGradGuard no_gradients;
+  const Config& c = networks.config;
+  const int64_t samples = noise.z.size(0);
+  MotionMemory::LabelScores scores;
+  MotionMemory::LabelsSeen seen;
+  IntentionNetwork intention = networks.intention;
+  Tensor state;
+  if (c.intention) {
+    const Tensor weight = intention->out->weight;
+    state = intention->encode(networks.scale.to_network(past).to(weight.dtype())).expand({samples, -1});
+    scores = [&] { return intention->out->forward(state).log_softmax(1) * c.inference.memory_label; };
+    seen = [&](const Tensor& labels) {
+      state = intention->decoder->forward(torch::nn::functional::one_hot(labels, c.labels).to(weight.dtype()), state);
+    };
+  }
+  const Tensor choice = noise.choice.slice(1, 0, frames + c.gamma - 1);
+  Followed out = networks.memory->follow(past, choice, {}, scores, seen);
+  out.features = networks.scale.to_network(out.features);
+  out.changes = out.changes / networks.scale.deviation;
   return out;
 }
 
@@ -32,9 +60,13 @@ Futures plain_futures(const Networks& networks, const Tensor& past, const Future
   IntentionNetwork intention = networks.intention;
   const Tensor seen = networks.scale.to_network(past).expand({noise.z.size(0), -1, -1});
   Tensor labels;
-  if (networks.config.intention) labels = intention->draw(intention->encode(seen), noise.gumbel);
+  const Followed followed = followed_motion(networks, past, noise, frames);
+  if (networks.config.intention && networks.memory)
+    labels = torch::nn::functional::one_hot(followed.labels, networks.config.labels).to(seen.dtype());
+  else if (networks.config.intention)
+    labels = intention->draw(intention->encode(seen), noise.gumbel);
   PoseNetworkImpl::State state = pose->start(seen, noise.z);
-  const Tensor x = pose->roll(state, labels, frames);
+  const Tensor x = pose->roll(state, labels, frames, followed);
   return {networks.scale.from_network(x), labels.defined() ? labels.argmax(2).slice(1, 0, frames) : labels};
 }
 

@@ -9,6 +9,7 @@ namespace inhabit::anticipate {
 struct FutureNoise {
   torch::Tensor z;       ///< (S, Z) normal
   torch::Tensor gumbel;  ///< (S, frames + gamma - 1, C)
+  torch::Tensor choice;  ///< (S, frames + gamma - 1) uniform, of the memory's places
 };
 FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed);
 
@@ -17,6 +18,10 @@ struct Futures {
   torch::Tensor features;  ///< (S, T, F) metres and radians
   torch::Tensor labels;    ///< (S, T) int64 intentions; undefined for a model without them
 };
+
+/// What S futures follow, standardised, with labels ahead: frames + gamma - 1 of them. Undefined tensors without a
+/// memory. @param past (S, t, F) metres and radians, or one for all.
+Followed followed_motion(const Networks& networks, const torch::Tensor& past, const FutureNoise& noise, int64_t frames);
 
 /// The networks step by step, as they are trained. @param past (S, t, F) metres and radians, or one for all (1, t, F).
 Futures plain_futures(const Networks& networks, const torch::Tensor& past, const FutureNoise& noise, int64_t frames);

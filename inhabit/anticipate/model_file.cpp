@@ -6,6 +6,8 @@
 
 namespace inhabit::anticipate {
 
+using torch::Tensor;
+
 nn::TrajectoryGraph make_ltd(const Config& c) {
   const Config::Baselines& b = c.baselines;
   return nn::TrajectoryGraph(kFeatureCount, b.ltd_past, b.ltd_future, b.ltd_hidden, b.ltd_blocks);
@@ -31,10 +33,66 @@ std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& cl
   return out;
 }
 
+namespace {
+
+constexpr double kUnit = 0x1.0p-14;  // metres and radians: recorded motion is kept to 0.06 mm, up to 2 m from the root
+
+}  // namespace
+
+std::map<std::string, Tensor> memory_tensors(const MotionMemory& memory) {
+  std::vector<Tensor> features, typical;
+  std::vector<int64_t> frames;
+  for (const Remembered& r : memory.recordings()) {
+    features.push_back((r.features / kUnit).round().clamp(-32767, 32767).to(torch::kInt16));
+    typical.push_back(r.typical);
+    frames.push_back(r.features.size(0));
+  }
+  return {{"memory.features", torch::cat(features)},
+          {"memory.typical", torch::cat(typical)},
+          {"memory.frames", torch::tensor(frames)}};
+}
+
+std::shared_ptr<const MotionMemory> make_memory(std::vector<Remembered> recordings, const IntentionClusters& clusters,
+                                                const Config& config, const std::string& subject) {
+  const Config::Inference& by = config.inference;
+  return std::make_shared<const MotionMemory>(std::move(recordings), clusters,
+                                              MotionMemory::Choice{config.kappa, by.memory_distance, by.memory_typical},
+                                              subject);
+}
+
+namespace {
+
+std::vector<Remembered> remembered(const nn::ModelFile& file) {
+  const auto integers = [&](const char* name, torch::ScalarType type, int64_t dimensions) {
+    const auto found = file.content.tensors.find(name);
+    if (found == file.content.tensors.end() || found->second.scalar_type() != type || found->second.dim() != dimensions)
+      throw Error(file.path, std::string("lacks the tensor ") + name + " of its memory");
+    return found->second;
+  };
+  const Tensor features = integers("memory.features", torch::kInt16, 2),
+               frames = integers("memory.frames", torch::kInt64, 1);
+  const Tensor typical = file.tensor("memory.typical", {features.size(0)});
+  std::vector<Remembered> out;
+  int64_t first = 0;
+  for (int64_t i = 0; i < frames.size(0); ++i) {
+    const int64_t count = frames[i].item<int64_t>();
+    if (features.size(1) != kFeatureCount || count < 1 || count > features.size(0) - first)
+      throw Error(file.path, "has a memory whose recordings are not as long as it says");
+    out.push_back(
+        {features.slice(0, first, first + count).to(torch::kFloat32) * kUnit, typical.slice(0, first, first + count)});
+    first += count;
+  }
+  if (first != features.size(0)) throw Error(file.path, "has a memory with frames of no recording");
+  return out;
+}
+
+}  // namespace
+
 void save_networks(const std::string& path, const Networks& networks, bool half) {
   SafeTensors content = model_header(networks.config, networks.skeleton, networks.scale);
   if (networks.clusters.poses.defined() || networks.clusters.codes.defined())
     content.tensors.merge(cluster_tensors(networks.clusters));
+  if (networks.memory) content.tensors.merge(memory_tensors(*networks.memory));
   if (!networks.intention.is_empty()) nn::collect_parameters(*networks.intention, "intention_net.", content);
   if (!networks.pose.is_empty()) nn::collect_parameters(*networks.pose, "pose_net.", content);
   if (!networks.released_intention.is_empty())
@@ -74,6 +132,7 @@ Networks load_networks(const std::string& path) {
     n.clusters.poses = file.tensor("clusters.poses", {-1, kPoseFeatures});
     if (!n.config.naive_clusters)
       n.clusters.labels = file.tensor("clusters.labels", {n.config.labels, 2 * n.clusters.poses.size(1)});
+    if (n.config.memory) n.memory = make_memory(remembered(file), n.clusters, n.config, path);
   }
   return n;
 }

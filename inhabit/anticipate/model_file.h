@@ -4,6 +4,7 @@
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/anticipate/intention.h"
+#include "inhabit/anticipate/motion_memory.h"
 #include "inhabit/anticipate/network.h"
 #include "inhabit/anticipate/released_networks.h"
 #include "inhabit/body/skeleton.h"
@@ -18,6 +19,7 @@ struct Networks {
   Skeleton skeleton;                                     ///< the bones that the poses were learned on
   FeatureScale scale;                                    ///< of the features of a frame (F)
   IntentionClusters clusters;                            ///< what frames were labelled by
+  std::shared_ptr<const MotionMemory> memory;            ///< what futures go on from; null without config.memory
   IntentionNetwork intention{nullptr};                   ///< "intention_net." in the file
   PoseNetwork pose{nullptr};                             ///< "pose_net."
   ReleasedIntentionNetwork released_intention{nullptr};  ///< in their place where config.released is set
@@ -41,6 +43,12 @@ inline constexpr const char* kSystem = "intention-anticipation";
 SafeTensors model_header(const Config& config, const Skeleton& skeleton, const FeatureScale& scale);
 /// The clusters as tensors of a file.
 std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& clusters);
+
+/// What a memory remembers, as tensors of a file.
+std::map<std::string, torch::Tensor> memory_tensors(const MotionMemory& memory);
+/// The memory of these recordings, as the configuration has it. @param subject named where they are too short.
+std::shared_ptr<const MotionMemory> make_memory(std::vector<Remembered> recordings, const IntentionClusters& clusters,
+                                                const Config& config, const std::string& subject);
 
 /// Writes whichever networks are there. @param half store weights in half precision.
 void save_networks(const std::string& path, const Networks& networks, bool half = false);

@@ -37,18 +37,23 @@ Tensor IntentionNetworkImpl::draw(Tensor state, const Tensor& gumbel) {
 }
 
 PoseNetworkImpl::PoseNetworkImpl(const Config& config)
-    : intention_features(config.intention ? config.intention_features : 0) {
-  const int64_t hidden = config.hidden;
+    : intention_features(config.intention ? config.intention_features : 0), memory(config.memory) {
+  const int64_t hidden = config.hidden, inputs = (memory ? 2 : 1) * kFeatureCount + intention_features;
   encoder = register_module(
       "encoder", torch::nn::GRU(torch::nn::GRUOptions(kFeatureCount, hidden - config.noise).batch_first(true)));
   for (int i = 0; i < 3; ++i)
-    layers.push_back(register_module("decoder" + std::to_string(i),
-                                     torch::nn::GRUCell(i == 0 ? kFeatureCount + intention_features : hidden, hidden)));
+    layers.push_back(
+        register_module("decoder" + std::to_string(i), torch::nn::GRUCell(i == 0 ? inputs : hidden, hidden)));
   if (config.intention)
     look_ahead = register_module(
         "look_ahead", torch::nn::Conv1d(torch::nn::Conv1dOptions(config.labels, intention_features, config.gamma)));
   out = register_module("out", torch::nn::Linear(hidden, 2 * kFeatureCount));
-  pull = register_parameter("pull", torch::full({kFeatureCount}, -3.0));
+  pull = register_parameter("pull", torch::full({kFeatureCount}, memory ? -1.5 : -3.0));
+  if (memory) {  // begins by following
+    const torch::NoGradGuard no_gradients;
+    out->weight.mul_(0.1);
+    out->bias.zero_();
+  }
 }
 
 PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& z) {
@@ -56,7 +61,7 @@ PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& 
   return {{state, state, state}, past.select(1, past.size(1) - 1)};
 }
 
-Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t frames) {
+Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t frames, const Followed& followed) {
   Tensor ahead;  // (frames, B, intention_features)
   if (intention_features > 0)
     ahead = look_ahead
@@ -66,10 +71,18 @@ Tensor PoseNetworkImpl::roll(State& state, const Tensor& intention, int64_t fram
   const Tensor target_weight = pull.sigmoid();
   std::vector<Tensor> poses;
   for (int64_t t = 0; t < frames; ++t) {
-    Tensor x = intention_features > 0 ? torch::cat({state.pose, ahead[t]}, 1) : state.pose;
+    std::vector<Tensor> seen = {state.pose};
+    if (intention_features > 0) seen.push_back(ahead[t]);
+    if (memory) seen.push_back(followed.features.select(1, t) - state.pose);
+    Tensor x = torch::cat(seen, 1);
     for (size_t i = 0; i < layers.size(); ++i) x = state.layers[i] = layers[i]->forward(x, state.layers[i]);
     const Tensor y = out->forward(x);
-    state.pose = state.pose + y.slice(1, 0, kFeatureCount) + target_weight * (y.slice(1, kFeatureCount) - state.pose);
+    Tensor change = y.slice(1, 0, kFeatureCount), target = y.slice(1, kFeatureCount);
+    if (memory) {
+      change = change + followed.changes.select(1, t);
+      target = target + followed.features.select(1, t);
+    }
+    state.pose = state.pose + change + target_weight * (target - state.pose);
     poses.push_back(state.pose);
   }
   return torch::stack(poses, 1);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "inhabit/anticipate/config.h"
+#include "inhabit/anticipate/motion_memory.h"
 
 namespace inhabit::anticipate {
 
@@ -33,7 +34,9 @@ TORCH_MODULE(IntentionNetwork);
 /// The pose network (3.2, Eq. 6): forecasts poses from observation, intention and noise z. In each frame the decoder
 /// predicts a change d and a target pose q from its state. With a learned weight w of each feature,
 ///   p(t + 1) = p(t) + d + w (q - p(t)).
-/// Changes alone (w = 0) accumulate and drift within half a minute.
+/// Changes alone (w = 0) accumulate and drift within half a minute. With a memory, where m(t) is the frame that is
+/// followed and c(t) the change to it in its recording, d and q are what differs from these:
+///   p(t + 1) = p(t) + c(t + 1) + d + w (m(t + 1) + q - p(t)).
 struct PoseNetworkImpl : torch::nn::Module {
   /// Sizes hidden (H), noise (Z), labels (C), intention_features and gamma.
   explicit PoseNetworkImpl(const Config& config);
@@ -46,15 +49,17 @@ struct PoseNetworkImpl : torch::nn::Module {
   /// The state after an observation. @param past (B, t, F); @param z (B, Z) normal.
   State start(const torch::Tensor& past, const torch::Tensor& z);
   /// The next T frames (B, T, F); advances `state`. @param intention (B, T + gamma - 1, C): frame i reads labels i to
-  /// i + gamma - 1; undefined where the decoder does not see the intention.
-  torch::Tensor roll(State& state, const torch::Tensor& intention, int64_t frames);
+  /// i + gamma - 1; undefined where the decoder does not see the intention. @param followed standardised, (B, T, F) or
+  /// more frames; undefined without a memory.
+  torch::Tensor roll(State& state, const torch::Tensor& intention, int64_t frames, const Followed& followed = {});
 
   torch::nn::GRU encoder{nullptr};         ///< F to h_p (H - Z)
-  std::vector<torch::nn::GRUCell> layers;  ///< three; the first sees pose and intention
+  std::vector<torch::nn::GRUCell> layers;  ///< three; the first sees pose, intention and how far the memory is off
   torch::nn::Conv1d look_ahead{nullptr};   ///< f: labels of gamma frames to intention_features; null without intention
   torch::nn::Linear out{nullptr};          ///< change, then pose: (2 F)
   torch::Tensor pull;                      ///< (F) logit of the weight w
   int64_t intention_features = 0;          ///< channels of f; 0 without intention
+  bool memory = false;                     ///< follows one
 };
 TORCH_MODULE(PoseNetwork);
 

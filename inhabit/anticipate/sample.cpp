@@ -48,6 +48,12 @@ Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::
   throw Error(source, "has no training recording");
 }
 
+std::vector<std::string> action_names(const std::vector<Sequence>& sequences) {
+  std::vector<std::string> out;
+  for (const auto& [action, members] : by_action(sequences)) out.push_back(action);
+  return out;
+}
+
 Tensor intention_poses(const Tensor& features) { return features.narrow(-1, 0, kPoseFeatures).contiguous(); }
 
 IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed) {
@@ -57,6 +63,19 @@ IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, co
       poses.push_back(intention_poses(features));
   if (config.released) return cluster_released(poses, config.labels, seed);
   return cluster_intentions(poses, config.labels, config.clusters, config.naive_clusters, seed);
+}
+
+std::vector<Remembered> remembered_motion(const std::vector<Sequence>& recordings, int64_t kappa) {
+  std::vector<Tensor> features;
+  std::vector<std::string> actions;
+  for (const Sequence& r : recordings) {
+    features.push_back(r.features);
+    actions.push_back(r.action);
+  }
+  const std::vector<Tensor> typical = typical_motion(features, actions, kappa);
+  std::vector<Remembered> out;
+  for (size_t i = 0; i < recordings.size(); ++i) out.push_back({features[i], typical[i]});
+  return out;
 }
 
 Tensor observation(const Tensor& features, int64_t now, int64_t observed) {
@@ -88,7 +107,11 @@ Data::Data(std::vector<Sequence> sequences, const Networks& networks) : config_(
     }
   std::map<std::string, std::vector<Cut>> windows;
   size_t most = 0;
+  int64_t number = 0;
+  actions_.resize(sequences.size());
   for (const auto& [action, members] : by_action(sequences)) {
+    for (const size_t i : members) actions_[i] = number;
+    ++number;
     for (const size_t i : members)
       for (int64_t now = kLeastPast; now + kLeastFuture <= sequences[i].features.size(0); ++now)
         windows[action].push_back({i, now});
@@ -103,9 +126,13 @@ Data::Sample Data::sample(int64_t index, bool mirrored) const {
   const Tensor& features = features_[2 * sequence + (mirrored ? 1 : 0)];
   const int64_t first = now - config_.observed, frames = config_.observed + config_.future;
   const int64_t labels = config_.observed + std::max(config_.training.label_frames, config_.future + config_.gamma - 1);
-  return {rows(features, first, frames), rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, labels),
-          std::max<int64_t>(0, -first), std::min(frames, features.size(0) - first),
-          std::min(labels, features.size(0) - first)};
+  return {rows(features, first, frames),
+          rows(labels_[2 * sequence + (mirrored ? 1 : 0)], first, labels),
+          std::max<int64_t>(0, -first),
+          std::min(frames, features.size(0) - first),
+          std::min(labels, features.size(0) - first),
+          static_cast<int64_t>(sequence),
+          actions_[sequence]};
 }
 
 }  // namespace inhabit::anticipate

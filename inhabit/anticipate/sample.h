@@ -25,11 +25,17 @@ inline constexpr int64_t kDatabaseStride = 2;
 /// The bones of the first training recording. Throws Error(source, ...) where there is none.
 Skeleton training_skeleton(const std::vector<ActionMotion>& motions, const std::string& source);
 
+/// The actions that there are, sorted.
+std::vector<std::string> action_names(const std::vector<Sequence>& sequences);
+
 /// Poses (..., 63) of features (..., F), which intentions are clustered from.
 torch::Tensor intention_poses(const torch::Tensor& features);
 
 /// Intention labels clustered from recordings and their mirror images, as `config` has it.
 IntentionClusters cluster_recordings(const std::vector<Sequence>& recordings, const Config& config, uint64_t seed);
+
+/// What the networks' memory is made of (motion_memory.h).
+std::vector<Remembered> remembered_motion(const std::vector<Sequence>& recordings, int64_t kappa);
 
 /// An observation (`observed`, F) of the frames before `now`, left-padded with the recording's first frame where it
 /// begins later.
@@ -62,6 +68,8 @@ class Data {
     int64_t first = 0;       ///< first frame of `frames` that was recorded
     int64_t last = 0;        ///< one past the last that was
     int64_t last_label = 0;  ///< one past the last label that was
+    int64_t recording = 0;   ///< which of the sequences it is of
+    int64_t action = 0;      ///< which of action_names()
   };
   /// Window `index`, or its mirror image.
   Sample sample(int64_t index, bool mirrored) const;
@@ -70,6 +78,7 @@ class Data {
   Config config_;
   std::vector<torch::Tensor> features_, labels_;  // 2 i: sequence i, 2 i + 1: its mirror image
   std::vector<Cut> windows_;
+  std::vector<int64_t> actions_;  // of each sequence
 };
 
 }  // namespace inhabit::anticipate

@@ -1,10 +1,12 @@
 #include "inhabit/anticipate/train.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/losses.h"
+#include "inhabit/anticipate/plausibility_loss.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/anticipate/train_released.h"
 #include "inhabit/error.h"
@@ -25,6 +27,8 @@ constexpr double kPoseWeight = 40, kRootWeight = 1;
 constexpr int64_t kRuns = 16, kShortestRun = 20, kLongestRun = 250, kRunFrames = 30;
 constexpr double kApart = 1.5;        // two futures differ enough at so many times the pose spread of the recording
 constexpr int64_t kViews = 8;         // stretches of each sequence that the pose discriminator sees
+constexpr int64_t kWords = 4;         // motion words of each forecast that are looked at for their plausibility
+constexpr int64_t kFirstFrames = 10;  // the first of them begins in these
 constexpr double kVelocityScale = 5;  // standardised poses change by some 0.2 a frame
 constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
 
@@ -112,30 +116,58 @@ struct IntentionBatch {
   Tensor weights;          // (B, future) 1 for frames that were recorded
   Tensor label_weights;    // (B, label_frames) likewise
   Tensor z, gumbel;        // noise of the forecasts (futures.h)
+  Followed followed;       // standardised: what the forecasts follow,
+  Followed run_followed;   // and those that run on
   Tensor real_starts;      // (B, V) where the pose discriminator looks at real motion,
   Tensor forecast_starts;  // (B, V) at the forecast, behind the frames before it,
   Tensor run_starts;       // (B, V) and at forecasts that ran on for
   int64_t run = 0;         // frames
+  // On the CPU, where the words of recordings are.
+  Tensor actions;                       // (B) int64
+  Tensor word_starts, run_word_starts;  // (B, W) motion words of the forecasts, behind the frames before, and of those
 
   IntentionBatch on(torch::Device d) const {
-    return {frames.to(d), labels.to(d),      weights.to(d),         label_weights.to(d), z.to(d),
-            gumbel.to(d), real_starts.to(d), forecast_starts.to(d), run_starts.to(d),    run};
+    IntentionBatch out = *this;
+    for (Tensor* tensor : {&out.frames, &out.labels, &out.weights, &out.label_weights, &out.z, &out.gumbel,
+                           &out.real_starts, &out.forecast_starts, &out.run_starts})
+      *tensor = tensor->to(d);
+    out.followed = followed.on(d);
+    out.run_followed = run_followed.on(d);
+    return out;
   }
 };
 
-IntentionBatch intention_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
+/// How many forecasts of a batch run on.
+int64_t runs_of(int64_t batch) { return std::min<int64_t>(kRuns, batch) / 2 * 2; }
+
+/// What forecasts of these windows follow: any recording but their own. Standardised.
+Followed followed_by_windows(const Networks& n, const Tensor& frames, const std::vector<int64_t>& own,
+                             const Tensor& choice) {
+  if (!n.memory) return {};
+  const Tensor past = frames.slice(1, n.config.observed - n.config.kappa, n.config.observed);
+  Followed out = n.memory->follow(n.scale.from_network(past), choice, own);
+  out.features = n.scale.to_network(out.features);
+  out.changes = out.changes / n.scale.deviation;
+  return out;
+}
+
+IntentionBatch intention_batch(const Data& data, const Networks& networks, const std::vector<int64_t>& indices,
+                               uint64_t seed) {
+  const Config& c = networks.config;
   std::mt19937_64 random(seed);
   const int64_t run = uniform_int(random, kShortestRun, kLongestRun);
-  std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later;
-  const auto starts = [&](int64_t first, int64_t last) {
+  std::vector<Tensor> windows, labels, weights, label_weights, real, forecast, later, words, run_words;
+  std::vector<int64_t> own, actions;
+  const auto starts = [&](int64_t first, int64_t last, int64_t some = kViews) {
     std::vector<int64_t> out;
-    for (int64_t v = 0; v < kViews; ++v)
+    for (int64_t v = 0; v < some; ++v)
       out.push_back(uniform_int(random, static_cast<int>(first), static_cast<int>(std::max(first, last))));
     return torch::tensor(out);
   };
   for (const int64_t index : indices) {
     const auto window = data.sample(index, chance(random, 0.5));
     windows.push_back(window.frames);
+    own.push_back(window.recording);
     labels.push_back(window.labels);
     weights.push_back((torch::arange(c.observed, c.observed + c.future) < window.last).to(torch::kFloat32));
     label_weights.push_back(
@@ -143,21 +175,47 @@ IntentionBatch intention_batch(const Data& data, const Config& c, const std::vec
     real.push_back(starts(window.first, window.last - c.training.discriminator_frames));
     forecast.push_back(starts(0, c.future - 1));  // with the frames before it, so that the first step is judged too
     later.push_back(starts(0, kRunFrames - c.training.discriminator_frames));
+    actions.push_back(window.action);
+    words.push_back(
+        torch::cat({starts(0, std::min<int64_t>(kFirstFrames, c.future) - 1, 1), starts(0, c.future - 1, kWords - 1)}));
+    run_words.push_back(starts(0, kRunFrames - c.kappa, kWords));
   }
   const auto count = static_cast<int64_t>(indices.size());
   const FutureNoise noise = draw_noise(c, count, std::max<int64_t>(c.future, run + kRunFrames), item_seed(seed, 1));
-  return {torch::stack(windows), torch::stack(labels), torch::stack(weights),  torch::stack(label_weights), noise.z,
-          noise.gumbel,          torch::stack(real),   torch::stack(forecast), torch::stack(later),         run};
+  const Tensor frames = torch::stack(windows);
+  const int64_t runs = runs_of(count);
+  std::vector<int64_t> run_own(own.begin(), own.begin() + runs / 2);
+  run_own.insert(run_own.end(), own.begin(), own.begin() + runs / 2);
+  return {frames,
+          torch::stack(labels),
+          torch::stack(weights),
+          torch::stack(label_weights),
+          noise.z,
+          noise.gumbel,
+          followed_by_windows(networks, frames, own, noise.choice.slice(1, 0, c.future + c.gamma - 1)),
+          followed_by_windows(networks, frames.slice(0, 0, runs / 2).repeat({2, 1, 1}), run_own,
+                              noise.choice.slice(0, 0, runs).slice(1, 0, run + kRunFrames + c.gamma - 1).flip(1)),
+          torch::stack(real),
+          torch::stack(forecast),
+          torch::stack(later),
+          run,
+          torch::tensor(actions),
+          torch::stack(words),
+          torch::stack(run_words)};
 }
 
-Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Config& c, const FeatureScale& scale) {
+Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Config& c, const FeatureScale& scale,
+                        const PlausibilityLoss& plausibility) {
   const Tensor past = b.frames.slice(1, 0, c.observed), truth = b.frames.slice(1, c.observed);
   const Tensor later_labels = F::one_hot(b.labels, c.labels).to(torch::kFloat32);
   const Tensor true_labels = later_labels.slice(1, 0, c.observed + c.future + c.gamma - 1);
   const auto unseen = [&](const Tensor& labels) { return c.intention ? labels : torch::zeros_like(labels); };
+  const auto one_hot = [&](const Tensor& labels) { return F::one_hot(labels, c.labels).to(torch::kFloat32); };
   const Tensor ahead = true_labels.slice(1, c.observed);
+  // The decoder sees the labels of what it follows, as in use; without a memory the true ones.
+  const Tensor forecast_labels = c.memory ? one_hot(b.followed.labels) : ahead;
   PoseNetworkImpl::State state = model->pose->start(past, b.z);
-  const Tensor forecast = model->pose->roll(state, ahead, c.future);
+  const Tensor forecast = model->pose->roll(state, forecast_labels, c.future, b.followed);
   const Tensor weights = b.weights * reconstruction_weights(c.future, c.training.rec_frames).to(b.weights.device());
   const Tensor rec = pose_reconstruction_loss(forecast, truth, weights, scale),
                root = root_reconstruction_loss(forecast, truth, weights);
@@ -176,42 +234,54 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
                         c.training.label_discriminator_weight, total, losses);
     }
   }
-  if (c.training.pose_discriminator) {
+  const auto behind = [&](int64_t lead) { return torch::cat({past.slice(1, c.observed - lead), forecast}, 1); };
+  if (c.training.pose_discriminator || c.training.plausibility_weight > 0) {
     const int64_t lead = c.training.discriminator_frames - 1;
-    const Tensor joined = torch::cat({past.slice(1, c.observed - lead), forecast}, 1);
-    const Tensor views = discriminator_views(joined, unseen(true_labels.slice(1, c.observed - lead)), b.forecast_starts,
-                                             c.training.discriminator_frames);
-    const int64_t run = b.run;
-    const int64_t runs = std::min<int64_t>(kRuns, past.size(0)) / 2 * 2;
+    const Tensor joined = behind(lead);
+    const Tensor joined_labels = torch::cat({true_labels.slice(1, c.observed - lead, c.observed), forecast_labels}, 1);
+    const Tensor views =
+        discriminator_views(joined, unseen(joined_labels), b.forecast_starts, c.training.discriminator_frames);
+    const int64_t run = b.run, runs = runs_of(past.size(0));
     const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
     const Tensor twice = past.slice(0, 0, runs / 2).repeat({2, 1, 1});
     Tensor labels = torch::zeros({runs, run + kRunFrames + c.gamma - 1, c.labels}, past.options());
     {
       const torch::NoGradGuard no_gradients;
-      if (c.intention)
+      if (c.memory)
+        labels = unseen(one_hot(b.run_followed.labels));
+      else if (c.intention)
         labels = model->intention->draw(model->intention->encode(twice),
                                         some(b.gumbel).slice(1, 0, run + kRunFrames + c.gamma - 1));
       state = model->pose->start(twice, some(b.z));
-      model->pose->roll(state, labels, run);
+      model->pose->roll(state, labels, run, b.run_followed);
     }
     const Tensor later = labels.slice(1, run);
-    const Tensor last = model->pose->roll(state, later, kRunFrames);
+    const Tensor last = model->pose->roll(state, later, kRunFrames, b.run_followed.from(run));
     const Tensor run_views = discriminator_views(last, later, some(b.run_starts), c.training.discriminator_frames);
     const Tensor sameness = diversity_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
                                            kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
-    add_discriminator(
-        model->pose_discriminator, "pose",
-        discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
-        torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
+    if (c.training.pose_discriminator)
+      add_discriminator(
+          model->pose_discriminator, "pose",
+          discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
+          torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
+    if (c.training.plausibility_weight > 0) {
+      const Tensor soon = plausibility(scale.from_network(behind(c.kappa - 1)).cpu(), b.actions, b.word_starts);
+      const Tensor late = plausibility(scale.from_network(last).cpu(),
+                                       some(b.actions).slice(0, 0, runs / 2).repeat({2}), some(b.run_word_starts));
+      total = total + c.training.plausibility_weight * (soon + late).to(total.device());
+      losses.emplace_back("implausible", soon);
+      losses.emplace_back("implausible_later", late);
+    }
   }
   losses.insert(losses.begin(), {"total", total});
   return losses;
 }
 
-TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& validation,
-                         torch::Device device) {
+TrainTask intention_task(Networks& networks, const Data& data, const std::vector<Sequence>& recordings,
+                         const std::vector<Sequence>& validation, torch::Device device) {
   const Config& c = networks.config;
   if (c.released)
     return released_task(
@@ -222,6 +292,7 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
         },
         device);
   IntentionModel model(c);
+  const auto plausibility = std::make_shared<const PlausibilityLoss>(recordings, c.kappa);
   networks.intention = model->intention;
   networks.pose = model->pose;
   if (!c.intention) networks.intention = nullptr;
@@ -234,12 +305,13 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
   task.networks = {{"pose_net.", networks.pose.ptr()}};
   if (c.intention) task.networks["intention_net."] = networks.intention.ptr();
   task.tensors = cluster_tensors(networks.clusters);
+  if (networks.memory) task.tensors.merge(memory_tensors(*networks.memory));
   task.samples = data.size();
-  task.prepare =
-      batches([&](const TrainStep& step) { return intention_batch(data, c, step.indices, step.seed); },
-              [&, model, device, scale = networks.scale.to(device)](const IntentionBatch& b, const TrainStep&) {
-                return intention_losses(model, b.on(device), c, scale);
-              });
+  task.prepare = batches(
+      [&](const TrainStep& step) { return intention_batch(data, networks, step.indices, step.seed); },
+      [&, model, device, scale = networks.scale.to(device), plausibility](const IntentionBatch& b, const TrainStep&) {
+        return intention_losses(model, b.on(device), c, scale, *plausibility);
+      });
   task.validate = [&, device] {
     const OnCpu moved(device, {networks.pose.ptr(), c.intention ? networks.intention.ptr() : nullptr});
     return 1 - validation_ndms(networks, validation);
@@ -325,6 +397,8 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   if (config.released)  // the authors' poses are metres
     networks.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   networks.clusters = cluster_recordings(train_sequences, config, run.seed);
+  if (config.memory && std::find(names.begin(), names.end(), "intention") != names.end())
+    networks.memory = make_memory(remembered_motion(train_sequences, config.kappa), networks.clusters, config, source);
   const Data data(train_sequences, networks);
 
   std::vector<TrainStage> stages;
@@ -333,8 +407,9 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
     stages.push_back({name, ours ? config.training.steps : config.baselines.steps, config.training.batch,
                       ours ? config.training.learning_rate : config.baselines.learning_rate, config.training.schedule,
                       20, [&, name] {
-                        return name == "intention" ? intention_task(networks, data, validation, run.device)
-                                                   : baseline_task(name, networks, data, validation, run.device);
+                        return name == "intention"
+                                   ? intention_task(networks, data, train_sequences, validation, run.device)
+                                   : baseline_task(name, networks, data, validation, run.device);
                       }});
   }
   return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run);

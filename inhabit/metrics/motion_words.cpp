@@ -49,11 +49,15 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
   return torch::matmul(moved.flatten(1, 2), turn.transpose(1, 2)).view_as(words);
 }
 
-Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {
+Tensor word_poses(const Tensor& joints) {
   const Tensor across = joints.select(1, 1) - joints.select(1, 2);                             // hips, (T, 3)
   const Tensor turn = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(joints.dtype());  // (T, 3, 3)
   const Tensor moved = joints.index_select(1, torch::tensor(word_joints())) - joints.narrow(1, 0, 1);
-  return motion_words(torch::matmul(moved, turn.transpose(1, 2)), kappa, stride);
+  return torch::matmul(moved, turn.transpose(1, 2));
+}
+
+Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {
+  return motion_words(word_poses(joints), kappa, stride);
 }
 
 Tensor words_of(const Tensor& joints, int64_t kappa, WordKind kind) {

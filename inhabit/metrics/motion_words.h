@@ -18,9 +18,12 @@ torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa, int64_
 /// @param left_hip, right_hip rows of the words' joints.
 torch::Tensor placed_words(const torch::Tensor& words, int64_t left_hip, int64_t right_hip);
 
-/// What Eq. 9 scores: words of the joints named by word_joints(), of a motion (T, 22, 3) on the standard joints that
-/// lost its place and heading frame by frame: the root at the origin, the line between the hips seen from above along
-/// x, the left one at +x. (N, kappa, 12, 3), ordered as in motion_words.
+/// The joints named by word_joints() of a motion (T, 22, 3) on the standard joints that lost its place and heading
+/// frame by frame: the root at the origin, the line between the hips seen from above along x, the left one at +x. (T,
+/// 12, 3).
+torch::Tensor word_poses(const torch::Tensor& joints);
+
+/// What Eq. 9 scores: words of word_poses(). (N, kappa, 12, 3), ordered as in motion_words.
 torch::Tensor pose_words(const torch::Tensor& joints, int64_t kappa, int64_t stride = 1);
 
 /// How motions become words.
