@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
 # The ablations of intention-driven anticipation (paper, Figs. 4 and 5): trains one model for each configuration,
-# evaluates it, and draws the NDMS curves. A model that is there already is not trained again.
+# evaluates it, and draws the NDMS curves: of the parts that the paper has, without a memory and the loss that came with
+# it. A model that is there already is not trained again.
 # usage: scripts/ablations.sh DATA OUT [STEPS]     DATA as `inhabit train anticipate --data` takes it
 set -euo pipefail
 cd "$(dirname "$0")/.."
 data=$1 out=$2 steps=${3:-320}
 inhabit=build/release/cli/inhabit
 mkdir -p "$out"
+without_memory=(memory=false training.plausibility_weight=0 training.pose_discriminator_weight=0.03
+  training.learning_rate=5e-4 training.label_frames=250)
 configurations=(
   "full"
   "no_intention intention=false"
@@ -26,7 +29,7 @@ for configuration in "${configurations[@]}"; do
     resume=""
     [ -e "$model.checkpoint.safetensors" ] && resume=--resume
     $inhabit train anticipate --data "$data" --stage intention --out "$model" $resume \
-      --set "training.steps=$steps" training.batch=32 ${setting:+"$setting"}
+      --set "training.steps=$steps" training.batch=32 "${without_memory[@]}" ${setting:+"$setting"}
     $inhabit eval anticipate --data "$data" --model "$model" --seconds 10 --json "$out/$name.json"
   fi
 done

@@ -46,6 +46,9 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("inference.label_temperature", c.inference.label_temperature);
   visit("inference.memory_distance", c.inference.memory_distance);
   visit("inference.memory_typical", c.inference.memory_typical);
+  visit("inference.memory_within", c.inference.memory_within);
+  visit("inference.memory_stay", c.inference.memory_stay);
+  visit("inference.memory_warp", c.inference.memory_warp);
   visit("inference.memory_label", c.inference.memory_label);
   visit("baselines.steps", c.baselines.steps);
   visit("baselines.learning_rate", c.baselines.learning_rate);
@@ -133,6 +136,9 @@ void validate(const Config& c, const std::string& subject) {
   check.within("inference.label_temperature", c.inference.label_temperature, 0, 10);
   check.within("inference.memory_distance", c.inference.memory_distance, 1e-6, 1e6);
   check.within("inference.memory_typical", c.inference.memory_typical, -1e6, 1e6);
+  check.within("inference.memory_within", c.inference.memory_within, 0, 1e6);
+  check.within("inference.memory_stay", c.inference.memory_stay, 0, 1e9);
+  check.within("inference.memory_warp", c.inference.memory_warp, 0, 0.9);
   check.within("inference.memory_label", c.inference.memory_label, 0, 1e6);
   check.within("training.label_discriminator_weight", c.training.label_discriminator_weight, 0, 1000);
   check.within("training.diversity_weight", c.training.diversity_weight, 0, 1000);

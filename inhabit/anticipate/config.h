@@ -28,22 +28,22 @@ struct Config {
 
   /// How the networks are trained.
   struct Training {
-    int folds = 0;     ///< over 0: recordings are left out by turns, one fold in each training (data/motion_set.h), and
-    int fold = 0;      ///< this one in this; the test split is not opened (`eval anticipate --split left-out`)
-    int steps = 1600;  ///< updates of the weights
-    int batch = 32;    ///< windows of a step
-    double learning_rate = 5e-4;  ///< its peak
+    int folds = 0;    ///< over 0: recordings are left out by turns, one fold in each training (data/motion_set.h), and
+    int fold = 0;     ///< this one in this; the test split is not opened (`eval anticipate --split left-out`)
+    int steps = 400;  ///< updates of the weights
+    int batch = 32;   ///< windows of a step
+    double learning_rate = 3e-4;  ///< its peak
     double average = 0.995;       ///< decay of the weights' moving average: discriminators make weights sway
-    int label_frames = 250;       ///< future labels that the intention decoder sees, where a recording has so many
+    int label_frames = 600;       ///< future labels that the intention decoder sees, where a recording has so many
     int rec_frames = 15;  ///< tau_rec: the reconstruction loss fades to zero over so many frames; 0: it never fades
     bool label_discriminator = true;          ///< Eq. 5
     bool pose_discriminator = true;           ///< Eq. 7
     int discriminator_hidden = 256;           ///< width of both discriminators' layers
     int discriminator_frames = 10;            ///< frames that the pose discriminator sees at once
-    double pose_discriminator_weight = 0.03;  ///< of its part of the generator loss
+    double pose_discriminator_weight = 0.01;  ///< of its part of the generator loss
     double label_discriminator_weight = 0.1;  ///< likewise
     double diversity_weight = 0.05;           ///< of the loss on futures of one observation that are alike
-    double plausibility_weight = 1;           ///< of 1 - NDMS beside other recordings (plausibility_loss.h)
+    double plausibility_weight = 3;           ///< of 1 - NDMS beside other recordings (plausibility_loss.h)
     RateSchedule schedule;                    ///< of the learning rates
 
     bool operator==(const Training&) const = default;  ///< compares all settings
@@ -51,10 +51,13 @@ struct Config {
 
   /// How futures are drawn.
   struct Inference {
-    double label_temperature = 1;     ///< without memory: under 1 likely labels are drawn more often than they are
-    double memory_distance = 0.0025;  ///< metres, MotionMemory::Choice; in training as well
-    double memory_typical = 80;       ///< likewise
-    double memory_label = 1;          ///< weight of the labels' log-probabilities in the choice
+    double label_temperature = 1;    ///< without memory: under 1 likely labels are drawn more often than they are
+    double memory_distance = 0.003;  ///< metres, MotionMemory::Choice; in training as well
+    double memory_typical = 80;      ///< likewise
+    double memory_within = 0.02;     ///< metres, likewise
+    double memory_stay = 100;        ///< frames, likewise
+    double memory_warp = 0.05;       ///< likewise
+    double memory_label = 1;         ///< weight of the labels' log-probabilities in the choice
 
     bool operator==(const Inference&) const = default;  ///< compares all settings
   } inference;                                          ///< of the networks' use

@@ -15,14 +15,14 @@ using torch::Tensor;
 FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed) {
   FutureNoise out{torch::empty({samples, config.noise}),
                   torch::empty({samples, frames + config.gamma - 1, config.labels}),
-                  torch::empty({samples, frames + config.gamma - 1})};
+                  torch::empty({samples, frames + config.gamma - 1, 3})};
   float *z = out.z.data_ptr<float>(), *gumbel = out.gumbel.data_ptr<float>(), *choice = out.choice.data_ptr<float>();
   for (int64_t s = 0; s < samples; ++s) {
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
     for (int64_t i = 0; i < config.noise; ++i) *z++ = static_cast<float>(normal(random));
     // Of their own stream, so that a longer forecast begins as a shorter one does.
     std::mt19937_64 of_choice(item_seed(seed ^ 0x6d656d6f7279ULL, static_cast<uint64_t>(s)));
-    for (int64_t i = 0; i < out.choice.size(1); ++i) *choice++ = static_cast<float>(uniform(of_choice, 0, 1));
+    for (int64_t i = 0; i < out.choice.stride(0); ++i) *choice++ = static_cast<float>(uniform(of_choice, 0, 1));
     for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
       *gumbel++ =
           static_cast<float>(-config.inference.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));

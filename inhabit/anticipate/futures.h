@@ -9,7 +9,7 @@ namespace inhabit::anticipate {
 struct FutureNoise {
   torch::Tensor z;       ///< (S, Z) normal
   torch::Tensor gumbel;  ///< (S, frames + gamma - 1, C)
-  torch::Tensor choice;  ///< (S, frames + gamma - 1) uniform, of the memory's places
+  torch::Tensor choice;  ///< (S, frames + gamma - 1, 3) uniform, of what the memory follows
 };
 FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed);
 

@@ -33,17 +33,11 @@ std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& cl
   return out;
 }
 
-namespace {
-
-constexpr double kUnit = 0x1.0p-14;  // metres and radians: recorded motion is kept to 0.06 mm, up to 2 m from the root
-
-}  // namespace
-
 std::map<std::string, Tensor> memory_tensors(const MotionMemory& memory) {
   std::vector<Tensor> features, typical;
   std::vector<int64_t> frames;
   for (const Remembered& r : memory.recordings()) {
-    features.push_back((r.features / kUnit).round().clamp(-32767, 32767).to(torch::kInt16));
+    features.push_back((r.features / kMemoryUnit).round().to(torch::kInt16));
     typical.push_back(r.typical);
     frames.push_back(r.features.size(0));
   }
@@ -56,7 +50,8 @@ std::shared_ptr<const MotionMemory> make_memory(std::vector<Remembered> recordin
                                                 const Config& config, const std::string& subject) {
   const Config::Inference& by = config.inference;
   return std::make_shared<const MotionMemory>(std::move(recordings), clusters,
-                                              MotionMemory::Choice{config.kappa, by.memory_distance, by.memory_typical},
+                                              MotionMemory::Choice{config.kappa, by.memory_distance, by.memory_typical,
+                                                                   by.memory_within, by.memory_stay, by.memory_warp},
                                               subject);
 }
 
@@ -78,8 +73,8 @@ std::vector<Remembered> remembered(const nn::ModelFile& file) {
     const int64_t count = frames[i].item<int64_t>();
     if (features.size(1) != kFeatureCount || count < 1 || count > features.size(0) - first)
       throw Error(file.path, "has a memory whose recordings are not as long as it says");
-    out.push_back(
-        {features.slice(0, first, first + count).to(torch::kFloat32) * kUnit, typical.slice(0, first, first + count)});
+    out.push_back({features.slice(0, first, first + count).to(torch::kFloat32) * kMemoryUnit,
+                   typical.slice(0, first, first + count)});
     first += count;
   }
   if (first != features.size(0)) throw Error(file.path, "has a memory with frames of no recording");

@@ -19,6 +19,8 @@ namespace {
 
 constexpr int64_t kLeastFollowed = 10;   // frames that must follow a place, so that something is remembered
 constexpr int64_t kMostPlaces = 25'000;  // of one side: words of twice as many take 60 MB
+constexpr int64_t kLeaveEvery = 25;      // frames of a recording between the places where another may be chosen
+constexpr int64_t kLeastStay = 50;       // frames that one is followed at least, unless it ends
 constexpr int64_t kTypicalFrames = 50;   // that `typical` is the mean of
 constexpr int64_t kMeanFrames = 25;      // in which the mean of the nearest fades into the one that was drawn
 constexpr size_t kMeanOf = 8;            // recordings
@@ -83,8 +85,6 @@ MotionMemory::MotionMemory(std::vector<Remembered> recordings, const IntentionCl
     for (const bool mirrored : {false, true}) {
       Motion m;
       m.features = (mirrored ? mirrored_features(r.features) : r.features).contiguous();
-      m.changes = torch::cat(
-          {torch::zeros_like(m.features.slice(0, 0, 1)), m.features.slice(0, 1) - m.features.slice(0, 0, -1)});
       m.labels = intention_labels(intention_poses(m.features), clusters);
       m.first_word = count;
       m.words = 0;
@@ -100,24 +100,31 @@ MotionMemory::MotionMemory(std::vector<Remembered> recordings, const IntentionCl
   words_ = torch::cat(words).contiguous();
   squared_ = words_.square().sum(1);
   typical_ = torch::cat(typical).contiguous();
-  for (const Motion& m : motions_)
-    at_end_.push_back(m.features.size(0) < by_.kappa ? std::vector<Candidate>() : candidates(m.features));
 }
 
-std::vector<MotionMemory::Candidate> MotionMemory::candidates(const Tensor& seen) const {
+std::vector<MotionMemory::Candidate> MotionMemory::candidates(const Tensor& seen,
+                                                              const std::vector<int64_t>& without) const {
   const Tensor word = words_of_features(seen.slice(0, seen.size(0) - by_.kappa), by_.kappa)[0];
   const Tensor squared = (squared_ - 2 * words_.mv(word) + word.square().sum()).clamp_min(0);
   const Tensor distance = (squared / (static_cast<double>(word.size(0)) / 3)).sqrt();
   const float *d = distance.data_ptr<float>(), *typical = typical_.data_ptr<float>();
-  std::vector<Candidate> out;
+  std::vector<int64_t> followed;  // motions
+  double nearest = std::numeric_limits<double>::infinity();
   for (size_t m = 0; m < motions_.size(); ++m) {
     const Motion& motion = motions_[m];
-    if (motion.words == 0) continue;
-    Candidate best{static_cast<int64_t>(m), -1, 0, -1, 0};
+    if (motion.words == 0 || std::count(without.begin(), without.end(), static_cast<int64_t>(m) / 2) > 0) continue;
+    followed.push_back(static_cast<int64_t>(m));
+    nearest = std::min<double>(nearest, *std::min_element(d + motion.first_word, d + motion.first_word + motion.words));
+  }
+  if (followed.empty()) return candidates(seen, {});  // nothing else is remembered
+  std::vector<Candidate> out;
+  for (const int64_t m : followed) {
+    const Motion& motion = motions_[static_cast<size_t>(m)];
+    Candidate best{m, -1, 0, -1, 0};
     for (int64_t i = 0; i < motion.words; ++i) {
       const int64_t row = motion.first_word + i, frame = by_.kappa + i * stride_;
       const double score = -d[row] / by_.distance + by_.typical * typical[row];
-      if (best.frame < 0 || score > best.score) {
+      if (d[row] <= nearest + by_.within && (best.frame < 0 || score > best.score)) {
         best.frame = frame;
         best.score = score;
       }
@@ -126,14 +133,13 @@ std::vector<MotionMemory::Candidate> MotionMemory::candidates(const Tensor& seen
         best.distance = d[row];
       }
     }
+    if (best.frame < 0) best = {m, best.nearest, -std::numeric_limits<double>::infinity(), best.nearest, best.distance};
     out.push_back(best);
   }
   return out;
 }
 
-Followed MotionMemory::nearest_mean(std::vector<Candidate> among, int64_t without) const {
-  among.erase(std::remove_if(among.begin(), among.end(), [&](const Candidate& c) { return c.motion / 2 == without; }),
-              among.end());
+Followed MotionMemory::nearest_mean(std::vector<Candidate> among) const {
   std::stable_sort(among.begin(), among.end(),
                    [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
   among.resize(std::min(among.size(), kMeanOf));
@@ -141,12 +147,12 @@ Followed MotionMemory::nearest_mean(std::vector<Candidate> among, int64_t withou
   double sum = 0;
   for (const Candidate& c : among) {
     const double weight = std::exp((among.front().distance - c.distance) / kMeanDistance);
-    const Motion& m = motions_[static_cast<size_t>(c.motion)];
+    const Tensor& features = motions_[static_cast<size_t>(c.motion)].features;
     // A recording that ends sooner stays as it is then.
-    const Tensor rows = torch::arange(c.nearest, c.nearest + kMeanFrames),
-                 last = rows.clamp_max(m.features.size(0) - 1);
-    out.features += weight * m.features.index_select(0, last);
-    out.changes += weight * m.changes.index_select(0, last) * (rows == last).unsqueeze(1);
+    const Tensor rows = torch::arange(c.nearest - 1, c.nearest + kMeanFrames).clamp_max(features.size(0) - 1);
+    const Tensor some = features.index_select(0, rows);
+    out.features += weight * some.slice(0, 1);
+    out.changes += weight * (some.slice(0, 1) - some.slice(0, 0, -1));
     sum += weight;
   }
   out.features /= sum;
@@ -154,20 +160,14 @@ Followed MotionMemory::nearest_mean(std::vector<Candidate> among, int64_t withou
   return out;
 }
 
-const MotionMemory::Candidate& MotionMemory::drawn(const std::vector<Candidate>& among, int64_t without, double uniform,
+const MotionMemory::Candidate& MotionMemory::drawn(const std::vector<Candidate>& among, double uniform,
                                                    const float* label_scores) const {
   std::vector<double> weight;
-  double highest = -std::numeric_limits<double>::infinity();
   for (const Candidate& c : among) {
-    double score = c.motion / 2 == without ? -std::numeric_limits<double>::infinity() : c.score;
-    if (label_scores != nullptr) {
-      const Tensor& labels = motions_[static_cast<size_t>(c.motion)].labels;
-      score += label_scores[labels.data_ptr<int64_t>()[c.frame]];
-    }
-    weight.push_back(score);
-    highest = std::max(highest, score);
+    const Tensor& labels = motions_[static_cast<size_t>(c.motion)].labels;
+    weight.push_back(c.score + (label_scores != nullptr ? label_scores[labels.data_ptr<int64_t>()[c.frame]] : 0));
   }
-  if (std::isinf(highest)) return drawn(among, -1, uniform, label_scores);  // nothing else is remembered
+  const double highest = *std::max_element(weight.begin(), weight.end());
   double sum = 0;
   for (double& w : weight) sum += w = std::exp(w - highest);
   double left = uniform * sum;
@@ -181,55 +181,90 @@ const MotionMemory::Candidate& MotionMemory::drawn(const std::vector<Candidate>&
   return among[at];
 }
 
+const std::vector<MotionMemory::Candidate>& MotionMemory::leaving(int64_t motion, int64_t frame,
+                                                                  int64_t without) const {
+  const std::lock_guard<std::mutex> lock(leaving_mutex_);
+  const auto [at, isnew] = leaving_.try_emplace({motion, frame, without});
+  if (isnew)
+    at->second = candidates(motions_[static_cast<size_t>(motion)].features.slice(0, 0, frame), {motion / 2, without});
+  return at->second;
+}
+
+void MotionMemory::copy(const Position& at, float* features, float* changes) const {
+  const Tensor& all = motions_[static_cast<size_t>(at.motion)].features;
+  const auto between = [&](double frame, int64_t i) {
+    const double before = std::floor(frame), weight = frame - before;
+    const float* row = all.data_ptr<float>() + static_cast<int64_t>(before) * kFeatureCount + i;
+    return weight > 0 ? (1 - weight) * row[0] + weight * row[kFeatureCount] : static_cast<double>(row[0]);
+  };
+  for (int64_t i = 0; i < kFeatureCount; ++i) {
+    // The root's steps and its rotation are speeds themselves.
+    const double scale = i >= kPoseFeatures && i < kPoseFeatures + 3 ? at.speed : 1, now = between(at.frame, i);
+    features[i] = static_cast<float>(scale * now);
+    changes[i] = static_cast<float>(scale * (now - between(at.frame - at.speed, i)));
+  }
+}
+
 Followed MotionMemory::follow(const Tensor& past, const Tensor& choice, const std::vector<int64_t>& without,
                               const LabelScores& scores, const LabelsSeen& seen) const {
   const torch::NoGradGuard no_gradients;
   const int64_t samples = choice.size(0), frames = choice.size(1);
   Followed out{torch::empty({samples, frames, kFeatureCount}), torch::empty({samples, frames, kFeatureCount}),
                torch::empty({samples, frames}, torch::kInt64)};
-  const Tensor last = past.slice(1, past.size(1) - by_.kappa).to(torch::kFloat32), uniform = choice.to(torch::kFloat32);
+  const Tensor last = past.slice(1, past.size(1) - by_.kappa).to(torch::kFloat32),
+               uniform = choice.to(torch::kFloat32).contiguous();
+  const auto own = [&](int64_t s) { return without.empty() ? -1 : without[static_cast<size_t>(s)]; };
+  const bool alike = past.size(0) == 1 && without.empty();
   std::vector<std::vector<Candidate>> first;
-  for (int64_t i = 0; i < past.size(0); ++i) first.push_back(candidates(last[i]));
-  const auto of_sample = [&](int64_t s) -> const std::vector<Candidate>& {
-    return first[first.size() == 1 ? 0 : static_cast<size_t>(s)];
+  for (int64_t s = 0; s < (alike ? 1 : samples); ++s)
+    first.push_back(candidates(last[past.size(0) == 1 ? 0 : s], {own(s)}));
+  const auto at_first = [&](int64_t s) -> const std::vector<Candidate>& {
+    return first[alike ? 0 : static_cast<size_t>(s)];
   };
-  std::vector<Candidate> now(static_cast<size_t>(samples));
-  const auto length = [&](const Candidate& c) { return motions_[static_cast<size_t>(c.motion)].features.size(0); };
-  const auto* u = uniform.contiguous().data_ptr<float>();
+  std::vector<Position> now(static_cast<size_t>(samples));
+  /// The candidates among which the next frame of a future is; null: it follows on.
+  const auto choices = [&](Position& at, int64_t s, int64_t t, double chance) -> const std::vector<Candidate>* {
+    const int64_t length = motions_[static_cast<size_t>(at.motion)].features.size(0);
+    const double before = at.frame;
+    at.frame += at.speed;
+    if (at.frame > static_cast<double>(length - 1)) return &leaving(at.motion, length, own(s));
+    const auto point = static_cast<int64_t>(at.frame) / kLeaveEvery;
+    if (by_.stay <= 0 || point == static_cast<int64_t>(before) / kLeaveEvery || chance * by_.stay >= kLeaveEvery ||
+        t - at.since < kLeastStay || point * kLeaveEvery < by_.kappa)
+      return nullptr;
+    return &leaving(at.motion, point * kLeaveEvery, own(s));
+  };
   for (int64_t t = 0; t < frames; ++t) {
     Tensor label_scores;
+    auto* label = out.labels.data_ptr<int64_t>() + t;
     for (int64_t s = 0; s < samples; ++s) {
-      Candidate& at = now[static_cast<size_t>(s)];
-      if (t > 0 && ++at.frame < length(at)) continue;
-      if (scores && !label_scores.defined()) label_scores = scores().to(torch::kFloat32).contiguous();
-      const std::vector<Candidate>& among = t == 0 ? of_sample(s) : at_end_[static_cast<size_t>(at.motion)];
-      at = drawn(among, without.empty() ? -1 : without[static_cast<size_t>(s)], u[s * frames + t],
-                 label_scores.defined() ? label_scores.data_ptr<float>() + s * label_scores.size(1) : nullptr);
+      Position& at = now[static_cast<size_t>(s)];
+      const int64_t row = s * frames + t;
+      const float* u = uniform.data_ptr<float>() + 3 * row;
+      if (const auto* among = t == 0 ? &at_first(s) : choices(at, s, t, u[2])) {
+        if (scores && !label_scores.defined()) label_scores = scores().to(torch::kFloat32).contiguous();
+        const float* of_labels =
+            label_scores.defined() ? label_scores.data_ptr<float>() + s * label_scores.size(1) : nullptr;
+        const Candidate& c = drawn(*among, u[0], of_labels);
+        const double speed = 1 + by_.warp * (2.0 * u[1] - 1);
+        at = {c.motion, static_cast<double>(c.frame) - 1 + speed, speed, t};
+      }
+      copy(at, out.features.data_ptr<float>() + row * kFeatureCount,
+           out.changes.data_ptr<float>() + row * kFeatureCount);
+      label[s * frames] =
+          motions_[static_cast<size_t>(at.motion)].labels.data_ptr<int64_t>()[static_cast<int64_t>(at.frame)];
     }
-    for (int64_t s = 0; s < samples; ++s)
-      out.labels.data_ptr<int64_t>()[s * frames + t] =
-          motions_[static_cast<size_t>(now[static_cast<size_t>(s)].motion)]
-              .labels.data_ptr<int64_t>()[now[static_cast<size_t>(s)].frame];
     if (seen && t + 1 < frames) seen(out.labels.select(1, t));
-    for (int64_t s = 0; s < samples; ++s) {
-      const Candidate& at = now[static_cast<size_t>(s)];
-      const Motion& m = motions_[static_cast<size_t>(at.motion)];
-      std::copy_n(m.features.data_ptr<float>() + at.frame * kFeatureCount, kFeatureCount,
-                  out.features.data_ptr<float>() + (s * frames + t) * kFeatureCount);
-      std::copy_n(m.changes.data_ptr<float>() + at.frame * kFeatureCount, kFeatureCount,
-                  out.changes.data_ptr<float>() + (s * frames + t) * kFeatureCount);
-    }
   }
   const int64_t some = std::min(frames, kMeanFrames);
-  const Tensor fade =
-      (0.5 * (1 + torch::cos(torch::arange(1, some + 1).to(torch::kFloat32) * (M_PI / kMeanFrames)))).unsqueeze(1);
+  const Tensor time = torch::arange(1, some + 1).to(torch::kFloat32) * (M_PI / kMeanFrames),
+               weight = (0.5 * (1 + torch::cos(time))).unsqueeze(1);
   Followed mean;
   for (int64_t s = 0; s < samples; ++s) {
-    if (s == 0 || first.size() > 1 || !without.empty())
-      mean = nearest_mean(of_sample(s), without.empty() ? -1 : without[static_cast<size_t>(s)]);
+    if (s == 0 || !alike) mean = nearest_mean(at_first(s));
     for (const auto& [all, of] : {std::pair(out.features, mean.features), {out.changes, mean.changes}}) {
-      const Tensor own = all[s].slice(0, 0, some);
-      own.add_(fade * (of.slice(0, 0, some) - own));
+      const Tensor drawn_one = all[s].slice(0, 0, some);
+      drawn_one.add_(weight * (of.slice(0, 0, some) - drawn_one));
     }
   }
   return out;

@@ -1,5 +1,9 @@
 #pragma once
 #include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include "inhabit/anticipate/intention.h"
@@ -24,19 +28,23 @@ struct Followed {
   }
 };
 
+/// Features are remembered as whole multiples of this, 0.06 mm (and radians as many), up to 2 m from the root.
+inline constexpr double kMemoryUnit = 0x1.0p-14;
+
 /// A recording that is remembered.
 struct Remembered {
-  torch::Tensor features;  ///< (T, F) metres and radians
+  torch::Tensor features;  ///< (T, F) metres and radians, multiples of kMemoryUnit
   torch::Tensor typical;   ///< (T) how typical the motion is that goes on from each frame (typical_motion)
 };
 
-/// Recorded motion that futures go on from (not in the paper). Wherever a future begins, and wherever the recording
-/// that it follows ends, it goes on in one whose motion word is like the last one. Of each recording (and each mirror
-/// image) the best place is a candidate; one is drawn with a probability proportional to
+/// Recorded motion that futures go on from (not in the paper). Where a future begins, where the recording that it
+/// follows ends, and at times before, it goes on in one whose motion word is like the last one. Of each recording (and
+/// each mirror image) the best place is a candidate; one is drawn with a probability proportional to
 ///   exp(-d / distance + weight * typical) p(label),
 /// d (metres) being the root mean square distance of the words' joints, p the intention network's of the label that the
-/// candidate goes on with. In the first second the mean of the nearest continuations of all recordings fades into the
-/// one that was drawn: of what comes next they know more together than one does.
+/// candidate goes on with. It is followed somewhat slower or faster than it was recorded. In the first second the mean
+/// of the nearest continuations of all recordings fades into the one that was drawn: of what comes next they know more
+/// together than one does.
 class MotionMemory {
  public:
   /// How places are chosen.
@@ -44,6 +52,9 @@ class MotionMemory {
     int64_t kappa = 8;       ///< frames of a motion word
     double distance = 0.01;  ///< metres; over 0
     double typical = 0;      ///< weight
+    double within = 1;       ///< metres: places that are so much farther away than the nearest are no candidates
+    double stay = 0;         ///< frames that a recording is followed in the mean before another is; 0: to its end
+    double warp = 0;         ///< speeds are within 1 - warp and 1 + warp; under 1
   };
 
   /// @param recordings without their mirror images; `typical` is that of the mirror image as well. @param subject
@@ -60,8 +71,8 @@ class MotionMemory {
   using LabelsSeen = std::function<void(const torch::Tensor&)>;
 
   /// Draws what S futures follow. @param past (S, t, F) metres and radians, or one for all (1, t, F), at least kappa
-  /// frames; @param choice (S, T) uniform numbers in [0, 1), one of each frame; @param without recordings that are not
-  /// followed, one of each future (-1: all are), or empty; @param scores, seen the intention network, or empty.
+  /// frames; @param choice (S, T, 3) uniform numbers in [0, 1), three for each frame; @param without recordings that
+  /// are not followed, one of each future (-1: all are), or empty; @param scores, seen the intention network, or empty.
   Followed follow(const torch::Tensor& past, const torch::Tensor& choice, const std::vector<int64_t>& without = {},
                   const LabelScores& scores = {}, const LabelsSeen& seen = {}) const;
 
@@ -72,21 +83,29 @@ class MotionMemory {
     int64_t nearest = 0;            // the same of the nearest place of the motion,
     double distance = 0;            // and how far its word is
   };
-  std::vector<Candidate> candidates(const torch::Tensor& seen) const;
-  Followed nearest_mean(std::vector<Candidate> among, int64_t without) const;
-  const Candidate& drawn(const std::vector<Candidate>& among, int64_t without, double uniform,
-                         const float* label_scores) const;
+  std::vector<Candidate> candidates(const torch::Tensor& seen, const std::vector<int64_t>& without) const;
+  const std::vector<Candidate>& leaving(int64_t motion, int64_t frame, int64_t without) const;
+  Followed nearest_mean(std::vector<Candidate> among) const;
+  const Candidate& drawn(const std::vector<Candidate>& among, double uniform, const float* label_scores) const;
+  struct Position {
+    int64_t motion = 0;           // of motions_
+    double frame = 0, speed = 1;  // in it, and frames a frame
+    int64_t since = 0;            // the future's frame in which it was chosen
+  };
+  void copy(const Position& at, float* features, float* changes) const;
 
   Choice by_;
   std::vector<Remembered> recordings_;
   struct Motion {
-    torch::Tensor features, changes, labels;  // (T, F), (T, F), (T)
-    int64_t first_word, words;                // rows of words_; word i ends before frame kappa + i stride
+    torch::Tensor features, labels;  // (T, F), (T)
+    int64_t first_word, words;       // rows of words_; word i ends before frame kappa + i stride
   };
-  std::vector<Motion> motions_;                 // 2 i: recording i, 2 i + 1: its mirror image
-  int64_t stride_ = 1;                          // frames from place to place
-  torch::Tensor words_, squared_, typical_;     // (W, D), (W), (W)
-  std::vector<std::vector<Candidate>> at_end_;  // of each motion
+  std::vector<Motion> motions_;              // 2 i: recording i, 2 i + 1: its mirror image
+  int64_t stride_ = 1;                       // frames from place to place
+  torch::Tensor words_, squared_, typical_;  // (W, D), (W), (W)
+  mutable std::mutex leaving_mutex_;
+  /// By motion, frame and the recording that is not followed, as they are asked for.
+  mutable std::map<std::tuple<int64_t, int64_t, int64_t>, std::vector<Candidate>> leaving_;
 };
 
 /// How typical the motion of each recording is among those of its action: mean NDMS (Eq. 12) of the words of the next

@@ -74,7 +74,8 @@ std::vector<Remembered> remembered_motion(const std::vector<Sequence>& recording
   }
   const std::vector<Tensor> typical = typical_motion(features, actions, kappa);
   std::vector<Remembered> out;
-  for (size_t i = 0; i < recordings.size(); ++i) out.push_back({features[i], typical[i]});
+  for (size_t i = 0; i < recordings.size(); ++i)
+    out.push_back({(features[i] / kMemoryUnit).round().clamp(-32767, 32767) * kMemoryUnit, typical[i]});
   return out;
 }
 

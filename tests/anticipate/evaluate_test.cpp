@@ -48,7 +48,9 @@ struct Straight {
   /// Networks whose pose decoder adds `change` every frame.
   Networks planted() const {
     const torch::NoGradGuard no_gradients;
-    Networks n = untrained();
+    Config c = small_anticipate_config();
+    c.memory = false;
+    Networks n = untrained(c);
     n.seq2seq = nullptr;
     n.ltd = nullptr;
     n.pose->out->weight.zero_();

@@ -52,8 +52,9 @@ struct Compared {
                    std::to_string(frames) + " frames");
       const Tensor past = pasts(config, observations);
       const Futures found = fast.forward(past, noise, frames),
-                    expected = plain_futures(exact, past.to(torch::kFloat64),
-                                             {noise.z.to(torch::kFloat64), noise.gumbel.to(torch::kFloat64)}, frames);
+                    expected = plain_futures(
+                        exact, past.to(torch::kFloat64),
+                        {noise.z.to(torch::kFloat64), noise.gumbel.to(torch::kFloat64), noise.choice}, frames);
       ASSERT_EQ(found.features.sizes(), (torch::IntArrayRef{samples, frames, kFeatureCount}));
       EXPECT_LT(largest(found.features - expected.features), 1e-5);
       ASSERT_EQ(found.labels.defined(), config.intention);
@@ -75,11 +76,16 @@ TEST(FastFutures, AreThePlainNetworksFutures) {
   Compared(untrained(Config())).expect_alike(5, 40);  // the sizes that ship
 }
 
-TEST(FastFutures, NeedNoIntention) {
-  Config c = small_anticipate_config();
-  c.intention = false;
-  const Compared small(lively(c));
-  for (const int64_t samples : {1, 6}) small.expect_alike(samples, 30);
+TEST(FastFutures, NeedNoIntentionAndNoMemory) {
+  for (const bool memory : {true, false})
+    for (const bool intention : {true, false}) {
+      SCOPED_TRACE((memory ? "memory " : "") + std::string(intention ? "intention" : ""));
+      Config c = small_anticipate_config();
+      c.memory = memory;
+      c.intention = intention;
+      const Compared small(lively(c));
+      for (const int64_t samples : {1, 6}) small.expect_alike(samples, 30);
+    }
 }
 
 TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
@@ -91,6 +97,12 @@ TEST(FutureNoise, OfASampleIsItsSeedsAlone) {
   EXPECT_TRUE(torch::equal(few.z, many.z.slice(0, 0, 3)));
   EXPECT_TRUE(torch::equal(few.gumbel, many.gumbel.slice(0, 0, 3)));
   EXPECT_TRUE(torch::equal(few.z, far.z));
+  EXPECT_EQ(few.choice.sizes(), (torch::IntArrayRef{3, 20 + c.gamma - 1, 3}));
+  EXPECT_TRUE(torch::equal(few.choice, many.choice.slice(0, 0, 3)));
+  EXPECT_TRUE(torch::equal(few.choice, far.choice.slice(1, 0, few.choice.size(1))));
+  EXPECT_GE(many.choice.min().item<double>(), 0);
+  EXPECT_LT(many.choice.max().item<double>(), 1);
+  EXPECT_NEAR(many.choice.mean().item<double>(), 0.5, 0.05);
   EXPECT_TRUE(torch::equal(few.gumbel, far.gumbel.slice(1, 0, few.gumbel.size(1))));
   EXPECT_GT(largest(few.z - other.z), 0.1);
   EXPECT_GT(largest(many.z[0] - many.z[1]), 0.1);

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "anticipate/small_networks.h"
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/io/atomic_file.h"
@@ -45,6 +47,12 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   EXPECT_TRUE(torch::equal(loaded.scale.deviation, saved.scale.deviation));
   EXPECT_TRUE(torch::equal(loaded.clusters.poses, saved.clusters.poses));
   EXPECT_TRUE(torch::equal(loaded.clusters.labels, saved.clusters.labels));
+  ASSERT_TRUE(loaded.memory);
+  ASSERT_EQ(loaded.memory->recordings().size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_TRUE(torch::equal(loaded.memory->recordings()[i].features, saved.memory->recordings()[i].features)) << i;
+    EXPECT_TRUE(torch::equal(loaded.memory->recordings()[i].typical, saved.memory->recordings()[i].typical)) << i;
+  }
   expect_same_parameters(saved.intention, loaded.intention);
   expect_same_parameters(saved.pose, loaded.pose);
   expect_same_parameters(saved.seq2seq, loaded.seq2seq);
@@ -117,6 +125,20 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
                 AllOf(HasSubstr(name), HasSubstr("not finite")));
   }
   EXPECT_THAT(changed([](auto& f) { f.tensors["scale.deviation"][3] = 0; }), HasSubstr("not positive"));
+  for (const char* name : {"memory.features", "memory.frames", "memory.typical"}) {
+    SCOPED_TRACE(name);
+    EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
+    EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr("memory."));
+  }
+  for (const int64_t frames : {int64_t{0}, int64_t{-3}, int64_t{59}, int64_t{61}, std::numeric_limits<int64_t>::max()})
+    EXPECT_THAT(changed([&](auto& f) { f.tensors["memory.frames"][2] = frames; }), HasSubstr("memory")) << frames;
+  EXPECT_THAT(changed([](auto& f) { f.tensors["memory.typical"][7] = std::nan(""); }), HasSubstr("not finite"));
+  EXPECT_THAT(changed([](auto& f) {
+                f.tensors["memory.features"] = f.tensors["memory.features"].slice(0, 0, 12).clone();
+                f.tensors["memory.typical"] = f.tensors["memory.typical"].slice(0, 0, 12).clone();
+                f.tensors["memory.frames"] = torch::tensor({int64_t{12}});
+              }),
+              HasSubstr("too short to be remembered"));
   EXPECT_THAT(changed([](auto& f) {
                 for (auto it = f.tensors.begin(); it != f.tensors.end();)
                   it = it->first.find("_net.") != std::string::npos ? f.tensors.erase(it) : std::next(it);

@@ -15,6 +15,12 @@ namespace {
 using torch::Tensor;
 namespace F = torch::nn::functional;
 
+Config without_memory() {
+  Config c = small_anticipate_config();
+  c.memory = false;
+  return c;
+}
+
 /// Random labels, one-hot (B, T, C).
 Tensor random_labels(int64_t batch, int64_t frames, const Config& c) {
   return F::one_hot(torch::randint(c.labels, {batch, frames}, torch::kInt64), c.labels).to(torch::kFloat32);
@@ -31,7 +37,7 @@ void expect_gradients_everywhere(const torch::nn::Module& module) {
 
 TEST(AnticipationNetworks, ForecastAnyHorizon) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(1);
   IntentionNetwork intention(c);
   PoseNetwork pose(c);
@@ -54,7 +60,7 @@ TEST(AnticipationNetworks, ForecastAnyHorizon) {
 }
 
 TEST(AnticipationNetworks, GradientsReachEveryParameter) {
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(2);
   const Tensor past = torch::randn({4, 12, kFeatureCount}), mix = torch::randn({4, 9, kFeatureCount});
   PoseNetwork pose(c);
@@ -86,7 +92,7 @@ TEST(AnticipationNetworks, GradientsReachEveryParameter) {
 TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
   const torch::NoGradGuard no_gradients;
   for (const int gamma : {1, 4}) {
-    Config c = small_anticipate_config();
+    Config c = without_memory();
     c.gamma = gamma;
     torch::manual_seed(3);
     PoseNetwork pose(c);
@@ -114,7 +120,7 @@ TEST(PoseNetwork, ReadsTheIntentionExactlyGammaFramesAhead) {
 
 TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(4);
   PoseNetwork pose(c);
   const Tensor past = torch::randn({1, 12, kFeatureCount}).expand({2, -1, -1}),
@@ -130,7 +136,7 @@ TEST(PoseNetwork, NoiseChangesTheFutureFromItsFirstFrameOn) {
 
 TEST(PoseNetwork, GoesOnWhereItStopped) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(5);
   PoseNetwork pose(c);
   const Tensor past = torch::randn({2, 12, kFeatureCount}), z = torch::randn({2, c.noise}),
@@ -144,7 +150,7 @@ TEST(PoseNetwork, GoesOnWhereItStopped) {
 
 TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(6);
   PoseNetwork pose(c);
   Seq2SeqNetwork seq2seq(c);
@@ -161,7 +167,7 @@ TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
 
 TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(11);
   PoseNetwork pose(c);
   const Tensor change = torch::randn({kFeatureCount}), named = torch::randn({kFeatureCount});
@@ -176,9 +182,52 @@ TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
   EXPECT_LT(largest(future[1] - (first + change + share * (named - first))), 1e-5);
 }
 
-TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
+/// Something to follow, standardised.
+Followed anything_to_follow(int64_t batch, int64_t frames) {
+  return {torch::randn({batch, frames, kFeatureCount}), torch::randn({batch, frames, kFeatureCount}), {}};
+}
+
+TEST(PoseNetwork, BeginsByFollowingWhatItIsGiven) {
   const torch::NoGradGuard no_gradients;
   const Config c = small_anticipate_config();
+  torch::manual_seed(12);
+  PoseNetwork pose(c);
+  pose->out->weight.zero_();
+  pose->pull.copy_(torch::randn({kFeatureCount}));
+  const Followed followed = anything_to_follow(1, 3);
+  const Tensor past = torch::randn({1, 12, kFeatureCount}), weight = pose->pull.sigmoid();
+  PoseNetworkImpl::State state = pose->start(past, torch::randn({1, c.noise}));
+  const Tensor labels = random_labels(1, 3 + c.gamma - 1, c), future = pose->roll(state, labels, 3, followed)[0];
+  Tensor expected = past[0][11];
+  for (int64_t t = 0; t < 3; ++t) {
+    expected = expected + followed.changes[0][t] + weight * (followed.features[0][t] - expected);
+    EXPECT_LT(largest(future[t] - expected), 1e-5) << t;
+  }
+}
+
+TEST(PoseNetwork, LearnsFromWhatItFollows) {
+  const Config c = small_anticipate_config();
+  torch::manual_seed(13);
+  PoseNetwork pose(c);
+  const Tensor past = torch::randn({4, 12, kFeatureCount}), mix = torch::randn({4, 9, kFeatureCount});
+  const Followed followed = anything_to_follow(4, 9);
+  PoseNetworkImpl::State state = pose->start(past, torch::randn({4, c.noise}));
+  const Tensor labels = random_labels(4, 9 + c.gamma - 1, c);
+  (pose->roll(state, labels, 9, followed) * mix).sum().backward();
+  expect_gradients_everywhere(*pose);
+  const torch::NoGradGuard no_gradients;
+  state = pose->start(past, torch::zeros({4, c.noise}));
+  const Tensor whole = pose->roll(state, labels, 9, followed);
+  state = pose->start(past, torch::zeros({4, c.noise}));
+  const Tensor head = pose->roll(state, labels, 5, followed),
+               tail = pose->roll(state, labels.slice(1, 5), 4,
+                                 {followed.features.slice(1, 5), followed.changes.slice(1, 5), {}});
+  EXPECT_LT(largest(torch::cat({head, tail}, 1) - whole), 1e-5) << "goes on where it stopped";
+}
+
+TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
+  const torch::NoGradGuard no_gradients;
+  const Config c = without_memory();
   torch::manual_seed(7);
   IntentionNetwork intention(c);
   const Tensor state = intention->encode(torch::randn({1, 12, kFeatureCount})).expand({4000, -1});
@@ -191,7 +240,7 @@ TEST(IntentionNetwork, DrawsAreOneHotAndSpreadAsTheNoiseHasIt) {
 }
 
 TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(8);
   IntentionNetwork intention(c);
   const Tensor state = torch::randn({5, c.intention_hidden}), mix = torch::randn({5, c.labels});
@@ -205,7 +254,7 @@ TEST(IntentionNetwork, DrawsHaveTheGradientOfTheSoftmax) {
 
 TEST(IntentionNetwork, ALabelChangesThoseAfterItAlone) {
   const torch::NoGradGuard no_gradients;
-  const Config c = small_anticipate_config();
+  const Config c = without_memory();
   torch::manual_seed(9);
   IntentionNetwork intention(c);
   const Tensor code = intention->encode(torch::randn({1, 12, kFeatureCount})), labels = random_labels(1, 8, c);

@@ -26,7 +26,7 @@ inline inhabit::anticipate::Config small_anticipate_config() {
   return c;
 }
 
-/// All four networks, with weights of no training; scale and intention labels are those of people(60).
+/// All four networks, with weights of no training; scale, intention labels and memory are those of people(60).
 inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config& config = small_anticipate_config()) {
   using namespace inhabit;
   using namespace inhabit::anticipate;
@@ -38,6 +38,7 @@ inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config
   for (const Sequence& recording : recordings) features.push_back(recording.features);
   n.scale = feature_scale(torch::cat(features));
   n.clusters = cluster_recordings(recordings, config, 1);
+  if (config.memory) n.memory = make_memory(remembered_motion(recordings, config.kappa), n.clusters, config, "people");
   torch::manual_seed(6);
   if (config.intention) n.intention = IntentionNetwork(config);
   n.pose = PoseNetwork(config);
