@@ -5,6 +5,16 @@
 namespace inhabit::anticipate {
 namespace {
 
+/// The model's memory as its settings have it now, without the validation recordings where these are what it is
+/// measured on.
+std::shared_ptr<const MotionMemory> memory_for(const Networks& networks, const std::string& split,
+                                               const std::string& file) {
+  std::vector<Remembered> recordings;
+  for (const Remembered& r : networks.memory->recordings())
+    if (split != "val" || !r.validation) recordings.push_back(r);
+  return make_memory(std::move(recordings), networks.clusters, networks.config, file);
+}
+
 /// The recordings of `split` for a model, or of a model's fold, and all others that it may remember.
 Fold fold_of(const std::vector<ActionMotion>& motions, const std::string& source, const std::string& split,
              Networks networks) {
@@ -37,7 +47,8 @@ std::vector<Fold> evaluation_folds(const std::string& data, const std::string& s
   if (by_turns && models.empty())
     for (int64_t folds = single_folds(motions), fold = 0; fold < folds; ++fold)
       out.push_back(fold_of(left_out_fold(motions, folds, fold), data, "left_out", {}));
-  for (const auto& [file, networks] : models) {
+  for (auto [file, networks] : models) {
+    if (networks.memory) networks.memory = memory_for(networks, split, file);
     const auto& training = networks.config.training;
     out.push_back(by_turns ? fold_of(left_out_fold(motions, training.folds, training.fold), data, "left_out", networks)
                            : fold_of(motions, data, split, networks));

@@ -33,17 +33,19 @@ std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& cl
   return out;
 }
 
-std::map<std::string, Tensor> memory_tensors(const MotionMemory& memory) {
+std::map<std::string, Tensor> memory_tensors(const std::vector<Remembered>& recordings) {
   std::vector<Tensor> features, typical;
-  std::vector<int64_t> frames;
-  for (const Remembered& r : memory.recordings()) {
+  std::vector<int64_t> frames, validation;
+  for (const Remembered& r : recordings) {
     features.push_back((r.features / kMemoryUnit).round().to(torch::kInt16));
     typical.push_back(r.typical);
     frames.push_back(r.features.size(0));
+    validation.push_back(r.validation ? 1 : 0);
   }
   return {{"memory.features", torch::cat(features)},
           {"memory.typical", torch::cat(typical)},
-          {"memory.frames", torch::tensor(frames)}};
+          {"memory.frames", torch::tensor(frames)},
+          {"memory.validation", torch::tensor(validation)}};
 }
 
 std::shared_ptr<const MotionMemory> make_memory(std::vector<Remembered> recordings, const IntentionClusters& clusters,
@@ -65,7 +67,9 @@ std::vector<Remembered> remembered(const nn::ModelFile& file) {
     return found->second;
   };
   const Tensor features = integers("memory.features", torch::kInt16, 2),
-               frames = integers("memory.frames", torch::kInt64, 1);
+               frames = integers("memory.frames", torch::kInt64, 1),
+               validation = integers("memory.validation", torch::kInt64, 1);
+  if (validation.size(0) != frames.size(0)) throw Error(file.path, "memory.validation is not of each recording");
   const Tensor typical = file.tensor("memory.typical", {features.size(0)});
   std::vector<Remembered> out;
   int64_t first = 0;
@@ -74,7 +78,7 @@ std::vector<Remembered> remembered(const nn::ModelFile& file) {
     if (features.size(1) != kFeatureCount || count < 1 || count > features.size(0) - first)
       throw Error(file.path, "has a memory whose recordings are not as long as it says");
     out.push_back({features.slice(0, first, first + count).to(torch::kFloat32) * kMemoryUnit,
-                   typical.slice(0, first, first + count)});
+                   typical.slice(0, first, first + count), validation[i].item<int64_t>() != 0});
     first += count;
   }
   if (first != features.size(0)) throw Error(file.path, "has a memory with frames of no recording");
@@ -87,7 +91,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   SafeTensors content = model_header(networks.config, networks.skeleton, networks.scale);
   if (networks.clusters.poses.defined() || networks.clusters.codes.defined())
     content.tensors.merge(cluster_tensors(networks.clusters));
-  if (networks.memory) content.tensors.merge(memory_tensors(*networks.memory));
+  if (networks.memory) content.tensors.merge(memory_tensors(networks.memory->recordings()));
   if (!networks.intention.is_empty()) nn::collect_parameters(*networks.intention, "intention_net.", content);
   if (!networks.pose.is_empty()) nn::collect_parameters(*networks.pose, "pose_net.", content);
   if (!networks.released_intention.is_empty())

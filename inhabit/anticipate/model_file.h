@@ -45,7 +45,7 @@ SafeTensors model_header(const Config& config, const Skeleton& skeleton, const F
 std::map<std::string, torch::Tensor> cluster_tensors(const IntentionClusters& clusters);
 
 /// What a memory remembers, as tensors of a file.
-std::map<std::string, torch::Tensor> memory_tensors(const MotionMemory& memory);
+std::map<std::string, torch::Tensor> memory_tensors(const std::vector<Remembered>& recordings);
 /// The memory of these recordings, as the configuration has it. @param subject named where they are too short.
 std::shared_ptr<const MotionMemory> make_memory(std::vector<Remembered> recordings, const IntentionClusters& clusters,
                                                 const Config& config, const std::string& subject);

@@ -33,8 +33,9 @@ inline constexpr double kMemoryUnit = 0x1.0p-14;
 
 /// A recording that is remembered.
 struct Remembered {
-  torch::Tensor features;  ///< (T, F) metres and radians, multiples of kMemoryUnit
-  torch::Tensor typical;   ///< (T) how typical the motion is that goes on from each frame (typical_motion)
+  torch::Tensor features;   ///< (T, F) metres and radians, multiples of kMemoryUnit
+  torch::Tensor typical;    ///< (T) how typical the motion is that goes on from each frame (typical_motion)
+  bool validation = false;  ///< of the validation split: not looked at while weights and settings are chosen
 };
 
 /// Recorded motion that futures go on from (not in the paper). Where a future begins, where the recording that it

@@ -305,7 +305,14 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
   task.networks = {{"pose_net.", networks.pose.ptr()}};
   if (c.intention) task.networks["intention_net."] = networks.intention.ptr();
   task.tensors = cluster_tensors(networks.clusters);
-  if (networks.memory) task.tensors.merge(memory_tensors(*networks.memory));
+  if (networks.memory) {
+    // What is used remembers the validation recordings too; what is validated does not.
+    std::vector<Sequence> all = recordings;
+    all.insert(all.end(), validation.begin(), validation.end());
+    std::vector<Remembered> kept = remembered_motion(all, c.kappa);
+    for (size_t i = recordings.size(); i < kept.size(); ++i) kept[i].validation = true;
+    task.tensors.merge(memory_tensors(kept));
+  }
   task.samples = data.size();
   task.prepare = batches(
       [&](const TrainStep& step) { return intention_batch(data, networks, step.indices, step.seed); },

@@ -125,11 +125,13 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
                 AllOf(HasSubstr(name), HasSubstr("not finite")));
   }
   EXPECT_THAT(changed([](auto& f) { f.tensors["scale.deviation"][3] = 0; }), HasSubstr("not positive"));
-  for (const char* name : {"memory.features", "memory.frames", "memory.typical"}) {
+  for (const char* name : {"memory.features", "memory.frames", "memory.typical", "memory.validation"}) {
     SCOPED_TRACE(name);
     EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
     EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr("memory."));
   }
+  EXPECT_THAT(changed([](auto& f) { f.tensors["memory.validation"] = torch::zeros({3}, torch::kInt64); }),
+              HasSubstr("memory.validation"));
   for (const int64_t frames : {int64_t{0}, int64_t{-3}, int64_t{59}, int64_t{61}, std::numeric_limits<int64_t>::max()})
     EXPECT_THAT(changed([&](auto& f) { f.tensors["memory.frames"][2] = frames; }), HasSubstr("memory")) << frames;
   EXPECT_THAT(changed([](auto& f) { f.tensors["memory.typical"][7] = std::nan(""); }), HasSubstr("not finite"));
@@ -137,6 +139,7 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
                 f.tensors["memory.features"] = f.tensors["memory.features"].slice(0, 0, 12).clone();
                 f.tensors["memory.typical"] = f.tensors["memory.typical"].slice(0, 0, 12).clone();
                 f.tensors["memory.frames"] = torch::tensor({int64_t{12}});
+                f.tensors["memory.validation"] = torch::tensor({int64_t{0}});
               }),
               HasSubstr("too short to be remembered"));
   EXPECT_THAT(changed([](auto& f) {

@@ -8,6 +8,7 @@
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <map>
@@ -15,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "anticipate/small_networks.h"
+#include "inhabit/anticipate/evaluation_folds.h"
 #include "inhabit/io/safetensors.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -87,6 +89,20 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
   EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
                trained.ltd.is_empty());
   EXPECT_FALSE(std::filesystem::exists(t.run.out + ".checkpoint.safetensors"));
+  // The memory has the validation recordings as well, and forgets them where these are what is measured.
+  ASSERT_TRUE(trained.memory);
+  const auto of_validation = [](const MotionMemory& memory) {
+    const auto& all = memory.recordings();
+    return std::count_if(all.begin(), all.end(), [](const Remembered& r) { return r.validation; });
+  };
+  EXPECT_EQ(trained.memory->recordings().size(), 6U);
+  EXPECT_EQ(of_validation(*trained.memory), 2);
+  for (const auto& [split, remembered] : {std::pair("test", 6U), {"val", 4U}}) {
+    const std::vector<Fold> folds = evaluation_folds(t.run.data[0], split, {{t.run.out, trained}});
+    ASSERT_EQ(folds.size(), 1U);
+    EXPECT_EQ(folds[0].networks.memory->recordings().size(), remembered) << split;
+    EXPECT_EQ(folds[0].test.size(), 2U) << split;
+  }
 }
 
 TEST(TrainAnticipate, GoesOnAfterInterruptsToTheSameFileAndTrainsEveryParameter) {
