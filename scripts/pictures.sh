@@ -14,7 +14,7 @@ picture() { node scripts/screenshot.mjs "$pages/$1.html" "$out/$1.png" "${@:2}";
 $inhabit forecast $data/sit.npz --scene $data/sit_room.glb --start 205 -o "$pages/forecast.html"
 picture forecast --time 2.25 --size 1200x700
 $inhabit anticipate $data/walk.npz --samples 20 --seconds 30 -o "$pages/anticipate.html"
-picture anticipate --time 26 --size 960x640 --bare --overlaid --camera 9.9,4.4,-3.9 --target 6.3,0.4,4.2
+picture anticipate --time 11 --size 960x640 --bare --overlaid --camera=4.6,3.0,6.0 --target=-1.3,0.9,11.2
 $inhabit inbetween $data/sit.npz --scene $data/sit_room.glb --keyframes every:60 -o "$pages/inbetween.html"
 picture inbetween --size 960x640 --bare --poses
 $inhabit interact --scene $data/sit_room.glb --chair armchair_0 --start=0,1,90 --left armrest --right armrest --seconds 12 -o "$pages/interact.html"
