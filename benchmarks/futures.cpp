@@ -3,6 +3,12 @@
 #include <benchmark/benchmark.h>
 
 #include "inhabit/anticipate/fast_futures.h"
+#include "inhabit/anticipate/features.h"
+#include "inhabit/anticipate/sample.h"
+#include "inhabit/io/files.h"
+#include "inhabit/motion/local_pose.h"
+#include "inhabit/motion/resample.h"
+#include "inhabit/motion/retarget.h"
 #include "inhabit/nn/parallel_chunks.h"
 #include "inhabit/passive_waiting.h"
 
@@ -13,16 +19,16 @@ using torch::Tensor;
 
 constexpr int64_t kFrames = 750;
 
+/// The shipped model after the bundled walk.
 struct Input {
-  anticipate::Networks networks;
+  anticipate::Networks networks = anticipate::load_networks(INHABIT_SOURCE_DIR "/models/anticipate-cmu.safetensors");
   Tensor past;
   anticipate::FutureNoise noise;
   explicit Input(int64_t samples) {
-    torch::manual_seed(1);
-    networks.intention = anticipate::IntentionNetwork(networks.config);
-    networks.pose = anticipate::PoseNetwork(networks.config);
-    networks.scale = {torch::zeros({anticipate::kFeatureCount}), torch::ones({anticipate::kFeatureCount})};
-    past = torch::randn({1, networks.config.observed, anticipate::kFeatureCount});
+    const std::string path = INHABIT_SOURCE_DIR "/examples/data/walk.npz";
+    const Clip walk = on_skeleton(resample(retarget(read_clip(path), path), 25, path), networks.skeleton);
+    past = anticipate::observation(anticipate::joint_features(walk.joints), walk.frames(), networks.config.observed)
+               .unsqueeze(0);
     noise = anticipate::draw_noise(networks.config, samples, kFrames, 1);
   }
 };
@@ -46,6 +52,14 @@ void fast(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(network.forward(in.past, in.noise, kFrames).features);
 }
 
+/// What the futures follow, by itself.
+void memory(benchmark::State& state) {
+  const Input in(state.range(0));
+  at::set_num_threads(static_cast<int>(state.range(1)));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(anticipate::followed_motion(in.networks, in.past, in.noise, kFrames).features);
+}
+
 /// The decoder's products of one frame, all rows at once, as often as there are frames.
 void products(benchmark::State& state) {
   const int64_t samples = state.range(0), hidden = anticipate::Config().hidden;
@@ -53,7 +67,8 @@ void products(benchmark::State& state) {
   const torch::NoGradGuard no_gradients;
   const Tensor x = torch::randn({samples, hidden});
   std::vector<Tensor> weights;
-  weights.push_back(torch::randn({anticipate::kFeatureCount + anticipate::Config().intention_features, 3 * hidden}));
+  weights.push_back(
+      torch::randn({2 * anticipate::kFeatureCount + anticipate::Config().intention_features, 3 * hidden}));
   for (int i = 0; i < 5; ++i) weights.push_back(torch::randn({hidden, 3 * hidden}));
   weights.push_back(torch::randn({hidden, anticipate::kFeatureCount}));
   std::vector<Tensor> out;
@@ -70,6 +85,7 @@ void sizes(benchmark::internal::Benchmark* b) {
 }
 BENCHMARK(plain)->Name("futures/plain")->Apply(sizes);
 BENCHMARK(fast)->Name("futures/fast")->Apply(sizes);
+BENCHMARK(memory)->Name("futures/memory")->Apply(sizes);
 BENCHMARK(products)->Name("futures/products")->Apply(sizes);
 
 }  // namespace

@@ -60,7 +60,7 @@ struct Config {
     double memory_label = 1;         ///< weight of the labels' log-probabilities in the choice
 
     bool operator==(const Inference&) const = default;  ///< compares all settings
-  } inference;                                          ///< of the networks' use
+  } inference;                                          ///< the memory's are looked at in training as well
 
   /// Sizes and training of what the networks are compared with.
   struct Baselines {

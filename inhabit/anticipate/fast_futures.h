@@ -7,8 +7,8 @@
 namespace inhabit::anticipate {
 
 /// Inference-only evaluation of ours on the CPU: the same futures as plain_futures(), decoded in plain loops over
-/// chunks of samples, without a graph and without allocating per frame. Holds a copy of the weights; forward() may be
-/// called from several threads.
+/// chunks of samples, without a graph and without allocating per frame. Holds a copy of the weights (the intention
+/// network that a memory asks is the one that was given); forward() may be called from several threads.
 class FastFutures {
  public:
   explicit FastFutures(const Networks& networks);

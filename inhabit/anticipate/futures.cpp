@@ -48,10 +48,7 @@ Followed followed_motion(const Networks& networks, const Tensor& past, const Fut
     };
   }
   const Tensor choice = noise.choice.slice(1, 0, frames + c.gamma - 1);
-  Followed out = networks.memory->follow(past, choice, {}, scores, seen);
-  out.features = networks.scale.to_network(out.features);
-  out.changes = out.changes / networks.scale.deviation;
-  return out;
+  return networks.memory->follow(past, choice, {}, scores, seen).to_network(networks.scale);
 }
 
 Futures plain_futures(const Networks& networks, const Tensor& past, const FutureNoise& noise, int64_t frames) {

@@ -129,6 +129,8 @@ Networks load_networks(const std::string& path) {
   }
   if (!n.pose.is_empty()) {
     n.clusters.poses = file.tensor("clusters.poses", {-1, kPoseFeatures});
+    if (n.config.naive_clusters && n.clusters.poses.size(0) != n.config.labels)
+      throw Error(path, "clusters.poses are not as many as its labels");
     if (!n.config.naive_clusters)
       n.clusters.labels = file.tensor("clusters.labels", {n.config.labels, 2 * n.clusters.poses.size(1)});
     if (n.config.memory) n.memory = make_memory(remembered(file), n.clusters, n.config, path);

@@ -30,7 +30,7 @@ struct Networks {
   /// Whether the networks that forecast intention and pose are there.
   bool forecasts() const {
     if (config.released) return !released_intention.is_empty() && !released_pose.is_empty();
-    return !pose.is_empty() && (!config.intention || !intention.is_empty());
+    return !pose.is_empty() && (!config.intention || !intention.is_empty()) && (!config.memory || memory);
   }
 };
 

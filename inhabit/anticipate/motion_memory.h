@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "inhabit/anticipate/intention.h"
+#include "inhabit/nn/feature_scale.h"
 
 namespace inhabit::anticipate {
 
@@ -20,6 +21,10 @@ struct Followed {
   Followed from(int64_t frame) const {
     if (!features.defined()) return {};
     return {features.slice(1, frame), changes.slice(1, frame), labels.slice(1, frame)};
+  }
+  /// As networks see it.
+  Followed to_network(const FeatureScale& scale) const {
+    return {scale.to_network(features), changes / scale.deviation, labels};
   }
   /// On another device.
   Followed on(torch::Device d) const {
@@ -54,8 +59,8 @@ class MotionMemory {
     double distance = 0.01;  ///< metres; over 0
     double typical = 0;      ///< weight
     double within = 1;       ///< metres: places that are so much farther away than the nearest are no candidates
-    double stay = 0;         ///< frames that a recording is followed in the mean before another is; 0: to its end
-    double warp = 0;         ///< speeds are within 1 - warp and 1 + warp; under 1
+    double stay = 0;  ///< after two seconds another recording is chosen every so many frames in the mean; 0: never
+    double warp = 0;  ///< speeds are within 1 - warp and 1 + warp; under 1
   };
 
   /// @param recordings without their mirror images; `typical` is that of the mirror image as well. @param subject

@@ -145,10 +145,7 @@ Followed followed_by_windows(const Networks& n, const Tensor& frames, const std:
                              const Tensor& choice) {
   if (!n.memory) return {};
   const Tensor past = frames.slice(1, n.config.observed - n.config.kappa, n.config.observed);
-  Followed out = n.memory->follow(n.scale.from_network(past), choice, own);
-  out.features = n.scale.to_network(out.features);
-  out.changes = out.changes / n.scale.deviation;
-  return out;
+  return n.memory->follow(n.scale.from_network(past), choice, own).to_network(n.scale);
 }
 
 IntentionBatch intention_batch(const Data& data, const Networks& networks, const std::vector<int64_t>& indices,
@@ -194,6 +191,7 @@ IntentionBatch intention_batch(const Data& data, const Networks& networks, const
           noise.gumbel,
           followed_by_windows(networks, frames, own, noise.choice.slice(1, 0, c.future + c.gamma - 1)),
           followed_by_windows(networks, frames.slice(0, 0, runs / 2).repeat({2, 1, 1}), run_own,
+                              // backwards: other draws than the forecasts'
                               noise.choice.slice(0, 0, runs).slice(1, 0, run + kRunFrames + c.gamma - 1).flip(1)),
           torch::stack(real),
           torch::stack(forecast),
@@ -236,11 +234,6 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
   }
   const auto behind = [&](int64_t lead) { return torch::cat({past.slice(1, c.observed - lead), forecast}, 1); };
   if (c.training.pose_discriminator || c.training.plausibility_weight > 0) {
-    const int64_t lead = c.training.discriminator_frames - 1;
-    const Tensor joined = behind(lead);
-    const Tensor joined_labels = torch::cat({true_labels.slice(1, c.observed - lead, c.observed), forecast_labels}, 1);
-    const Tensor views =
-        discriminator_views(joined, unseen(joined_labels), b.forecast_starts, c.training.discriminator_frames);
     const int64_t run = b.run, runs = runs_of(past.size(0));
     const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
     const Tensor twice = past.slice(0, 0, runs / 2).repeat({2, 1, 1});
@@ -257,16 +250,20 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
     }
     const Tensor later = labels.slice(1, run);
     const Tensor last = model->pose->roll(state, later, kRunFrames, b.run_followed.from(run));
-    const Tensor run_views = discriminator_views(last, later, some(b.run_starts), c.training.discriminator_frames);
     const Tensor sameness = diversity_loss(last.slice(0, 0, runs / 2), last.slice(0, runs / 2), scale,
                                            kApart * pose_spread(b.frames.slice(0, 0, runs / 2), scale));
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
-    if (c.training.pose_discriminator)
-      add_discriminator(
-          model->pose_discriminator, "pose",
-          discriminator_views(b.frames, unseen(true_labels), b.real_starts, c.training.discriminator_frames),
-          torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
+    if (c.training.pose_discriminator) {
+      const int64_t frames = c.training.discriminator_frames, lead = frames - 1;
+      const Tensor labels_behind =
+          torch::cat({true_labels.slice(1, c.observed - lead, c.observed), forecast_labels}, 1);
+      const Tensor views = discriminator_views(behind(lead), unseen(labels_behind), b.forecast_starts, frames),
+                   run_views = discriminator_views(last, later, some(b.run_starts), frames);
+      add_discriminator(model->pose_discriminator, "pose",
+                        discriminator_views(b.frames, unseen(true_labels), b.real_starts, frames),
+                        torch::cat({views, run_views}), c.training.pose_discriminator_weight, total, losses);
+    }
     if (c.training.plausibility_weight > 0) {
       const Tensor soon = plausibility(scale.from_network(behind(c.kappa - 1)).cpu(), b.actions, b.word_starts);
       const Tensor late = plausibility(scale.from_network(last).cpu(),
@@ -404,7 +401,7 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   if (config.released)  // the authors' poses are metres
     networks.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   networks.clusters = cluster_recordings(train_sequences, config, run.seed);
-  if (config.memory && std::find(names.begin(), names.end(), "intention") != names.end())
+  if (config.memory && !config.released && std::find(names.begin(), names.end(), "intention") != names.end())
     networks.memory = make_memory(remembered_motion(train_sequences, config.kappa), networks.clusters, config, source);
   const Data data(train_sequences, networks);
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "anticipate/small_networks.h"
 #include "inhabit/anticipate/futures.h"
@@ -81,7 +82,7 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   some.seq2seq = nullptr;
   some.ltd = nullptr;
   some.config.naive_clusters = true;
-  some.clusters.labels = torch::Tensor();
+  some.clusters = cluster_recordings(people(60), some.config, 1);
   save_networks(folder / "m.safetensors", some);
   const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty());
@@ -134,6 +135,13 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
               HasSubstr("memory.validation"));
   for (const int64_t frames : {int64_t{0}, int64_t{-3}, int64_t{59}, int64_t{61}, std::numeric_limits<int64_t>::max()})
     EXPECT_THAT(changed([&](auto& f) { f.tensors["memory.frames"][2] = frames; }), HasSubstr("memory")) << frames;
+  EXPECT_THAT(changed([](auto& f) {
+                auto config = nlohmann::json::parse(f.metadata["config"]);
+                config["naive_clusters"] = true;
+                f.metadata["config"] = config.dump();
+              }),
+              HasSubstr("as many as its labels"))
+      << "6 clusters, 3 labels: a label would be read beyond the scores";
   EXPECT_THAT(changed([](auto& f) { f.tensors["memory.typical"][7] = std::nan(""); }), HasSubstr("not finite"));
   EXPECT_THAT(changed([](auto& f) {
                 f.tensors["memory.features"] = f.tensors["memory.features"].slice(0, 0, 12).clone();
