@@ -20,6 +20,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("ego_rings", c.ego_rings);
   visit("ego_layers", c.ego_layers);
   visit("chair_grid", c.chair_grid);
+  visit("seated_habits", c.seated_habits);
   visit("encoders", c.encoders);
   visit("encoder_layers", c.encoder_layers);
   visit("experts", c.experts);
@@ -116,6 +117,7 @@ Config preset(const std::string& name) {
   Config c;
   c.preset = name;
   if (name == "compact") {
+    c.seated_habits = true;
     c.encoders = {192, 64, 128, 192, 64};
     c.encoder_layers = 2;
     c.experts = 6;

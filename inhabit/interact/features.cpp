@@ -61,6 +61,21 @@ void write_hands(const State& state, const State& contacts, const Place& root, i
                                   : Vector3f(Vector3f::Zero()));
 }
 
+void write_ahead(const State& state, const Place& root, float* out) {
+  const AheadPose& ahead = state.ahead;
+  std::fill(out, out + kAheadSize, 0.F);
+  if (!ahead.known) return;
+  const Vector3f up(0, state.position[0].y(), 0);
+  FeatureWriter write{out};
+  write(1.F);
+  write(Vector3f(root.in(ahead.head) - up));
+  for (const Vector3f& ankle : ahead.ankle) write(root.in(ankle));
+  for (const size_t hand : kHandOrder) {
+    write(ahead.free[hand] ? 1.F : 0.F);
+    write(ahead.free[hand] ? Vector3f(root.in(ahead.palm[hand]) - up) : Vector3f(Vector3f::Zero()));
+  }
+}
+
 Vector2f phase_vector(float phase) {
   const double angle = 2 * std::numbers::pi * static_cast<double>(phase - std::floor(phase));
   return {static_cast<float>(std::sin(angle)), static_cast<float>(std::cos(angle))};
@@ -95,6 +110,7 @@ void build_input(const InputLayout& layout, const State& state, const Senses& se
   FeatureWriter phases{out + layout.hand_phases.first};
   for (int k = 0; k < kKeys; ++k)
     for (const size_t hand : kHandOrder) phases(state.wanted[hand] ? state.key(k).hand_phase[hand] : 0.F);
+  if (layout.ahead.size > 0) write_ahead(state, root, out + layout.ahead.first);
   write_gating(state, out + layout.gating.first);
 }
 

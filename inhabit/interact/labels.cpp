@@ -249,6 +249,8 @@ Labels label(const Clip& clip, const std::optional<Chair>& chair) {
   out.action = soft_actions(plain, clip.rate);
   out.global_phase = phase_of(clip, stays, plain);
   label_hands(clip, joints, out);
+  out.seated = torch::zeros({clip.frames()});
+  for (const Stay& stay : stays) out.seated.slice(0, stay.first, std::max(stay.first, stay.rise)).fill_(1);
   GoalWriter goals(joints, yaw, out);
   int64_t from = 0;
   for (const Stay& stay : stays) {

@@ -17,6 +17,7 @@ struct Labels {
                                ///< whole number to the next, and so does standing up; else it rests
   torch::Tensor hand_phase;    ///< (T, 2) 0 where a hand leaves for a contact, 1 when it is there and while it stays
   torch::Tensor hand_target;   ///< (T, 2, 4) the contact, then 1 while it is being reached for or held; else zeros
+  torch::Tensor seated;        ///< (T) 1 from when the pelvis comes to rest on the seat until they begin to rise
   torch::Tensor goal;          ///< (T, 3) where the root is to get to: pelvis above the seat's surface, else the floor
   torch::Tensor goal_direction;  ///< (T, 3) unit, level: which way to face there
   torch::Tensor goal_action;     ///< (T, 3) what to do there: idle, walk or sit, one of them 1

@@ -28,6 +28,7 @@ InputLayout input_layout(const Config& c) {
   out.chair = span(c.chair_size());
   out.hands = span(2 * keys * 3);
   out.hand_phases = span(2 * keys);
+  out.ahead = span(c.seated_habits ? kAheadSize : 0);
   out.gating = span(keys * actions * (2 + 6));
   out.size = span.next;
   return out;

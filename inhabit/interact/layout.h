@@ -22,6 +22,7 @@ inline constexpr int kJoints = 22, kActions = 3;
 inline constexpr int kFuturePoints = kFutureKeys + 1;        ///< the present key and those after it
 inline constexpr std::array<size_t, 2> kHandOrder = {1, 0};  ///< vectors have the right hand first
 inline constexpr int kContacts = 5;                          ///< pelvis, right and left wrist, right and left ankle
+inline constexpr int kAheadSize = 18;                        ///< of State::ahead as PoseNet sees it
 
 /// PoseNet's input, all in the axes of the present root (Place). Hands: right, then left.
 struct InputLayout {
@@ -32,6 +33,7 @@ struct InputLayout {
   Span chair;        ///< voxel: position 3, value
   Span hands;        ///< hand, key: palm less contact 3; zeros without one
   Span hand_phases;  ///< key, hand
+  Span ahead;        ///< with Config::seated_habits kAheadSize (build_input), else none
   Span gating;       ///< key: 3 x 2 of actions, 3 x 6 of goal actions (build_input)
   int64_t size = 0;  ///< numbers in all
 };

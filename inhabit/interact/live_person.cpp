@@ -40,6 +40,7 @@ struct LivePerson::Impl {
   State state;
   SettledPose pose;
   ChairGrid grid;
+  std::optional<SeatedLife> habits;
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
   HandContacts contacts;
@@ -137,6 +138,8 @@ struct LivePerson::Impl {
   void step() {
     follow();
     plan_hands();
+    const bool at_leisure = habits && target.action == kSitAction && seated() && !state.wanted[0] && !state.wanted[1];
+    state.ahead = at_leisure ? habits->next(work.random) : AheadPose{};
     if (grid.centres.empty())
       std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
     build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());
@@ -182,6 +185,8 @@ LivePerson::LivePerson(LivePerson&&) noexcept = default;
 void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts) {
   impl_->chair = chair;
   impl_->grid = sense_chair(chair, impl_->engine.config());
+  const SeatedHabits& habits = impl_->engine.networks().habits;
+  if (habits.size() > 0) impl_->habits.emplace(habits, impl_->grid, chair.seat_height);
   impl_->around = std::move(around);
   Impl& p = *impl_;
   p.go({chair.seat(), chair.heading(), kSitAction},

@@ -8,6 +8,7 @@
 #include "inhabit/body/bones.h"
 #include "inhabit/interact/engine.h"
 #include "inhabit/interact/features.h"
+#include "inhabit/interact/seated_habits.h"
 #include "inhabit/interact/settle.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/walk_path.h"
@@ -27,7 +28,7 @@ class LivePerson {
  public:
   /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
   /// motion before it their velocity is known too. Standard skeleton with rotations. @param seed of what is drawn
-  /// (SAMP).
+  /// (habits while seated; SAMP).
   LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
   LivePerson(LivePerson&&) noexcept;  ///< what was moved from may only be destroyed

@@ -91,6 +91,25 @@ void read_released_contact(const ReleasedSizes& released, Networks& n) {
   n.contact = released.file.network("", [&] { return ContactNetwork(c); });
 }
 
+SeatedHabits habits_in(const nn::ModelFile& file, const Config& config) {
+  SeatedHabits out;
+  const auto ends = file.content.tensors.find("habits.ends");
+  if (!config.seated_habits || ends == file.content.tensors.end()) return out;
+  if (ends->second.dim() != 1 || ends->second.scalar_type() != torch::kInt64 || ends->second.size(0) == 0)
+    throw Error(file.path, "'habits.ends' is no list of whole numbers");
+  out.ends = ends->second.contiguous();
+  out.points = file.tensor("habits.points", {-1, 15}).contiguous();
+  int64_t before = 0;
+  for (int64_t i = 0; i < out.size(); ++i) {
+    const int64_t end = out.ends.data_ptr<int64_t>()[i];
+    if (end <= before + 1 || end > out.points.size(0)) throw Error(file.path, "'habits.ends' are out of order");
+    before = end;
+  }
+  out.chairs = file.tensor("habits.chairs", {out.size(), config.chair_size()});
+  out.heights = file.tensor("habits.heights", {out.size()});
+  return out;
+}
+
 /// True where the file was of a released network, which then is in `n`.
 bool read_released(const nn::ModelFile& file, Networks& n) {
   const ReleasedSizes released{file};
@@ -155,6 +174,12 @@ SafeTensors model_content(const Networks& networks, const std::vector<std::strin
   content.tensors["scale.input_deviation"] = networks.input_scale.deviation;
   content.tensors["scale.output_mean"] = networks.output_scale.mean;
   content.tensors["scale.output_deviation"] = networks.output_scale.deviation;
+  if (networks.habits.size() > 0) {
+    content.tensors["habits.chairs"] = networks.habits.chairs;
+    content.tensors["habits.heights"] = networks.habits.heights;
+    content.tensors["habits.ends"] = networks.habits.ends;
+    content.tensors["habits.points"] = networks.habits.points;
+  }
   each_network(networks, [&](const std::string& prefix, const auto& network) {
     const bool wanted =
         std::none_of(without.begin(), without.end(), [&](const std::string& name) { return name + "_net." == prefix; });
@@ -178,6 +203,7 @@ Networks load_networks(const std::string& path) {
                    file.positive_tensor("scale.input_deviation", {sizes.row})};
   n.output_scale = {file.tensor("scale.output_mean", {sizes.outputs}),
                     file.positive_tensor("scale.output_deviation", {sizes.outputs})};
+  n.habits = habits_in(file, c);
   n.pose = file.network("pose_net.", [&] { return PoseNetwork(sizes); });
   n.control = file.network("control_net.", [&] { return ControlNetwork(c); });
   n.contact = file.network("contact_net.", [&] { return ContactNetwork(c); });

@@ -6,6 +6,7 @@
 #include "inhabit/interact/pose_network.h"
 #include "inhabit/interact/predictor.h"
 #include "inhabit/interact/samp_network.h"
+#include "inhabit/interact/seated_habits.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/feature_scale.h"
 
@@ -14,8 +15,9 @@ namespace inhabit::interact {
 /// A trained model and what it is compared with; a network that a file lacks is null.
 struct Networks {
   Config config;                      ///< what all of them were made with
-  FeatureScale input_scale;           ///< (4344) of PoseNet's rows
+  FeatureScale input_scale;           ///< (4344 or 4362) of PoseNet's rows
   FeatureScale output_scale;          ///< (536) of what comes out
+  SeatedHabits habits;                ///< "habits."; empty without Config::seated_habits
   PoseNetwork pose{nullptr};          ///< "pose_net." in the file
   ControlNetwork control{nullptr};    ///< "control_net.", in metres and phases as they are
   ContactNetwork contact{nullptr};    ///< "contact_net.", in metres

@@ -1,5 +1,7 @@
 #include "inhabit/interact/pose_network.h"
 
+#include "inhabit/interact/layout.h"
+
 namespace inhabit::interact {
 
 using torch::Tensor;
@@ -11,7 +13,7 @@ FrameSizes frame_sizes(const Config& c) {
   s.goals = keys * (6 + actions);
   s.ego = c.ego_points();
   s.chair = c.chair_size();
-  s.control = keys * 2 * 4;
+  s.control = keys * 2 * 4 + (c.seated_habits ? kAheadSize : 0);
   s.gating = keys * 8 * actions;  // styles times phase, and actions times phase times {1, distance, angle}
   s.outputs = 12 * joints + 3 * joints + future * (4 + actions) + future * 4 + keys * (6 + actions) + 5 + future;
   return s;

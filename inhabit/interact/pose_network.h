@@ -37,13 +37,13 @@ struct FrameSizes {
   int64_t goals = 0;    ///< G
   int64_t ego = 0;      ///< E: the ego-centric grid
   int64_t chair = 0;    ///< I: the chair's voxels
-  int64_t control = 0;  ///< C: hands and their phases
+  int64_t control = 0;  ///< C: hands and their phases, and where they are a second later (Config::seated_habits)
   int64_t gating = 0;   ///< actions and goals with the global phase
   int64_t outputs = 0;  ///< of the next frame
 };
 FrameSizes frame_sizes(const Config& config);
 
-/// PoseNet's: a row is pose 355, goals 117, ego 1408, chair 2048, control 104, gating 312.
+/// PoseNet's: a row is pose 355, goals 117, ego 1408, chair 2048, control 104 (122 with seated habits), gating 312.
 PoseSizes pose_sizes(const Config& config);
 /// NSM's: without the control. @param contacts NSM+Control: kContactInputs more goal numbers.
 PoseSizes nsm_sizes(const Config& config, bool contacts);

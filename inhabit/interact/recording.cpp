@@ -29,6 +29,20 @@ Sample sample_of(const Labels& labels, int64_t t, const Vector2f& position, doub
   return s;
 }
 
+/// What somebody seated does within a second of a frame, as far as they stay and no hand is at a contact.
+AheadPose ahead_pose(const Recording::Frame& now, const Recording::Frame& later) {
+  AheadPose out;
+  out.known = now.seated && later.seated && !now.wanted[0] && !now.wanted[1];
+  if (!out.known) return out;
+  out.head = later.position[15];
+  for (size_t side = 0; side < 2; ++side) {
+    out.ankle[side] = later.position[7 + side];
+    out.palm[side] = later.sample.hand[side];
+    out.free[side] = !later.wanted[side];
+  }
+  return out;
+}
+
 }  // namespace
 
 Recording record(const Clip& clip, const Labels& labels, const std::string& subject) {
@@ -62,6 +76,7 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
       f.contact[s] = {target[t][side][0], target[t][side][1], target[t][side][2]};
       f.wanted[s] = target[t][side][3] > 0.5F;
     }
+    f.seated = labels.seated.data_ptr<float>()[t] > 0.5F;
     f.touching = {c[t][0], c[t][21], c[t][20], std::max(c[t][8], c[t][11]), std::max(c[t][7], c[t][10])};
   }
   return out;
@@ -85,6 +100,7 @@ State state_at(const Recording& recording, int64_t frame) {
   out.touching = now.touching;
   out.contact = now.contact;
   out.wanted = now.wanted;
+  out.ahead = ahead_pose(now, at(frame + kSamples - 1 - kNow));
   return out;
 }
 

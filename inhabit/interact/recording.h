@@ -24,6 +24,7 @@ struct Recording {
     std::array<Eigen::Vector3f, 2> contact;         ///< left, right
     std::array<bool, 2> wanted;                     ///< the hand goes to its contact or holds it
     std::array<float, kContacts> touching;          ///< 0 or 1, as OutputLayout::contacts
+    bool seated;                                    ///< as Labels::seated
   };
   std::vector<Frame> frames;  ///< one after the other
   Bones bones;                ///< of the person

@@ -10,6 +10,7 @@ namespace {
 void take_control(const State& recorded, State& state) {
   state.contact = recorded.contact;
   state.wanted = recorded.wanted;
+  state.ahead = recorded.ahead;
   for (size_t i = kNow + 1; i < kSamples; ++i) {
     state.samples[i].hand = recorded.samples[i].hand;
     state.samples[i].hand_phase = recorded.samples[i].hand_phase;

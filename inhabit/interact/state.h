@@ -22,6 +22,15 @@ struct Sample {
   Place goal_place() const { return {{goal.x(), goal.z()}, goal_facing}; }
 };
 
+/// Where head, ankles and palms of somebody seated are to be a second from now, world metres: what they do while no
+/// hand has a contact. Hands: 0 left, 1 right.
+struct AheadPose {
+  bool known = false;                                      ///< else nothing is told
+  Eigen::Vector3f head = Eigen::Vector3f::Zero();          ///< joint 15
+  std::array<Eigen::Vector3f, 2> ankle{head, head}, palm{head, head};
+  std::array<bool, 2> free{};  ///< no contact is held or reached for then: the palm's place is told
+};
+
 /// What a person does at one moment: the pose, a second of the past and a second of the future as it was predicted
 /// last. World, metres, +Y up, floor at y = 0. Copied without allocation.
 struct State {
@@ -35,6 +44,7 @@ struct State {
   /// A hand's contact while it is being reached for or held.
   std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
   std::array<bool, 2> wanted{false, false};  ///< whether it has one
+  AheadPose ahead;                           ///< what they are about to do, seated
 
   /// The present.
   const Sample& now() const { return samples[kNow]; }

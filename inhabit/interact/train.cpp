@@ -13,6 +13,7 @@
 namespace inhabit::interact {
 namespace {
 
+constexpr int64_t kHabits = 256;  // stays that a model file keeps
 constexpr int64_t kEpochs = 150, kValidationContacts = 2048, kValidationSequences = 128;
 
 ControlSequences on(const ControlSequences& s, torch::Device d) {
@@ -176,6 +177,11 @@ bool train(const TrainRun& run, const Config& config) {
   kept.config = config;
   kept.input_scale = t.input;
   kept.output_scale = t.output;
+  const auto moves = [&](const std::string& name) { return name == "pose" || name == "rollout"; };
+  if (!config.seated_habits)
+    kept.habits = {};
+  else if (kept.habits.size() == 0 || std::any_of(names.begin(), names.end(), moves))
+    kept.habits = habits_of(t.data, kHabits);
   std::vector<std::string> trained;
   trained.reserve(names.size());
   for (const std::string& name : names) trained.push_back(network_of_stage(name));

@@ -39,6 +39,10 @@ TEST(InteractModelFile, ComesBackAsItWasSaved) {
   EXPECT_TRUE(torch::equal(loaded.input_scale.mean, saved.input_scale.mean));
   EXPECT_TRUE(torch::equal(loaded.output_scale.deviation, saved.output_scale.deviation));
   EXPECT_FALSE(loaded.pose->is_training());
+  EXPECT_TRUE(torch::equal(loaded.habits.chairs, saved.habits.chairs));
+  EXPECT_TRUE(torch::equal(loaded.habits.heights, saved.habits.heights));
+  EXPECT_TRUE(torch::equal(loaded.habits.ends, saved.habits.ends));
+  EXPECT_TRUE(torch::equal(loaded.habits.points, saved.habits.points));
   expect_same_parameters(*loaded.pose, *saved.pose);
   expect_same_parameters(*loaded.control, *saved.control);
   expect_same_parameters(*loaded.contact, *saved.contact);
@@ -131,6 +135,12 @@ TEST(InteractModelFile, RefusesFilesOfOtherSystemsAndDamage) {
                 AllOf(HasSubstr(name), HasSubstr("not finite")));
   }
   EXPECT_THAT(changed([](auto& f) { f.tensors["scale.input_deviation"][3] = 0; }), HasSubstr("not positive"));
+  for (const auto& ends : {std::vector<int64_t>{7, 3}, {3, 8}, {1, 7}, {-5, 7}})
+    EXPECT_THAT(changed([&](auto& f) { f.tensors["habits.ends"] = torch::tensor(ends); }), HasSubstr("out of order"));
+  EXPECT_THAT(changed([](auto& f) { f.tensors["habits.ends"] = torch::rand({2}); }), HasSubstr("habits.ends"));
+  EXPECT_THAT(changed([](auto& f) { f.tensors["habits.points"] = torch::rand({7, 14}); }), HasSubstr("habits.points"));
+  EXPECT_THAT(changed([](auto& f) { f.tensors["habits.chairs"] = torch::rand({3, 32}); }), HasSubstr("habits.chairs"));
+  EXPECT_THAT(changed([](auto& f) { f.tensors.erase("habits.heights"); }), HasSubstr("habits.heights"));
   write_safetensors(path, good);
   const std::string bytes = read_whole_file(path);
   for (const size_t kept : {size_t{0}, size_t{5}, size_t{300}, bytes.size() / 2, bytes.size() - 1}) {

@@ -17,6 +17,7 @@ inline Config small_interact_config() {
   c.ego_rings = 3;
   c.ego_layers = 2;
   c.chair_grid = 2;
+  c.seated_habits = true;
   c.control_encoder = 7;
   c.control_hidden = 19;
   c.contact_hidden = 15;
@@ -38,6 +39,8 @@ inline Networks untrained_networks(const Config& c) {
   const PoseSizes sizes = pose_sizes(c);
   n.input_scale = {torch::randn({sizes.row}), torch::rand({sizes.row}) + 0.1};
   n.output_scale = {torch::randn({sizes.outputs}), torch::rand({sizes.outputs}) + 0.1};
+  if (c.seated_habits)
+    n.habits = {torch::rand({2, c.chair_size()}), torch::rand({2}), torch::tensor({3, 7}), torch::rand({7, 15})};
   n.pose = PoseNetwork(sizes);
   n.control = ControlNetwork(c);
   n.contact = ContactNetwork(c);

@@ -1,0 +1,124 @@
+// Protects what seated people do while no contact says: that it is what the recorded ones do a second later, as seen
+// from their own axes, and that it is carried over to another chair.
+#include "inhabit/interact/seated_habits.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "inhabit/interact/features.h"
+#include "interact/sitter_data.h"
+#include "temp_folder.h"
+
+namespace inhabit::interact {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Sitters who hold on to nothing: on the seat from frame 90 to 149.
+class SeatedHabitsOf : public testing::Test {
+ protected:
+  static constexpr int64_t kFirst = 90, kLast = 149;
+
+  SeatedHabitsOf() {
+    Dataset set = create_dataset(folder_ / "sitters", Sitter().clip.action_names);
+    write_scene(set, "seat.glb", seat_scene());
+    Clip clip = Sitter().clip;
+    clip.hand_targets.zero_();
+    clip.joints.slice(0, 100, 150).select(1, 15).add_(0.1);  // the head moves while they sit
+    set.clips.push_back({"clip.npz", "seat.glb", "train", 0, ""});
+    write_clip(set, set.clips.back(), clip);
+    write_index(set);
+    data_ = std::make_unique<Data>(std::vector<std::string>{folder_ / "sitters"}, "train", config_, false);
+  }
+  const Recording::Frame& frame(int64_t t) const { return data_->recording(0).frames[static_cast<size_t>(t)]; }
+
+  TempFolder folder_;
+  Config config_ = preset("compact");
+  std::unique_ptr<Data> data_;
+};
+
+TEST_F(SeatedHabitsOf, IsKnownWhileTheyStay) {
+  for (int64_t t = 0; t < Sitter::kFrames; ++t) {
+    const AheadPose ahead = state_at(data_->recording(0), t).ahead;
+    ASSERT_EQ(ahead.known, t >= kFirst && t + 30 <= kLast) << t;
+    if (!ahead.known) continue;
+    EXPECT_EQ(ahead.head, frame(t + 30).position[15]);
+    EXPECT_EQ(ahead.ankle[1], frame(t + 30).position[8]);
+    EXPECT_EQ(ahead.palm[0], frame(t + 30).sample.hand[0]);
+    EXPECT_TRUE(ahead.free[0] && ahead.free[1]);
+  }
+}
+
+TEST_F(SeatedHabitsOf, HandsAtContactsAreTold) {
+  const Recording held = [] {
+    const Sitter sitter;  // the left hand holds on from frame 90 to 119
+    return record(sitter.clip, label(sitter.clip, chair_of(sitter.clip, seat_scene())), "sitter");
+  }();
+  EXPECT_FALSE(state_at(held, 100).ahead.known) << "the contact says what they do";
+}
+
+TEST_F(SeatedHabitsOf, AreSeenFromTheirOwnAxes) {
+  State state = state_at(data_->recording(0), 95);
+  const InputLayout layout = input_layout(config_);
+  std::vector<float> x(static_cast<size_t>(layout.size), NAN);
+  state.ahead.free[0] = false;
+  build_input(layout, state, data_->senses(0), x.data());
+  const float* told = x.data() + layout.ahead.first;
+  ASSERT_EQ(layout.ahead.size, kAheadSize);
+  EXPECT_EQ(told[0], 1);
+  const auto place = [&](int at) { return Vector3f(told[at], told[at + 1], told[at + 2]); };
+  const Place root = state.now().root;
+  const Vector3f pelvis(0, state.position[0].y(), 0);
+  EXPECT_LT((root.out(place(1) + pelvis) - frame(125).position[15]).norm(), 1e-4F);
+  EXPECT_LT((root.out(place(7)) - frame(125).position[8]).norm(), 1e-4F);
+  EXPECT_EQ(told[10], 1);  // right
+  EXPECT_LT((root.out(place(11) + pelvis) - frame(125).sample.hand[1]).norm(), 1e-4F);
+  for (int i = 14; i < kAheadSize; ++i) EXPECT_EQ(told[i], 0) << "the left hand is not free";
+  build_input(layout, state_at(data_->recording(0), 20), data_->senses(0), x.data());
+  for (int i = 0; i < kAheadSize; ++i) EXPECT_EQ(told[i], 0) << "they walk";
+}
+
+TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
+  const SeatedHabits habits = habits_of(*data_, 10);
+  ASSERT_EQ(habits.size(), 1);
+  const ChairGrid& chair = data_->senses(0).chair;
+  std::mt19937_64 random(1);
+  SeatedLife same(habits, chair, 0.45);
+  for (const int64_t begin : {0, 1})
+    for (int64_t k = 0; k < 55; k += 1) {  // to the last row, of frame 145
+      const AheadPose ahead = same.next(random);
+      ASSERT_TRUE(ahead.known);
+      if (k % kKeyStep != 0) continue;
+      EXPECT_LT((ahead.head - frame(kFirst + k).position[15]).norm(), 1e-4F) << begin << " " << k;
+      EXPECT_LT((ahead.ankle[0] - frame(kFirst + k).position[7]).norm(), 1e-4F);
+      EXPECT_LT((ahead.palm[1] - frame(kFirst + k).sample.hand[1]).norm(), 1e-4F);
+    }
+  ChairGrid there = chair;
+  there.seat.position += Eigen::Vector2f(3, 1);
+  SeatedLife higher(habits, there, 0.55);
+  const AheadPose ahead = higher.next(random);
+  EXPECT_LT((ahead.head - frame(kFirst).position[15] - Vector3f(3, 0.1F, 1)).norm(), 1e-4F);
+  EXPECT_LT((ahead.ankle[0] - frame(kFirst).position[7] - Vector3f(3, 0, 1)).norm(), 1e-4F) << "feet stay on the floor";
+}
+
+TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
+  // Twenty stays on seats from 0.3 m to 0.68 m; sixteen are drawn from.
+  const SeatedHabits one = habits_of(*data_, 1);
+  SeatedHabits many;
+  const int64_t rows = one.points.size(0);
+  many.chairs = one.chairs.repeat({20, 1});
+  many.heights = 0.3 + 0.02 * torch::arange(20);
+  many.ends = (torch::arange(20) + 1) * rows;
+  many.points = one.points.repeat({20, 1});
+  for (int64_t i = 0; i < 20; ++i) many.points.slice(0, i * rows, (i + 1) * rows).select(1, 1).fill_(i);  // the head's height
+  std::mt19937_64 random(2);
+  SeatedLife life(many, data_->senses(0).chair, 0.3);
+  std::set<int> drawn;
+  for (int k = 0; k < 20000; ++k) drawn.insert(static_cast<int>(std::lround(life.next(random).head.y() - 0.3F)));
+  EXPECT_EQ(drawn.size(), 16U);
+  EXPECT_EQ(*drawn.rbegin(), 15);
+}
+
+}  // namespace
+}  // namespace inhabit::interact
