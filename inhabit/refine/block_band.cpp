@@ -21,10 +21,8 @@ BlockBand::BlockBand(int64_t frames, int block, int band)
     middle_ = (frames - 2 * band) / 2;
     back_ = middle_ + 2 * band;
   }
-  values_.assign(static_cast<size_t>(frames * block * stride_), 0.0);
+  values_.reset(new double[static_cast<size_t>(frames * block * stride_)]);
 }
-
-void BlockBand::clear() { std::fill(values_.begin(), values_.end(), 0.0); }
 
 /// Frames after `frame` and before `end` that it meets.
 int64_t BlockBand::left_after(int64_t frame, int64_t end) const { return std::min<int64_t>(band_, end - 1 - frame); }
@@ -66,20 +64,7 @@ bool BlockBand::eliminate_down(int64_t frame) {
   return true;
 }
 
-bool BlockBand::factor() {
-  bool good[2] = {true, true};
-#pragma omp parallel for num_threads(2) schedule(static, 1) if (back_ < frames_ && at::get_num_threads() > 1)
-  for (int side = 0; side < 2; ++side) {
-    if (side == 0)
-      for (int64_t t = 0; t < middle_ && good[0]; ++t) good[0] = eliminate_up(t, frames_);
-    else
-      for (int64_t t = frames_ - 1; t >= back_ && good[1]; --t) good[1] = eliminate_down(t);
-  }
-  for (int64_t t = middle_; t < back_ && good[0] && good[1]; ++t) good[0] = eliminate_up(t, back_);
-  return good[0] && good[1];
-}
-
-void BlockBand::solve(Eigen::VectorXd& x) const {
+bool BlockBand::solve(const std::function<void(int64_t frame)>& fill, Eigen::VectorXd& x) {
   std::vector<double> padded(static_cast<size_t>(frames_ * padded_), 0.0);
   const auto part = [&](int64_t frame) { return padded.data() + frame * padded_; };
   const auto forward = [&](int64_t t, int64_t left, int64_t rest) {
@@ -88,16 +73,42 @@ void BlockBand::solve(Eigen::VectorXd& x) const {
   const auto backward = [&](int64_t t, int64_t left, int64_t rest) {
     substitute_backward(panel(t), stride_, block_, padded_, left * padded_, part(t), part(rest));
   };
-  const bool two = back_ < frames_ && at::get_num_threads() > 1;
   for (int64_t t = 0; t < frames_; ++t) std::copy_n(x.data() + t * block_, block_, part(t));
+  const bool two = back_ < frames_ && at::get_num_threads() > 1;
+  const int64_t seam = back_ < frames_ ? middle_ + band_ : frames_;  // frames before it are filled from the start
+  bool good[2] = {true, true};
+  // A frame goes through filling, elimination and forward substitution while its panel is in the cache.
+  const auto from_start = [&] {
+    int64_t filled = 0;
+    const auto fill_to = [&](int64_t end) {
+      for (; filled < end; ++filled) fill(filled);
+    };
+    for (int64_t t = 0; t < middle_ && good[0]; ++t) {
+      fill_to(std::min(t + band_ + 1, seam));
+      good[0] = eliminate_up(t, frames_);
+      if (good[0]) forward(t, left_after(t, frames_), t + 1);
+    }
+    fill_to(seam);
+  };
+  const auto from_end = [&] {
+    int64_t filled = frames_;
+    const auto fill_to = [&](int64_t begin) {
+      while (filled > begin) fill(--filled);
+    };
+    for (int64_t t = frames_ - 1; t >= back_ && good[1]; --t) {
+      fill_to(std::max(t - band_, seam));
+      good[1] = eliminate_down(t);
+      if (good[1]) forward(t, band_, t - band_);
+    }
+    fill_to(seam);
+  };
 #pragma omp parallel for num_threads(2) schedule(static, 1) if (two)
-  for (int side = 0; side < 2; ++side) {
-    if (side == 0)
-      for (int64_t t = 0; t < middle_; ++t) forward(t, left_after(t, frames_), t + 1);
-    else
-      for (int64_t t = frames_ - 1; t >= back_; --t) forward(t, band_, t - band_);
+  for (int side = 0; side < 2; ++side) side == 0 ? from_start() : from_end();
+  for (int64_t t = middle_; t < back_ && good[0] && good[1]; ++t) {
+    good[0] = eliminate_up(t, back_);
+    if (good[0]) forward(t, left_after(t, back_), t + 1);
   }
-  for (int64_t t = middle_; t < back_; ++t) forward(t, left_after(t, back_), t + 1);
+  if (!good[0] || !good[1]) return false;
   for (int64_t t = back_ - 1; t >= middle_; --t) backward(t, left_after(t, back_), t + 1);
 #pragma omp parallel for num_threads(2) schedule(static, 1) if (two)
   for (int side = 0; side < 2; ++side) {
@@ -107,6 +118,7 @@ void BlockBand::solve(Eigen::VectorXd& x) const {
       for (int64_t t = back_; t < frames_; ++t) backward(t, band_, t - band_);
   }
   for (int64_t t = 0; t < frames_; ++t) std::copy_n(part(t), block_, x.data() + t * block_);
+  return true;
 }
 
 }  // namespace inhabit::refine

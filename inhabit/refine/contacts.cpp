@@ -39,17 +39,19 @@ Track smoothed(const Track& track, double rate, double seconds) {
   if (frames < 3) return track;
   BlockBand matrix(frames, 1, 2);
   const double strength = std::pow(seconds * rate / (2 * M_PI), 4);
-  for (int64_t t = 0; t < frames; ++t) matrix.at(t, 0)(0, 0) += 1;
   constexpr std::array<double, 3> kSecond = {1, -2, 1};
-  for (int64_t t = 0; t + 2 < frames; ++t)
-    for (int n = 0; n < 3; ++n)
-      for (int m = 0; m <= n; ++m) matrix.at(t + m, n - m)(0, 0) += strength * kSecond[n] * kSecond[m];
-  matrix.factor();
+  const auto fill = [&](int64_t t) {
+    matrix.clear(t);
+    matrix.at(t, 0)(0, 0) = 1;
+    for (int m = 0; m < 3; ++m)  // second differences in which frame t is number m
+      for (int n = m; n < 3 && t >= m && t - m + 2 < frames; ++n)
+        matrix.at(t, n - m)(0, 0) += strength * kSecond[n] * kSecond[m];
+  };
   Track out = track;
   for (int i = 0; i < 3; ++i) {
     Eigen::VectorXd x(frames);
     for (int64_t t = 0; t < frames; ++t) x[t] = track[t][i];
-    matrix.solve(x);
+    matrix.solve(fill, x);
     for (int64_t t = 0; t < frames; ++t) out[t][i] = x[t];
   }
   return out;

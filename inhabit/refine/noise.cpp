@@ -1,5 +1,7 @@
 #include "inhabit/refine/noise.h"
 
+#include <ATen/Parallel.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -85,17 +87,20 @@ Level level_of(const Track& z, double rate) {
 
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) {
   Levels out;
-  std::vector<double> noises, jerks;
   const Poses poses = posed(bones, trajectory);
-  for (size_t j = 0; j < trajectory.front().local.size(); ++j) {
+  const size_t joints = trajectory.front().local.size();
+  std::vector<double> noises(joints), jerks(joints);
+  out.rotations.resize(joints);
+#pragma omp parallel for num_threads(at::get_num_threads()) schedule(dynamic)
+  for (size_t j = 0; j < joints; ++j) {
     Track steps, bends;  // third differences of a rotation are second ones of its steps
     for (size_t t = 0; t + 1 < trajectory.size(); ++t)
       steps.push_back(axis_angle_of(trajectory[t].local[j].conjugate() * trajectory[t + 1].local[j]));
     for (size_t t = 0; t + 2 < steps.size(); ++t) bends.push_back(steps[t + 2] - 2 * steps[t + 1] + steps[t]);
-    out.rotations.push_back(level_of(bends, rate).noise);
+    out.rotations[j] = level_of(bends, rate).noise;
     const Level place = level_of(third_differences(track_of(poses, static_cast<int>(j))), rate);
-    noises.push_back(place.noise);
-    jerks.push_back(place.jerk);
+    noises[j] = place.noise;
+    jerks[j] = place.jerk;
   }
   const auto median = [](std::vector<double>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,6 +1,9 @@
 #include "inhabit/refine/refine_clip.h"
 
+#include <ATen/Parallel.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <numeric>
@@ -70,6 +73,21 @@ double flat_floor(const Poses& poses) {
   std::nth_element(heights.begin(), at, heights.end());
   const double floor = *at - 0.02;
   return std::abs(floor) < 0.1 ? 0 : floor;
+}
+
+/// Frames [first, last) of the windows that a motion is solved in. More than two are so many that two and four threads
+/// have the same to do.
+std::vector<std::array<int64_t, 2>> windows_of(int64_t frames) {
+  int64_t count = std::max<int64_t>(1, (frames - kOverlap + kWindow - kOverlap - 1) / (kWindow - kOverlap));
+  if (frames <= kWindow + kOverlap) count = 1;
+  if (count > 2) count = (count + 3) / 4 * 4;
+  std::vector<std::array<int64_t, 2>> out;
+  for (int64_t i = 0; i < count; ++i) {
+    const auto seam = [&](int64_t k) { return (frames - kOverlap) * k / count; };
+    out.push_back({seam(i), seam(i + 1) + kOverlap});
+  }
+  if (count == 1) out = {{0, frames}};
+  return out;
 }
 
 /// Frames [first, last) of a problem, begun at `from`.
@@ -316,19 +334,24 @@ class Refinement {
     }
   }
 
-  /// Long motions in windows that overlap. The first half of an overlap stays as the window before left it, and the
-  /// next one goes on from there.
+  /// Long motions in windows that overlap: every second one first, side by side, then those between, which keep the
+  /// outer halves of their overlaps as the others left them.
   Trajectory solve_windows(const SolveOptions& options) const {
-    const int64_t frames = problem_.frames();
     Trajectory found = problem_.initial.empty() ? problem_.start : problem_.initial;
-    for (int64_t first = 0;; first += kWindow - kOverlap) {
-      const int64_t last = frames - first <= kWindow + kOverlap ? frames : first + kWindow;
-      Problem window = part_of(problem_, found, first, last);
-      if (first > 0) std::fill(window.fixed.begin(), window.fixed.begin() + kOverlap / 2, 1);
-      const Trajectory solved = solve(window, options).trajectory;
-      std::copy(solved.begin(), solved.end(), found.begin() + first);
-      if (last == frames) return found;
-    }
+    const std::vector<std::array<int64_t, 2>> windows = windows_of(problem_.frames());
+    const auto count = static_cast<int64_t>(windows.size());
+    for (const int64_t parity : {0, 1})
+      at::parallel_for(0, (count + 1 - parity) / 2, 1, [&](int64_t begin, int64_t end) {
+        for (int64_t i = 2 * begin + parity; i < 2 * end + parity; i += 2) {
+          const auto [first, last] = windows[static_cast<size_t>(i)];
+          Problem window = part_of(problem_, found, first, last);
+          if (parity == 1) std::fill_n(window.fixed.begin(), kOverlap / 2, 1);
+          if (parity == 1 && i + 1 < count) std::fill_n(window.fixed.rbegin(), kOverlap / 2, 1);
+          const Trajectory solved = solve(window, options).trajectory;
+          std::copy(solved.begin(), solved.end(), found.begin() + first);
+        }
+      });
+    return found;
   }
 
   Clip clip_;

@@ -85,15 +85,16 @@ Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Traject
   return out;
 }
 
-/// Replaces a right-hand side by the solution; false where the matrix, which is factored, is not positive definite.
-bool solve_damped(BlockBand& matrix, double damping, VectorXd& x) {
-  for (int64_t t = 0; t < matrix.frames(); ++t) {
-    BlockBand::Block block = matrix.at(t, 0);
+/// The step of one system; false where its matrix is not positive definite.
+bool damped_step(const Problem& problem, const Unknowns& unknowns, const NormalEquations& equations, int system,
+                 double damping, BlockBand& matrix, VectorXd& step) {
+  step = -equations.gradients[static_cast<size_t>(system)];
+  const auto fill = [&](int64_t frame) {
+    fill_frame(problem, unknowns, equations, system, frame, matrix);
+    BlockBand::Block block = matrix.at(frame, 0);
     block.diagonal().array() += damping * block.diagonal().array() + 1e-9;
-  }
-  const bool good = matrix.factor();
-  if (good) matrix.solve(x);
-  return good;
+  };
+  return step.size() == 0 || matrix.solve(fill, step);
 }
 
 }  // namespace
@@ -101,7 +102,9 @@ bool solve_damped(BlockBand& matrix, double damping, VectorXd& x) {
 Solution solve(const Problem& problem, const SolveOptions& options) {
   check(problem);
   const Unknowns unknowns = unknowns_of(problem);
-  NormalEquations equations = make_equations(problem, unknowns);
+  NormalEquations equations;
+  std::vector<BlockBand> matrices;
+  for (const int columns : unknowns.columns) matrices.emplace_back(problem.frames(), columns, coupling(problem));
   Solution out{problem.initial.empty() ? problem.start : problem.initial, 0, 0, 0};
   double damping = 1e-6;
   for (int round = 0; round < options.iterations && damping < 1e6; ++round) {
@@ -109,13 +112,15 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
     out.cost = linearise(problem, unknowns, out.trajectory, equations);
     require(std::isfinite(out.cost), "the cost is not finite");
     if (round == 0) out.start_cost = out.cost;
-    std::vector<VectorXd> step;
-    for (const VectorXd& gradient : equations.gradients) step.push_back(-gradient);
-    bool solved = step[0].size() == 0 || solve_damped(equations.matrices[0], damping, step[0]);  // on two threads
-    std::vector<char> others(step.size(), 1);                                                    // small: a thread each
+    std::vector<VectorXd> step(matrices.size());
+    std::vector<char> good(matrices.size(), 1);
+    const auto find = [&](size_t i) {
+      good[i] = damped_step(problem, unknowns, equations, static_cast<int>(i), damping, matrices[i], step[i]) ? 1 : 0;
+    };
+    find(0);  // on two threads
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
-    for (size_t i = 1; i < step.size(); ++i) others[i] = solve_damped(equations.matrices[i], damping, step[i]) ? 1 : 0;
-    solved = solved && std::all_of(others.begin(), others.end(), [](char good) { return good != 0; });
+    for (size_t i = 1; i < step.size(); ++i) find(i);  // small: a thread each
+    const bool solved = std::all_of(good.begin(), good.end(), [](char each) { return each != 0; });
     // Where one-sided terms set in along the way, a whole step leads too far, and a part of it is dearer to find by
     // more damping than by trying.
     Trajectory trial;

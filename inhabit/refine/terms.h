@@ -5,6 +5,7 @@
 
 #include "inhabit/refine/block_band.h"
 #include "inhabit/refine/problem.h"
+#include "inhabit/refine/rotation_terms.h"
 
 namespace inhabit::refine {
 
@@ -30,20 +31,44 @@ struct Unknowns {
 };
 Unknowns unknowns_of(const Problem& problem);
 
-/// The normal equations of every system at a trajectory: matrix and gradient of the cost.
+/// What the terms say about the places of points that enter differences in time: half pᵀ W p in the small, W diagonal
+/// for every pair of frames.
+struct PlaceEquations {
+  Eigen::MatrixXd gradient;                ///< (rows, frames), 3 rows a point
+  std::array<Eigen::MatrixXd, 4> weights;  ///< (rows, frames) of each frame and the one so far after it
+
+  /// Adds to the weights of a frame and the one `apart` after it, rows `row` to `row` + 2.
+  void add(int64_t frame, int apart, int64_t row, const Eigen::Vector3d& weight) {
+    weights[static_cast<size_t>(apart)].col(frame).segment<3>(row) += weight;
+  }
+};
+
+/// Terms of a single frame on points: rows of a Jacobian and residuals, both times the root of the weight.
+struct FrameRows {
+  std::vector<double> values;     ///< (rows, columns) row by row
+  std::vector<double> residuals;  ///< (rows)
+  double cost = 0;                ///< of these terms
+};
+
+/// The Gauss-Newton equations of every system at a trajectory: gradients, and what their matrices are made of.
+/// fill_frame() writes a frame's blocks where they are eliminated, while they are in the cache.
 struct NormalEquations {
-  std::vector<BlockBand> matrices;         ///< one for each system: Gauss-Newton's second derivatives
-  std::vector<Eigen::VectorXd> gradients;  ///< one for each system: (frames x columns), of the cost by every unknown
+  std::vector<Eigen::VectorXd> gradients;    ///< one for each system: (frames x columns), of the cost by every unknown
+  PlaceEquations places;                     ///< of the points that are tied together in time
+  std::vector<double> jacobians;             ///< (frames, rows, columns padded to panels) of these points
+  std::vector<FrameRows> own;                ///< (frames)
+  std::vector<RotationEquations> rotations;  ///< (joints)
 };
 
 /// The cost of a trajectory, the sum of all terms.
 double cost_of(const Problem& problem, const Trajectory& trajectory);
 
-/// The same, and its Gauss-Newton equations. Residuals and losses are linearised at the trajectory; rows and columns of
-/// fixed frames are those of the identity.
+/// The same, and its equations. Residuals and losses are linearised at the trajectory; rows and columns of fixed frames
+/// are those of the identity.
 double linearise(const Problem& problem, const Unknowns& unknowns, const Trajectory& trajectory, NormalEquations& out);
 
-/// Equations of the problem's size, all zeros, for linearise() to fill.
-NormalEquations make_equations(const Problem& problem, const Unknowns& unknowns);
+/// Writes the blocks of a frame and those after it in a system's matrix. Safe to call for several frames at once.
+void fill_frame(const Problem& problem, const Unknowns& unknowns, const NormalEquations& equations, int system,
+                int64_t frame, BlockBand& matrix);
 
 }  // namespace inhabit::refine

@@ -111,7 +111,8 @@ TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
   many.heights = 0.3 + 0.02 * torch::arange(20);
   many.ends = (torch::arange(20) + 1) * rows;
   many.points = one.points.repeat({20, 1});
-  for (int64_t i = 0; i < 20; ++i) many.points.slice(0, i * rows, (i + 1) * rows).select(1, 1).fill_(i);  // the head's height
+  for (int64_t i = 0; i < 20; ++i)
+    many.points.slice(0, i * rows, (i + 1) * rows).select(1, 1).fill_(i);  // the head's height
   std::mt19937_64 random(2);
   SeatedLife life(many, data_->senses(0).chair, 0.3);
   std::set<int> drawn;

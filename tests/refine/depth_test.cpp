@@ -209,7 +209,7 @@ TEST(Depth, GradientIsThatOfTheCost) {
        {std::tuple(builtin_body(), 1e-6, 1e-4), {model_with_blend_shapes(), 1e-4, 3e-3}}) {
     const Problem problem = depth_problem(body, {Loss::Kind::huber, 0.02});
     const Unknowns unknowns = unknowns_of(problem);
-    NormalEquations equations = make_equations(problem, unknowns);
+    NormalEquations equations;
     const double cost = linearise(problem, unknowns, problem.start, equations);
     EXPECT_NEAR(cost, cost_of(problem, problem.start), 1e-12 * cost);
     for (int c = 0; c < unknowns.columns[0]; ++c) {
