@@ -79,7 +79,7 @@ ContactForecaster ContactForecaster::load(const std::string& path) {
 
 const Config& ContactForecaster::config() const { return impl_->config; }
 
-Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points) const {
+Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points, bool maps) const {
   torch::NoGradGuard no_grad;
   const Config& c = config();
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
@@ -89,7 +89,7 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
   const torch::Tensor observed = frame.to_window(past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
   const torch::Tensor dct = impl_->contact.take()->forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
-  out.contact_maps = contact_maps_from_dct(dct, c)[0];
+  if (maps) out.contact_maps = contact_maps_from_dct(dct, c)[0];
   torch::Tensor contacts = contact_points(scene, dct, c);
   out.joints = frame.to_world(impl_->motion(observed, contacts)[0]);
   const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
@@ -115,7 +115,7 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   std::mt19937_64 random(options.seed);
   const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
                                                   options.points > 0 ? options.points : c.points, random);
-  out.forecast = predict(out.past.joints, points);
+  out.forecast = predict(out.past.joints, points, !options.joints_alone);
   if (options.joints_alone) {
     out.prediction.skeleton = out.past.skeleton;
     out.prediction.rate = c.rate;

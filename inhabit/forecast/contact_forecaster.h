@@ -16,7 +16,7 @@ namespace inhabit::forecast {
 struct Forecast {
   torch::Tensor joints;          ///< (T, J, 3)
   torch::Tensor points;          ///< (N, 3) the scene points that were looked at
-  torch::Tensor contact_maps;    ///< (P+T, J, N) predicted contact maps, Eq. 6
+  torch::Tensor contact_maps;    ///< (P+T, J, N) predicted contact maps, Eq. 6; undefined where joints are wanted alone
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 };
 
@@ -28,8 +28,8 @@ struct Options {
   bool refine = true;           ///< feet stand, nobody is inside the scene (refine_clip.h); `forecast` stays raw
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the prediction is wanted on the standard skeleton alone
-  /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them and nothing refined,
-  /// for streams. Result::prediction then has no rotations.
+  /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them, nothing is refined and
+  /// no contact map written out, for streams. Result::prediction then has no rotations.
   bool joints_alone = false;
 };
 
@@ -70,8 +70,8 @@ class ContactForecaster {
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 
   /// The networks alone. @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person
-  /// (points_near, sample_points_near).
-  Forecast predict(const torch::Tensor& past, const torch::Tensor& points) const;
+  /// (points_near, sample_points_near); @param maps whether contact maps are wanted, the larger part of the memory.
+  Forecast predict(const torch::Tensor& past, const torch::Tensor& points, bool maps = true) const;
 
  private:
   struct Impl;

@@ -87,7 +87,10 @@ Tensor contact_targets(const Tensor& scene, const Tensor& joints, const Config& 
 Tensor contact_maps_from_dct(const Tensor& contact_dct, const Config& config) {
   const int64_t batch = contact_dct.size(0), count = contact_dct.size(2);
   const Tensor idct = idct_matrix(config.frames(), config.contact_coefficients).to(contact_dct.device());
-  return idct.matmul(contact_dct.reshape({batch, config.contact_coefficients, config.joints * count}))
+  // matmul() would turn both about and copy them.
+  return idct.unsqueeze(0)
+      .expand({batch, -1, -1})
+      .bmm(contact_dct.reshape({batch, config.contact_coefficients, config.joints * count}))
       .view({batch, config.frames(), config.joints, count});
 }
 

@@ -65,14 +65,14 @@ void write_ahead(const State& state, const Place& root, float* out) {
   const AheadPose& ahead = state.ahead;
   std::fill(out, out + kAheadSize, 0.F);
   if (!ahead.known) return;
-  const Vector3f up(0, state.position[0].y(), 0);
   FeatureWriter write{out};
   write(1.F);
-  write(Vector3f(root.in(ahead.head) - up));
-  for (const Vector3f& ankle : ahead.ankle) write(root.in(ankle));
+  write(root.turned_in(Vector3f(ahead.head - state.position[15])));
+  for (size_t side = 0; side < 2; ++side) write(root.turned_in(Vector3f(ahead.ankle[side] - state.position[7 + side])));
   for (const size_t hand : kHandOrder) {
     write(ahead.free[hand] ? 1.F : 0.F);
-    write(ahead.free[hand] ? Vector3f(root.in(ahead.palm[hand]) - up) : Vector3f(Vector3f::Zero()));
+    write(ahead.free[hand] ? root.turned_in(Vector3f(ahead.palm[hand] - state.now().hand[hand]))
+                           : Vector3f(Vector3f::Zero()));
   }
 }
 

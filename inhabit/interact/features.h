@@ -17,9 +17,9 @@ struct Senses {
 /// PoseNet's input (input_layout) of a state, not standardised, in the axes of the present root: for training and for
 /// running. A hand without a contact has zeros. Gating: at each key, with the phase as a unit vector (sin, cos) and
 /// v = 2 share - 1: of each action v x phase, then of each goal action v x phase x {1, metres from the key's root to
-/// its goal, degrees between their directions}. Ahead: 1 where it is known, head and both ankles; of each hand, right
-/// then left, 1 where it is free and its palm; heights of head and palms over the pelvis; zeros for what is not told.
-/// Allocates nothing.
+/// its goal, degrees between their directions}. Ahead: 1 where it is known, then how far head and both ankles are to go
+/// in the next second; of each hand, right then left, 1 where it is free and how far its palm is to go; zeros for what
+/// is not told. Allocates nothing.
 void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out);
 
 /// Its first part: the joints in the axes of the present root, 12 numbers each.

@@ -69,11 +69,14 @@ TEST_F(SeatedHabitsOf, AreSeenFromTheirOwnAxes) {
   EXPECT_EQ(told[0], 1);
   const auto place = [&](int at) { return Vector3f(told[at], told[at + 1], told[at + 2]); };
   const Place root = state.now().root;
-  const Vector3f pelvis(0, state.position[0].y(), 0);
-  EXPECT_LT((root.out(place(1) + pelvis) - frame(125).position[15]).norm(), 1e-4F);
-  EXPECT_LT((root.out(place(7)) - frame(125).position[8]).norm(), 1e-4F);
+  const auto goes = [&](const Vector3f& told_way, const Vector3f& from, const Vector3f& to) {
+    return (from + root.turned_out(told_way) - to).norm();
+  };
+  EXPECT_GT((frame(125).position[15] - frame(95).position[15]).norm(), 0.1F);
+  EXPECT_LT(goes(place(1), frame(95).position[15], frame(125).position[15]), 1e-4F);
+  EXPECT_LT(goes(place(7), frame(95).position[8], frame(125).position[8]), 1e-4F);
   EXPECT_EQ(told[10], 1);  // right
-  EXPECT_LT((root.out(place(11) + pelvis) - frame(125).sample.hand[1]).norm(), 1e-4F);
+  EXPECT_LT(goes(place(11), frame(95).sample.hand[1], frame(125).sample.hand[1]), 1e-4F);
   for (int i = 14; i < kAheadSize; ++i) EXPECT_EQ(told[i], 0) << "the left hand is not free";
   build_input(layout, state_at(data_->recording(0), 20), data_->senses(0), x.data());
   for (int i = 0; i < kAheadSize; ++i) EXPECT_EQ(told[i], 0) << "they walk";
