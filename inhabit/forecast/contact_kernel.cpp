@@ -92,16 +92,44 @@ INHABIT_INLINE void coefficients_kernel(const float* const points[3], int64_t co
   }
 }
 
-INHABIT_INLINE void largest_kernel(const float* c, int64_t stride, int64_t count, const float* basis,
-                                   int64_t coefficients, int64_t frames, float* value, int64_t* index) {
-  std::fill_n(value, frames, -std::numeric_limits<float>::infinity());
-  std::fill_n(index, frames, int64_t{0});
-  std::vector<float> block(static_cast<size_t>(coefficients * kBlock));
-  float sum[kBlock];
+/// Points of which any frame's value may be over `least`: no value is over the lengths of the point's coefficients and
+/// of the frame's row of the basis, multiplied (Cauchy and Schwarz).
+INHABIT_INLINE void points_over(const float* c, int64_t stride, int64_t count, const float* basis, int64_t coefficients,
+                                int64_t frames, float least, std::vector<int32_t>& found) {
+  float longest = 0;
+  for (int64_t t = 0; t < frames; ++t) {
+    float square = 0;
+    for (int64_t l = 0; l < coefficients; ++l) square += basis[t * coefficients + l] * basis[t * coefficients + l];
+    longest = std::max(longest, square);
+  }
+  const float bound = least > 0 ? 0.999F * least * least : -1.0F;
+  float square[kBlock];
   for (int64_t first = 0; first < count; first += kBlock) {
     const int64_t got = std::min(kBlock, count - first);
+    std::fill_n(square, kBlock, 0.0F);
     for (int64_t l = 0; l < coefficients; ++l) {
-      for (int64_t i = 0; i < kBlock; ++i) block[l * kBlock + i] = c[l * stride + first + std::min(i, got - 1)];
+      const float* row = c + l * stride + first;
+      for (int64_t i = 0; i < got; ++i) square[i] += row[i] * row[i];
+    }
+    for (int64_t i = 0; i < got; ++i)
+      if (square[i] * longest > bound) found.push_back(static_cast<int32_t>(first + i));
+  }
+}
+
+INHABIT_INLINE void largest_kernel(const float* c, int64_t stride, int64_t count, const float* basis,
+                                   int64_t coefficients, int64_t frames, float least, float* value, int64_t* index) {
+  std::fill_n(value, frames, -std::numeric_limits<float>::infinity());
+  std::fill_n(index, frames, int64_t{0});
+  std::vector<int32_t> points;
+  points.reserve(static_cast<size_t>(count));
+  points_over(c, stride, count, basis, coefficients, frames, least, points);
+  std::vector<float> block(static_cast<size_t>(coefficients * kBlock));
+  float sum[kBlock];
+  for (size_t first = 0; first < points.size(); first += kBlock) {
+    const int64_t got = std::min<int64_t>(kBlock, static_cast<int64_t>(points.size() - first));
+    for (int64_t l = 0; l < coefficients; ++l) {
+      for (int64_t i = 0; i < kBlock; ++i)
+        block[l * kBlock + i] = c[l * stride + points[first + static_cast<size_t>(std::min(i, got - 1))]];
     }
     for (int64_t t = 0; t < frames; ++t) {
       std::fill_n(sum, kBlock, 0.0F);
@@ -116,7 +144,7 @@ INHABIT_INLINE void largest_kernel(const float* c, int64_t stride, int64_t count
       for (int64_t i = 0; i < got; ++i) {
         if (sum[i] == best) {
           value[t] = best;
-          index[t] = first + i;
+          index[t] = points[first + static_cast<size_t>(i)];
           break;
         }
       }
@@ -163,12 +191,12 @@ INHABIT_TARGET_AVX2 void coefficients_avx2(const float* const p[3], int64_t n, c
   coefficients_kernel(p, n, j, f, b, l, s, o, stride);
 }
 INHABIT_TARGET_AVX512 void largest_avx512(const float* c, int64_t s, int64_t n, const float* b, int64_t l, int64_t f,
-                                          float* v, int64_t* i) {
-  largest_kernel(c, s, n, b, l, f, v, i);
+                                          float least, float* v, int64_t* i) {
+  largest_kernel(c, s, n, b, l, f, least, v, i);
 }
 INHABIT_TARGET_AVX2 void largest_avx2(const float* c, int64_t s, int64_t n, const float* b, int64_t l, int64_t f,
-                                      float* v, int64_t* i) {
-  largest_kernel(c, s, n, b, l, f, v, i);
+                                      float least, float* v, int64_t* i) {
+  largest_kernel(c, s, n, b, l, f, least, v, i);
 }
 INHABIT_TARGET_AVX512 void closest_avx512(const float* const p[3], int64_t n, const float* j, int64_t f, float* d,
                                           int64_t* i) {
@@ -194,14 +222,14 @@ void contact_coefficients_of_joint(const float* const points[3], int64_t count, 
 }
 
 void largest_contact_of_joint(const float* c, int64_t stride, int64_t count, const float* basis, int64_t coefficients,
-                              int64_t frames, float* value, int64_t* index) {
+                              int64_t frames, float least, float* value, int64_t* index) {
   switch (simd_level()) {
     case Simd::kAvx512:
-      return largest_avx512(c, stride, count, basis, coefficients, frames, value, index);
+      return largest_avx512(c, stride, count, basis, coefficients, frames, least, value, index);
     case Simd::kAvx2:
-      return largest_avx2(c, stride, count, basis, coefficients, frames, value, index);
+      return largest_avx2(c, stride, count, basis, coefficients, frames, least, value, index);
     case Simd::kBaseline:
-      return largest_kernel(c, stride, count, basis, coefficients, frames, value, index);
+      return largest_kernel(c, stride, count, basis, coefficients, frames, least, value, index);
   }
 }
 

@@ -12,8 +12,10 @@ void contact_coefficients_of_joint(const float* const points[3], int64_t count, 
 
 /// For every frame the point with the largest contact value of one joint, the first of equals, from coefficients
 /// (coefficients, count) with rows `stride` apart: value[t] = max over n of sum_l basis[t * coefficients + l] c[l][n].
+/// @param least only values over it are wanted: in frames without one, value and point are of any point, or minus
+/// infinity and 0. Most points cannot have one, and are left out.
 void largest_contact_of_joint(const float* c, int64_t stride, int64_t count, const float* basis, int64_t coefficients,
-                              int64_t frames, float* value, int64_t* index);
+                              int64_t frames, float least, float* value, int64_t* index);
 
 /// For every frame the point closest to the joint, the first of equals. @param joint (frames, 3).
 void closest_point_of_joint(const float* const points[3], int64_t count, const float* joint, int64_t frames,

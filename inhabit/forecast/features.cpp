@@ -116,7 +116,8 @@ Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Conf
     const int64_t row = (b * config.joints + j) * config.future;
     largest_contact_of_joint(given.data_ptr<float>() + (b * config.contact_coefficients * config.joints + j) * count,
                              config.joints * count, count, basis.data_ptr<float>(), config.contact_coefficients,
-                             config.future, values.data_ptr<float>() + row, indices.data_ptr<int64_t>() + row);
+                             config.future, static_cast<float>(config.contact_threshold),
+                             values.data_ptr<float>() + row, indices.data_ptr<int64_t>() + row);
   });
   return pick_points(scene, indices.transpose(1, 2).contiguous(), values.transpose(1, 2) > config.contact_threshold);
 }

@@ -77,7 +77,7 @@ TEST(ContactKernel, LevelsAgree) {
       [&] {
         Tensor value = torch::zeros({Given::kFrames}), index = torch::zeros({Given::kFrames}, torch::kInt64);
         largest_contact_of_joint(c.data_ptr<float>(), Given::kPoints, Given::kPoints, back.data_ptr<float>(),
-                                 Given::kCoefficients, Given::kFrames, value.data_ptr<float>(),
+                                 Given::kCoefficients, Given::kFrames, -1, value.data_ptr<float>(),
                                  index.data_ptr<int64_t>());
         return index;
       },
@@ -90,6 +90,30 @@ TEST(ContactKernel, LevelsAgree) {
         return index;
       },
       0, "closest point");
+}
+
+TEST(ContactKernel, PointsThatCannotBeOverTheLeastAreLeftOutAndNoOthers) {
+  const Given g;
+  const Tensor c = g.coefficients(), back = g.basis.t().contiguous();
+  const auto largest = [&](float least) {
+    std::pair out{torch::zeros({Given::kFrames}), torch::zeros({Given::kFrames}, torch::kInt64)};
+    largest_contact_of_joint(c.data_ptr<float>(), Given::kPoints, Given::kPoints, back.data_ptr<float>(),
+                             Given::kCoefficients, Given::kFrames, least, out.first.data_ptr<float>(),
+                             out.second.data_ptr<int64_t>());
+    return out;
+  };
+  const auto [all, point] = largest(-1);
+  const double middle = all.median().item<double>();
+  int64_t over = 0;
+  for (const double least : {0.1 * middle, middle, 0.99 * all.max().item<double>(), 2 * all.max().item<double>()}) {
+    const auto [value, found] = largest(static_cast<float>(least));
+    const Tensor counts = all > least;
+    EXPECT_TRUE(torch::equal(value > least, counts)) << least;
+    EXPECT_TRUE(torch::equal(value.masked_select(counts), all.masked_select(counts))) << least;
+    EXPECT_TRUE(torch::equal(found.masked_select(counts), point.masked_select(counts))) << least;
+    over += counts.sum().item<int64_t>();
+  }
+  EXPECT_GT(over, Given::kFrames);
 }
 
 }  // namespace
