@@ -7,6 +7,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/nn/used_settings.h"
+#include "inputs.h"
 #include "outputs.h"
 #include "progress.h"
 #include "settings.h"
@@ -16,7 +17,7 @@ namespace {
 
 struct ForecastEvaluation {
   std::vector<std::string> data, settings;
-  std::string split = "test", model, json;
+  std::string split = "test", model, json, shard;
   int stride = 30;
   bool intervals = false;
 };
@@ -58,11 +59,14 @@ void add_eval_forecast(CLI::App& verb) {
       verb.add_subcommand("forecast", "Path and pose error of contact-aware forecasting and its baselines");
   const auto o = add_options(*forecast);
   forecast->add_flag("--intervals", o->intervals, "95 % intervals behind the means, by bootstrap over windows");
-  forecast->callback([o] {
+  add_evaluation_shard(*forecast, o->shard);
+  forecast->callback([o, forecast] {
     const inhabit::forecast::Networks model = model_of(*o);
+    const inhabit::MeasuredParts parts = measured_parts(*forecast, o->shard, o->json);
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
-    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"));
+    const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"), parts);
+    if (parts_missing(parts, table.rows.empty())) return;
     if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table, o->intervals).dump(2) + "\n");
     std::printf("%s", table_text(table, o->intervals).c_str());
   });

@@ -103,7 +103,7 @@ struct InbetweenOptions {
   std::vector<std::string> data, motions;
   SceneInput scene;
   ClipReadOptions reading;
-  std::string split = "test", json, joints;
+  std::string split = "test", json, joints, shard;
   int64_t windows = 100;
   ModelRows rows;
   Layout layout = Layout::methods;
@@ -155,6 +155,7 @@ void eval_inbetween(InbetweenOptions& o) {
       inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
   o.evaluation.progress = progress_of("windows filled");
   const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
+  if (parts_missing(o.evaluation.parts, table.rows.empty())) return;
   if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
   say(notes);
   const Layout layout = o.evaluation.truth || o.layout == Layout::collisions ? o.layout : Layout::recordings;
@@ -218,7 +219,11 @@ void add_eval_inbetween(CLI::App& verb) {
                                   {"collisions", Layout::collisions}}))
       ->option_text("NAME");
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
-  inbetween->callback([o] { eval_inbetween(*o); });
+  add_evaluation_shard(*inbetween, o->shard);
+  inbetween->callback([o, inbetween] {
+    o->evaluation.parts = measured_parts(*inbetween, o->shard, o->json);
+    eval_inbetween(*o);
+  });
 }
 
 void add_eval_detour(CLI::App& verb) {

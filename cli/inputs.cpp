@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
+#include "inhabit/error.h"
 #include "inhabit/io/files.h"
 #include "progress.h"
 #include "verbs.h"
@@ -69,6 +71,26 @@ void end_of(const inhabit::FileCount& count) {
 void add_shard(CLI::App& verb, std::string& shard) {
   verb.add_option("--shard", shard,
                   "I/N: only part I of N; all write into one folder, the last of them the index (docs/dataset.md)");
+}
+
+void add_evaluation_shard(CLI::App& verb, std::string& shard) {
+  verb.add_option("--shard", shard,
+                  "I/N: only part I of N, kept beside the --json file; the last one writes the table");
+}
+
+inhabit::MeasuredParts measured_parts(const CLI::App& verb, const std::string& shard, const std::string& json) {
+  if (shard.empty()) return {};
+  if (json.empty()) throw inhabit::Error("--shard", "needs --json: parts are kept beside the table");
+  std::istringstream given(verb.config_to_str(/*default_also=*/true));
+  std::string job;
+  for (std::string line; std::getline(given, line);)
+    if (line.rfind("shard=", 0) != 0) job += line + "\n";
+  return {inhabit::parse_shard(shard), json, job};
+}
+
+bool parts_missing(const inhabit::MeasuredParts& parts, bool unfinished) {
+  if (unfinished) std::printf("shard %s is measured; the others are still to come\n", parts.shard().name().c_str());
+  return unfinished;
 }
 
 inhabit::Shard shard_of(const std::string& given) {

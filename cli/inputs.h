@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/data/shard.h"
 #include "inhabit/io/many_files.h"
 #include "inhabit/io/read_options.h"
@@ -42,3 +43,10 @@ void end_of(const inhabit::FileCount& count);
 void add_shard(CLI::App& verb, std::string& shard);
 /// All of it where none is given.
 inhabit::Shard shard_of(const std::string& given);
+
+/// --shard I/N of an evaluation.
+void add_evaluation_shard(CLI::App& verb, std::string& shard);
+/// The part of an evaluation that is asked for, once options are parsed. @param json where its table goes
+inhabit::MeasuredParts measured_parts(const CLI::App& verb, const std::string& shard, const std::string& json);
+/// Says so where other parts are still to come.
+bool parts_missing(const inhabit::MeasuredParts& parts, bool unfinished);

@@ -16,7 +16,7 @@
 namespace inhabit::forecast {
 namespace {
 
-constexpr int64_t kBatch = 8, kResamples = 1000;
+constexpr int64_t kBatch = 8, kColumns = 14, kResamples = 1000;
 
 /// Windows that are forecast together.
 struct Windows {
@@ -117,8 +117,8 @@ Scores scores_of(const std::string& method, const std::string& data, const torch
 
 }  // namespace
 
-Table evaluate(const Networks& model, const Data& data,
-               const std::function<void(int64_t done, int64_t all)>& progress) {
+Table evaluate(const Networks& model, const Data& data, const std::function<void(int64_t done, int64_t all)>& progress,
+               const MeasuredParts& shared) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;
@@ -126,8 +126,11 @@ Table evaluate(const Networks& model, const Data& data,
   table.windows = data.size();
   if (data.size() == 0) return table;
   const std::vector<ForecastMethod> methods = methods_of(model);
-  std::vector<std::vector<torch::Tensor>> parts(methods.size());
+  torch::Tensor metres = torch::zeros({data.size(), static_cast<int64_t>(methods.size()), kColumns}, torch::kDouble);
+  std::vector<int64_t> batch_of;
+  for (int64_t i = 0; i < data.size(); ++i) batch_of.push_back(i / kBatch);
   for (int64_t first = 0; first < data.size(); first += kBatch) {
+    if (!shared.shard().has(first / kBatch)) continue;
     std::vector<torch::Tensor> joints, points;
     for (int64_t i = first; i < std::min(data.size(), first + kBatch); ++i) {
       const Sample s = data.sample(i, 0, false);
@@ -137,20 +140,21 @@ Table evaluate(const Networks& model, const Data& data,
     const torch::Tensor all = torch::stack(joints);
     const Windows windows{all.slice(1, 0, P), all.slice(1, P), torch::stack(points)};
     for (size_t m = 0; m < methods.size(); ++m)
-      parts[m].push_back(
-          measured(windows, methods[m].run(windows, 0), config.root, data.windows().dataset(first).parents));
+      metres.slice(0, first, first + kBatch)
+          .select(1, static_cast<int64_t>(m))
+          .copy_(measured(windows, methods[m].run(windows, 0), config.root, data.windows().dataset(first).parents));
     if (progress) progress(std::min(data.size(), first + kBatch), data.size());
   }
 
+  std::map<std::string, torch::Tensor> all = {{"metres", metres}};
+  if (!shared.complete(batch_of, all)) return table;
   for (int64_t quarter = 1; quarter <= 4; ++quarter) {
     const int64_t frames = T * quarter / 4;
     table.horizons.push_back(static_cast<double>(frames) / config.rate);
   }
   std::map<int32_t, std::vector<int64_t>> sets;
   for (int64_t i = 0; i < data.size(); ++i) sets[data.windows().place(i).set].push_back(i);
-  std::vector<torch::Tensor> of_methods;
-  of_methods.reserve(parts.size());
-  for (const auto& part : parts) of_methods.push_back(torch::cat(part));
+  const std::vector<torch::Tensor> of_methods = all.at("metres").unbind(1);
   for (size_t m = 0; m < methods.size(); ++m) table.rows.push_back(scores_of(methods[m].name, "", of_methods[m]));
   if (sets.size() > 1)
     for (const auto& [set, windows] : sets)

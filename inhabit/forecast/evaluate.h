@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/metrics/score_table.h"
@@ -34,9 +35,10 @@ struct Table {
 
 /// The model with predicted contact points, without any and with the true ones, two baselines (the last pose held; the
 /// root at its last velocity with the last pose), and LTD, on every window of `data`. @param progress told how many
-/// windows are done; may be empty
+/// windows are done; may be empty. @param parts only batches of its shard are measured; without rows, other parts are
+/// still to come
 Table evaluate(const Networks& networks, const Data& data,
-               const std::function<void(int64_t done, int64_t all)>& progress = {});
+               const std::function<void(int64_t done, int64_t all)>& progress = {}, const MeasuredParts& parts = {});
 
 /// Laid out as the paper's Tables 1 and 2, with seam and bones behind.
 ScoreTable score_table(const Table& table);

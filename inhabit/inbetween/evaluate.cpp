@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -91,27 +92,66 @@ class Measuring {
     for (Row& row : rows_) {
       for (auto& run : row.runs) run.resize(windows.size());
       for (auto& run : row.features) run.resize(windows.size());
-      if (row.method != nullptr) fills_ += static_cast<int64_t>(row.runs.size() * windows.size());
     }
     close_.resize(windows.size());
     upright_.resize(windows.size());
+    // Windows of one scene after the other share its distance field.
+    for (size_t w = 0; w < windows.size(); ++w) {
+      if (w == 0 || windows[w].scene != windows[w - 1].scene) first_.push_back(w);
+      group_of_.push_back(static_cast<int64_t>(first_.size()) - 1);
+      for (const Row& row : rows_)
+        if (row.method != nullptr && options.parts.shard().has(group_of_.back()))
+          fills_ += static_cast<int64_t>(row.runs.size());
+    }
+    first_.push_back(windows.size());
   }
 
   void run() {
-    // Windows of one scene after the other share its distance field.
-    std::vector<size_t> first = {0};
-    for (size_t w = 1; w < windows_.size(); ++w)
-      if (windows_[w].scene != windows_[w - 1].scene) first.push_back(w);
-    first.push_back(windows_.size());
     const auto together = [&](int64_t g) {
       const torch::NoGradGuard no_gradients;
+      if (!options_.parts.shard().has(g)) return;
       const auto at = static_cast<size_t>(g);
-      const CollisionMeter meter(builtin_body(), windows_[first[at]].scene ? *windows_[first[at]].scene : Scene{});
-      for (size_t w = first[at]; w < first[at + 1]; ++w) measure_window(w, meter);
+      const CollisionMeter meter(builtin_body(), windows_[first_[at]].scene ? *windows_[first_[at]].scene : Scene{});
+      for (size_t w = first_[at]; w < first_[at + 1]; ++w) measure_window(w, meter);
     };
-    const auto groups = static_cast<int64_t>(first.size()) - 1;
+    const auto groups = static_cast<int64_t>(first_.size()) - 1;
     if (options_.parallel) return nn::parallel_chunks(groups, together);
     for (int64_t g = 0; g < groups; ++g) together(g);
+  }
+
+  /// With what other parts measured; false where some are still to come.
+  bool complete() {
+    if (options_.parts.shard().is_all()) return true;
+    const auto windows = static_cast<int64_t>(windows_.size());
+    int64_t runs = 0;
+    for (const Row& row : rows_) runs += static_cast<int64_t>(row.runs.size());
+    const bool featured = !rows_.front().features.empty();
+    std::map<std::string, Tensor> all = {
+        {"scores", torch::zeros({windows, runs, 2, static_cast<int64_t>(kMeasures)}, torch::kDouble)},
+        {"features", torch::zeros({windows, featured ? runs : 0, kMotionFeatures})},
+        {"frames", torch::zeros({windows, 2}, torch::kInt64)}};
+    each_run(all, [&](size_t w, WindowScores& scores, double* packed, Tensor* features, const Tensor& row) {
+      std::copy(scores.sum.begin(), scores.sum.end(), packed);
+      std::copy(scores.weight.begin(), scores.weight.end(), packed + kMeasures);
+      if (features != nullptr && options_.parts.shard().has(group_of_[w])) row.copy_(*features);
+    });
+    int64_t* frames = all["frames"].data_ptr<int64_t>();
+    for (size_t w = 0; w < windows_.size(); ++w) {
+      frames[2 * w] = close_[w];
+      frames[2 * w + 1] = upright_[w];
+    }
+    if (!options_.parts.complete(group_of_, all)) return false;
+    each_run(all, [&](size_t, WindowScores& scores, const double* packed, Tensor* features, const Tensor& row) {
+      std::copy_n(packed, kMeasures, scores.sum.begin());
+      std::copy_n(packed + kMeasures, kMeasures, scores.weight.begin());
+      if (features != nullptr) *features = row.clone();
+    });
+    frames = all["frames"].data_ptr<int64_t>();
+    for (size_t w = 0; w < windows_.size(); ++w) {
+      close_[w] = frames[2 * w];
+      upright_[w] = frames[2 * w + 1];
+    }
+    return true;
   }
 
   int64_t close_frames() const { return std::accumulate(close_.begin(), close_.end(), int64_t{0}); }
@@ -165,10 +205,28 @@ class Measuring {
     row.features[r][w] = motion_features(features_, clip.joints.unsqueeze(0))[0];
   }
 
+  /// Calls visit(window, its scores, their numbers in `all`, its features or null, their row in `all`) for every run of
+  /// every row.
+  template <class Visit>
+  void each_run(const std::map<std::string, Tensor>& all, const Visit& visit) {
+    double* packed = all.at("scores").data_ptr<double>();
+    for (size_t w = 0; w < windows_.size(); ++w) {
+      int64_t run = 0;
+      for (Row& row : rows_)
+        for (size_t r = 0; r < row.runs.size(); ++r, ++run, packed += 2 * kMeasures) {
+          const bool featured = !row.features.empty();
+          visit(w, row.runs[r][w], packed, featured ? &row.features[r][w] : nullptr,
+                featured ? all.at("features")[static_cast<int64_t>(w)][run] : Tensor());
+        }
+    }
+  }
+
   const std::vector<Window>& windows_;
   MotionAutoencoder features_;
   const Evaluation& options_;
   std::vector<Row>& rows_;
+  std::vector<size_t> first_;      // window of each group, then one past the last
+  std::vector<int64_t> group_of_;  // of each window
   std::vector<int64_t> close_, upright_;
   std::mutex mutex_;
   int64_t done_ = 0, fills_ = 0;
@@ -323,6 +381,7 @@ Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& me
   Measuring measuring(windows, features, options, rows);
   measuring.run();
   Table table;
+  if (!measuring.complete()) return table;
   table.windows = static_cast<int64_t>(windows.size());
   table.close_frames = measuring.close_frames();
   table.upright_frames = measuring.upright_frames();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/inbetween/methods.h"
 #include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/metrics/score_table.h"
@@ -75,6 +76,7 @@ struct Evaluation {
   std::string against;   ///< row that differences are taken from; empty: the first method's
   bool parallel = true;  ///< methods are called on all of LibTorch's threads
   std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window, once at a time
+  MeasuredParts parts;  ///< only windows of its shard are filled, those in one scene together
 };
 
 /// The clip with noise of `level` on its poses: `level` degrees on every component of the joints' rotations and `level`
@@ -87,7 +89,7 @@ Clip noisy_keys(const Clip& clip, double level, uint64_t seed);
 /// methods draw follow from (seed, run, window) alone, so that methods see the same key frames. The Frechet distance is
 /// taken over as many principal components of the real motion's features as there are tens of windows, at most all.
 /// @param features may be empty. Throws Error naming method and window where what comes out has another length or is
-/// not finite, and where no row is called `against`.
+/// not finite, and where no row is called `against`. Without rows, other parts are still to come.
 Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& methods, MotionAutoencoder features,
                const Evaluation& options);
 

@@ -43,6 +43,31 @@ TEST(Eval, TableHasEveryMethodAtEveryHorizon) {
     EXPECT_NEAR(rows["constant velocity"]["pose_error"][column].get<double>(), mm.get<double>(), 0.01);
 }
 
+TEST(Eval, ShardsEndInTheSameTable) {
+  const TempFolder folder;
+  const std::string rooms = make_tiny_rooms(folder), eval = "eval forecast --stride 5 --data " + rooms + " --json ";
+  ASSERT_EQ(run_command(eval + folder / "whole.json").exit_code, 0);
+  const CommandResult first = run_command(eval + folder / "table.json --shard 2/2");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, ::testing::HasSubstr("shard 2-of-2 is measured; the others are still to come"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "table.json"));
+  const CommandResult last = run_command(eval + folder / "table.json --shard 1/2");
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_EQ(json::parse(read_whole_file(folder / "table.json")), json::parse(read_whole_file(folder / "whole.json")));
+  // Parts of other settings are not mixed, damaged ones named, and without a table there is no place for them.
+  const std::string other = "eval forecast --stride 6 --data " + rooms + " --json " + folder / "table.json";
+  const CommandResult mixed = run_command(other + " --shard 1/2");
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, ::testing::HasSubstr("table.json.2-of-2.part: is of another evaluation"));
+  write_atomically(folder / "table.json.2-of-2.part", "no part");
+  const CommandResult damaged = run_command(eval + folder / "table.json --shard 1/2");
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.err, ::testing::HasSubstr("2-of-2.part"));
+  const std::string out = folder / "out";
+  std::filesystem::create_directory(out);
+  expect_refused("eval forecast --data " + rooms + " --shard 1/2", {"--shard", "--json"}, out);
+}
+
 TEST(Eval, RefusesDataThatCannotBeMeasured) {
   const TempFolder folder;
   const std::string out = folder / "out", rooms = make_tiny_rooms(folder), to = " --json " + out + "/t.json";

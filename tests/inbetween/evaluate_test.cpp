@@ -12,6 +12,7 @@
 #include "inhabit/math/rotation.h"
 #include "inhabit/scene/shapes.h"
 #include "refusal_of.h"
+#include "temp_folder.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -147,6 +148,45 @@ TEST(EvaluateInbetween, CountsWhatRunsIntoTheScene) {
   EXPECT_NEAR(same.close_vertex_ratio.mean * 20, same.vertex_ratio.mean * 121, 1e-4);
   EXPECT_EQ(same.close_penetration.mean, same.penetration.mean);
   EXPECT_EQ(row(near_post, "back").close_frame_ratio.mean, 0);
+}
+
+TEST(EvaluateInbetween, PartsGiveTheTableOfAllInOne) {
+  const TempFolder folder;
+  std::vector<Window> windows = walking_windows(5);
+  for (Window& window : windows) window.scene = std::make_shared<Scene>(floor_scene());
+  torch::manual_seed(1);
+  MotionAutoencoder features;
+  features->deviation.fill_(1e-3);
+  const Method drawn = {
+      "drawn",
+      [](const FillTask& task, uint64_t seed) {
+        Clip out = task.window.truth;
+        const Tensor shift = torch::zeros({121, 3});
+        shift.select(1, 0).copy_(1e-4 * static_cast<double>(seed % 100) * torch::arange(121).to(torch::kFloat32));
+        out.trans = out.trans + shift;
+        out.joints = out.joints + shift.unsqueeze(1);
+        return out;
+      },
+      true};
+  Evaluation options;
+  options.seeds = 2;
+  const Table whole = evaluate(windows, {drawn}, features, options);
+  std::vector<Table> parts;
+  for (const int64_t number : {2, 1, 3}) {
+    options.parts = MeasuredParts({number, 3}, folder / "table.json", "job");
+    int64_t filled = 0;
+    options.progress = [&](int64_t done, int64_t of) {
+      EXPECT_EQ(done, ++filled);
+      EXPECT_EQ(of, number == 3 ? 2 : 4);  // runs of windows 0, 3; 1, 4; 2
+    };
+    parts.push_back(evaluate(windows, {drawn}, features, options));
+    EXPECT_EQ(filled, number == 3 ? 2 : 4);
+  }
+  EXPECT_TRUE(parts[0].rows.empty() && parts[1].rows.empty()) << "the third is still to come";
+  EXPECT_EQ(table_json(parts[2]), table_json(whole));
+  options.progress = {};
+  options.parts = MeasuredParts({1, 3}, folder / "table.json", "another job");
+  EXPECT_THAT(refusal_of([&] { evaluate(windows, {drawn}, features, options); }), HasSubstr("another evaluation"));
 }
 
 TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
