@@ -139,7 +139,7 @@ struct LivePerson::Impl {
     follow();
     plan_hands();
     const bool at_leisure = habits && target.action == kSitAction && seated() && !state.wanted[0] && !state.wanted[1];
-    state.ahead = at_leisure ? habits->next(work.random) : AheadPose{};
+    state.ahead = at_leisure ? habits->next(state, work.random) : AheadPose{};
     if (grid.centres.empty())
       std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
     build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());

@@ -10,9 +10,11 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int64_t kPoints = 5;        // head, ankles, palms
-constexpr int64_t kLeastSeated = 45;  // frames
+constexpr int64_t kLeastSeated = 60;  // frames
 constexpr int64_t kAlike = 16;        // stays that one is drawn from
 constexpr float kHeightCounts = 2;    // a metre of the seat's height, against one of all numbers of its grid
+constexpr float kPull = 0.3F;         // share of the way to where the recorded person is, each second
+constexpr int64_t kAhead = kSamples - 1 - kNow;
 
 /// A stay of a recording: seated frames [first, end).
 struct SeatedSpan {
@@ -81,25 +83,35 @@ SeatedLife::SeatedLife(const SeatedHabits& habits, const ChairGrid& chair, doubl
   alike_.assign(first, first + std::min<int64_t>(kAlike, order.size(0)));
 }
 
-AheadPose SeatedLife::next(std::mt19937_64& random) {
+AheadPose SeatedLife::next(const State& state, std::mt19937_64& random) {
   const int64_t* ends = habits_.ends.data_ptr<int64_t>();
   const auto rows = [&] { return ends[stay_] - (stay_ > 0 ? ends[stay_ - 1] : 0); };
-  if (stay_ < 0 || passed_ >= (rows() - 1) * kKeyStep) {
+  if (stay_ < 0 || passed_ + kAhead >= (rows() - 1) * kKeyStep) {
     stay_ = alike_[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(alike_.size()) - 1))];
     passed_ = 0;
   }
-  const int64_t begin = ends[stay_] - rows(), row = begin + passed_ / kKeyStep,
-                after = std::min(row + 1, ends[stay_] - 1);
-  const float part = static_cast<float>(passed_ % kKeyStep) / kKeyStep;
+  const int64_t begin = ends[stay_] - rows();
   const float* points = habits_.points.data_ptr<float>();
-  const auto place = [&](int64_t k) {
+  const auto place = [&](int64_t frame, int64_t k) {
+    const int64_t last = ends[stay_] - 1, row = std::min(begin + frame / kKeyStep, last),
+                  after = std::min(row + 1, last);
+    const float part = static_cast<float>(frame % kKeyStep) / kKeyStep;
     const Eigen::Map<const Vector3f> a(points + (row * kPoints + k) * 3), b(points + (after * kPoints + k) * 3);
     Vector3f p = (1 - part) * a + part * b;
     if (over_seat(k)) p.y() += height_;
     return seat_.out(p);
   };
+  const auto goal = [&](int64_t k, const Vector3f& now) -> Vector3f {
+    const Vector3f then = place(passed_ + kAhead, k);
+    return now + (1 - kPull) * (then - place(passed_, k)) + kPull * (then - now);
+  };
+  const AheadPose out = {true,
+                         goal(0, state.position[15]),
+                         {goal(1, state.position[7]), goal(2, state.position[8])},
+                         {goal(3, state.now().hand[0]), goal(4, state.now().hand[1])},
+                         {true, true}};
   ++passed_;
-  return {true, place(0), {place(1), place(2)}, {place(3), place(4)}, {true, true}};
+  return out;
 }
 
 }  // namespace inhabit::interact

@@ -25,7 +25,7 @@ struct SeatedHabits {
   int64_t size() const { return ends.defined() ? ends.size(0) : 0; }
 };
 
-/// Of the stays of a second and a half and more at most `count`, evenly spread. Empty where there are none.
+/// Of the stays of two seconds and more at most `count`, evenly spread. Empty where there are none.
 SeatedHabits habits_of(const Data& data, int64_t count);
 
 /// Somebody's habits on a chair: one stay after the other, drawn from those on the chairs that are most like theirs.
@@ -33,8 +33,10 @@ class SeatedLife {
  public:
   /// @param habits must outlive this
   SeatedLife(const SeatedHabits& habits, const ChairGrid& chair, double seat_height);
-  /// What they do in a second from now, a frame after the last call.
-  AheadPose next(std::mt19937_64& random);
+  /// What they do in a second from now, a frame after the last call: they move as the recorded person does from one
+  /// second to the next, and three tenths of the way to where that one is. Told all of it, networks that have seen
+  /// people who are where they are recorded do not set out at all.
+  AheadPose next(const State& state, std::mt19937_64& random);
 
  private:
   const SeatedHabits& habits_;

@@ -88,21 +88,38 @@ TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
   const ChairGrid& chair = data_->senses(0).chair;
   std::mt19937_64 random(1);
   SeatedLife same(habits, chair, 0.45);
+  const auto state = [&](int64_t k) { return state_at(data_->recording(0), kFirst + k); };
   for (const int64_t begin : {0, 1})
-    for (int64_t k = 0; k < 55; k += 1) {  // to the last row, of frame 145
-      const AheadPose ahead = same.next(random);
+    for (int64_t k = 0; k < 25; ++k) {  // a second on is the last row, of frame 145
+      const AheadPose ahead = same.next(state(k), random);
       ASSERT_TRUE(ahead.known);
       if (k % kKeyStep != 0) continue;
-      EXPECT_LT((ahead.head - frame(kFirst + k).position[15]).norm(), 1e-4F) << begin << " " << k;
-      EXPECT_LT((ahead.ankle[0] - frame(kFirst + k).position[7]).norm(), 1e-4F);
-      EXPECT_LT((ahead.palm[1] - frame(kFirst + k).sample.hand[1]).norm(), 1e-4F);
+      EXPECT_LT((ahead.head - frame(kFirst + k + 30).position[15]).norm(), 1e-4F) << begin << " " << k;
+      EXPECT_LT((ahead.ankle[0] - frame(kFirst + k + 30).position[7]).norm(), 1e-4F);
+      EXPECT_LT((ahead.palm[1] - frame(kFirst + k + 30).sample.hand[1]).norm(), 1e-4F);
     }
   ChairGrid there = chair;
   there.seat.position += Eigen::Vector2f(3, 1);
   SeatedLife higher(habits, there, 0.55);
-  const AheadPose ahead = higher.next(random);
-  EXPECT_LT((ahead.head - frame(kFirst).position[15] - Vector3f(3, 0.1F, 1)).norm(), 1e-4F);
-  EXPECT_LT((ahead.ankle[0] - frame(kFirst).position[7] - Vector3f(3, 0, 1)).norm(), 1e-4F) << "feet stay on the floor";
+  State moved = state(0);
+  for (Vector3f& p : moved.position) p += Vector3f(3, p.y() > 0.3F ? 0.1F : 0, 1);
+  const AheadPose ahead = higher.next(moved, random);
+  EXPECT_LT((ahead.head - frame(kFirst + 30).position[15] - Vector3f(3, 0.1F, 1)).norm(), 1e-4F);
+  EXPECT_LT((ahead.ankle[0] - frame(kFirst + 30).position[7] - Vector3f(3, 0, 1)).norm(), 1e-4F) << "on the floor";
+  // Who is elsewhere moves alike and comes three tenths nearer.
+  State aside = state(0);
+  aside.position[15].x() += 0.1F;
+  SeatedLife drawn(habits, chair, 0.45);
+  EXPECT_LT((drawn.next(aside, random).head - frame(kFirst + 30).position[15] - Vector3f(0.07F, 0, 0)).norm(), 1e-4F);
+}
+
+TEST_F(SeatedHabitsOf, OfAFileMayBeShort) {
+  SeatedHabits habits = habits_of(*data_, 1);
+  habits.points = habits.points.slice(0, 0, 2).contiguous();
+  habits.ends = torch::tensor({int64_t{2}});
+  std::mt19937_64 random(1);
+  SeatedLife life(habits, data_->senses(0).chair, 0.45);
+  for (int k = 0; k < 40; ++k) EXPECT_TRUE(life.next(state_at(data_->recording(0), 95), random).head.allFinite());
 }
 
 TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
@@ -119,7 +136,10 @@ TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
   std::mt19937_64 random(2);
   SeatedLife life(many, data_->senses(0).chair, 0.3);
   std::set<int> drawn;
-  for (int k = 0; k < 20000; ++k) drawn.insert(static_cast<int>(std::lround(life.next(random).head.y() - 0.3F)));
+  State state = state_at(data_->recording(0), kFirst);
+  state.position[15].y() = 0;
+  for (int k = 0; k < 20000; ++k)  // three tenths of the way from height 0
+    drawn.insert(static_cast<int>(std::lround((life.next(state, random).head.y() - 0.09F) / 0.3F)));
   EXPECT_EQ(drawn.size(), 16U);
   EXPECT_EQ(*drawn.rbegin(), 15);
 }
