@@ -34,7 +34,7 @@ class SeatedLife {
   /// @param habits must outlive this
   SeatedLife(const SeatedHabits& habits, const ChairGrid& chair, double seat_height);
   /// What they do in a second from now, a frame after the last call: they move as the recorded person does from one
-  /// second to the next, and three tenths of the way to where that one is. Told all of it, networks that have seen
+  /// second to the next, and a tenth of the way to where that one is. Told all of it, networks that have seen
   /// people who are where they are recorded do not set out at all.
   AheadPose next(const State& state, std::mt19937_64& random);
 
