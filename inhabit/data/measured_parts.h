@@ -23,8 +23,8 @@ class MeasuredParts {
   const Shard& shard() const { return shard_; }  ///< which part this is
 
   /// Keeps what this part measured and, where all parts are there, puts in what the others did. False where some are
-  /// still to come. @param measured tensors with a row for each of @param item_of_row, its item. Throws Error naming a
-  /// part that is of another job or damaged.
+  /// still to come. @param item_of_row the item that each row of what is measured is of. @param measured tensors with
+  /// these rows. Throws Error naming a part that is of another job or damaged.
   bool complete(const std::vector<int64_t>& item_of_row, std::map<std::string, torch::Tensor>& measured) const;
 
  private:

@@ -25,9 +25,10 @@ struct Sample {
 /// Where head, ankles and palms of somebody seated are to be a second from now, world metres: what they do while no
 /// hand has a contact. Hands: 0 left, 1 right.
 struct AheadPose {
-  bool known = false;                              ///< else nothing is told
-  Eigen::Vector3f head = Eigen::Vector3f::Zero();  ///< joint 15
-  std::array<Eigen::Vector3f, 2> ankle{head, head}, palm{head, head};
+  bool known = false;                                ///< else nothing is told
+  Eigen::Vector3f head = Eigen::Vector3f::Zero();    ///< joint 15
+  std::array<Eigen::Vector3f, 2> ankle{head, head};  ///< joints 7 and 8
+  std::array<Eigen::Vector3f, 2> palm{head, head};   ///< as palm_of
   std::array<bool, 2> free{};  ///< no contact is held or reached for then: the palm's place is told
 };
 
