@@ -66,8 +66,9 @@ void add_eval_forecast(CLI::App& verb) {
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
     const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"), parts);
-    if (parts_missing(parts, table.rows.empty())) return;
+    if (table.rows.empty()) return say_part(parts);
     if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table, o->intervals).dump(2) + "\n");
+    parts.remove();
     std::printf("%s", table_text(table, o->intervals).c_str());
   });
 }

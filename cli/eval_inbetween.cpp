@@ -155,8 +155,9 @@ void eval_inbetween(InbetweenOptions& o) {
       inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
   o.evaluation.progress = progress_of("windows filled");
   const inbetween::Table table = inbetween::evaluate(windows, methods, features, o.evaluation);
-  if (parts_missing(o.evaluation.parts, table.rows.empty())) return;
+  if (table.rows.empty()) return say_part(o.evaluation.parts);
   if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
+  o.evaluation.parts.remove();
   say(notes);
   const Layout layout = o.evaluation.truth || o.layout == Layout::collisions ? o.layout : Layout::recordings;
   std::printf("%s", table_text(table, layout).c_str());

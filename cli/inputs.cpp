@@ -88,9 +88,8 @@ inhabit::MeasuredParts measured_parts(const CLI::App& verb, const std::string& s
   return {inhabit::parse_shard(shard), json, job};
 }
 
-bool parts_missing(const inhabit::MeasuredParts& parts, bool unfinished) {
-  if (unfinished) std::printf("shard %s is measured; the others are still to come\n", parts.shard().name().c_str());
-  return unfinished;
+void say_part(const inhabit::MeasuredParts& parts) {
+  std::printf("shard %s is measured; the others are still to come\n", parts.shard().name().c_str());
 }
 
 inhabit::Shard shard_of(const std::string& given) {

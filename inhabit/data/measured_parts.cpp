@@ -38,4 +38,10 @@ bool MeasuredParts::complete(const std::vector<int64_t>& item_of_row,
   return true;
 }
 
+void MeasuredParts::remove() const {
+  std::error_code gone;  // another process may have found all parts, too
+  for (int64_t number = 1; !shard_.is_all() && number <= shard_.of; ++number)
+    std::filesystem::remove(part(number), gone);
+}
+
 }  // namespace inhabit

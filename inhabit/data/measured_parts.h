@@ -26,6 +26,8 @@ class MeasuredParts {
   /// still to come. @param item_of_row the item that each row of what is measured is of. @param measured tensors with
   /// these rows. Throws Error naming a part that is of another job or damaged.
   bool complete(const std::vector<int64_t>& item_of_row, std::map<std::string, torch::Tensor>& measured) const;
+  /// Removes all parts, once the table is written: another evaluation into the same file finds none of them.
+  void remove() const;
 
  private:
   std::string part(int64_t number) const;

@@ -96,7 +96,7 @@ INHABIT_INLINE void coefficients_kernel(const float* const points[3], int64_t co
 /// of the frame's row of the basis, multiplied (Cauchy and Schwarz).
 INHABIT_INLINE void points_over(const float* c, int64_t stride, int64_t count, const float* basis, int64_t coefficients,
                                 int64_t frames, float least, std::vector<int32_t>& found) {
-  float longest = 0;
+  float longest = 0;  // squared, of the basis' rows
   for (int64_t t = 0; t < frames; ++t) {
     float square = 0;
     for (int64_t l = 0; l < coefficients; ++l) square += basis[t * coefficients + l] * basis[t * coefficients + l];

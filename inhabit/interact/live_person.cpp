@@ -10,6 +10,7 @@
 #include "inhabit/interact/guide.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
+#include "inhabit/interact/seated_habits.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/synth/posing.h"

@@ -8,7 +8,6 @@
 #include "inhabit/body/bones.h"
 #include "inhabit/interact/engine.h"
 #include "inhabit/interact/features.h"
-#include "inhabit/interact/seated_habits.h"
 #include "inhabit/interact/settle.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/walk_path.h"

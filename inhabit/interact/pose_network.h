@@ -37,7 +37,7 @@ struct FrameSizes {
   int64_t goals = 0;    ///< G
   int64_t ego = 0;      ///< E: the ego-centric grid
   int64_t chair = 0;    ///< I: the chair's voxels
-  int64_t control = 0;  ///< C: hands and their phases, and where they are a second later (Config::seated_habits)
+  int64_t control = 0;  ///< C: hands and their phases; what seated people are about to do (Config::seated_habits)
   int64_t gating = 0;   ///< actions and goals with the global phase
   int64_t outputs = 0;  ///< of the next frame
 };

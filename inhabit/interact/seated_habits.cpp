@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "inhabit/interact/features.h"
+#include "inhabit/interact/sample.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::interact {

@@ -4,11 +4,12 @@
 #include <random>
 #include <vector>
 
-#include "inhabit/interact/sample.h"
 #include "inhabit/interact/state.h"
 #include "inhabit/interact/voxels.h"
 
 namespace inhabit::interact {
+
+class Data;
 
 /// What people of the training data did while they sat: where head, ankles and palms were, six times a second. A model
 /// file keeps some hundred stays. PoseNet is told where these are a second ahead (State::ahead), so that seated people

@@ -159,7 +159,8 @@ void substitute_backward(const double* panel, int64_t stride, int64_t rows, int6
   using V = PanelVector<kPanelWidth>;
   for (int64_t i = rows - 1; i >= 0; --i) {
     const double* row = panel + i * stride;
-    for (int64_t w = 0; w < own + others; w += 8) __builtin_prefetch(row - 2 * stride + w);
+    if (i > 1)  // rows are read backwards: asked for two ahead, they are there in time
+      for (int64_t w = 0; w < own + others; w += 8) __builtin_prefetch(row - 2 * stride + w);
     V::type sums = {};
     double sum = 0;
     int64_t w = i + 1;

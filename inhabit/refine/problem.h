@@ -109,6 +109,8 @@ struct Problem {
   std::vector<Eigen::Vector3d> high;  ///< (joints) most radians, the same
   double limit_weight = 0;            ///< 1 / rad^2; 0: no limits
 
+  /// What `stay_near` pulls to.
+  const Trajectory& near_to() const { return stay_near.to.empty() ? start : stay_near.to; }
   /// T, the frames of `start`.
   int64_t frames() const { return static_cast<int64_t>(start.size()); }
 };

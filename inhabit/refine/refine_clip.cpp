@@ -78,15 +78,13 @@ double flat_floor(const Poses& poses) {
 /// Frames [first, last) of the windows that a motion is solved in. More than two are so many that two and four threads
 /// have the same to do.
 std::vector<std::array<int64_t, 2>> windows_of(int64_t frames) {
-  int64_t count = std::max<int64_t>(1, (frames - kOverlap + kWindow - kOverlap - 1) / (kWindow - kOverlap));
-  if (frames <= kWindow + kOverlap) count = 1;
+  if (frames <= kWindow + kOverlap) return {{0, frames}};
+  constexpr int64_t kEach = kWindow - kOverlap;
+  int64_t count = (frames - kOverlap + kEach - 1) / kEach;
   if (count > 2) count = (count + 3) / 4 * 4;
+  const auto begin = [&](int64_t window) { return (frames - kOverlap) * window / count; };
   std::vector<std::array<int64_t, 2>> out;
-  for (int64_t i = 0; i < count; ++i) {
-    const auto seam = [&](int64_t k) { return (frames - kOverlap) * k / count; };
-    out.push_back({seam(i), seam(i + 1) + kOverlap});
-  }
-  if (count == 1) out = {{0, frames}};
+  for (int64_t i = 0; i < count; ++i) out.push_back({begin(i), begin(i + 1) + kOverlap});
   return out;
 }
 

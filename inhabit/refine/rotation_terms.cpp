@@ -28,57 +28,47 @@ Matrix3d log_derivative(const Vector3d& a) {
   return Matrix3d::Identity() + 0.5 * k + second * k * k;
 }
 
-/// Rotations: nearness, limits and differences in time.
-class RotationTerms {
- public:
-  /// @param linear false: the cost alone
-  RotationTerms(const Problem& problem, const Trajectory& trajectory, int joint, bool linear, RotationEquations& out)
-      : problem_(problem), trajectory_(trajectory), joint_(joint), linear_(linear), out_(out) {
-    out.cost = 0;
-    if (linear) {
-      std::array<Matrix3d, 4> none;
-      none.fill(Matrix3d::Zero());
-      out.blocks.assign(trajectory.size(), none);
-      out.gradient.assign(trajectory.size(), Vector3d::Zero());
-    }
-    add_single_frames();
-    add_differences();
-  }
+/// One joint's, as they are added to.
+struct JointTerms {
+  const Problem& problem;
+  const Trajectory& trajectory;
+  int joint;
+  bool linear;  ///< with equations, not the cost alone
+  RotationEquations& out;
 
- private:
   void add_single_frames() {
-    const auto joints = static_cast<int64_t>(problem_.bones.size());
-    for (int64_t t = 0; t < problem_.frames(); ++t) {
-      const Eigen::Quaterniond& now = trajectory_[t].local[joint_];
-      const double near = problem_.stay_near.rotations.empty() ? 0 : problem_.stay_near.rotations[t * joints + joint_];
+    const auto joints = static_cast<int64_t>(problem.bones.size());
+    for (int64_t t = 0; t < problem.frames(); ++t) {
+      const Eigen::Quaterniond& now = trajectory[t].local[joint];
+      const double near = problem.stay_near.rotations.empty() ? 0 : problem.stay_near.rotations[t * joints + joint];
       if (near > 0) {
-        const Vector3d r = axis_angle_of(near_[t].local[joint_].conjugate() * now);
-        out_.cost += 0.5 * near * r.squaredNorm();
-        if (linear_) {
+        const Vector3d r = axis_angle_of(problem.near_to()[t].local[joint].conjugate() * now);
+        out.cost += 0.5 * near * r.squaredNorm();
+        if (linear) {
           const Matrix3d d = log_derivative(r);
-          out_.blocks[t][0] += near * d.transpose() * d;
-          out_.gradient[t] += near * d.transpose() * r;
+          out.blocks[t][0] += near * d.transpose() * d;
+          out.gradient[t] += near * d.transpose() * r;
         }
       }
-      if (problem_.limit_weight > 0 && joint_ > 0 && !problem_.low.empty()) {
+      if (problem.limit_weight > 0 && joint > 0 && !problem.low.empty()) {
         const Vector3d a = axis_angle_of(now);
-        const Vector3d over = (a - problem_.high[joint_]).cwiseMax(0.0) + (a - problem_.low[joint_]).cwiseMin(0.0);
+        const Vector3d over = (a - problem.high[joint]).cwiseMax(0.0) + (a - problem.low[joint]).cwiseMin(0.0);
         if (over.isZero()) continue;
-        out_.cost += 0.5 * problem_.limit_weight * over.squaredNorm();
-        if (linear_) {
-          const Vector3d active = problem_.limit_weight * over.cwiseSign().cwiseAbs();
+        out.cost += 0.5 * problem.limit_weight * over.squaredNorm();
+        if (linear) {
+          const Vector3d active = problem.limit_weight * over.cwiseSign().cwiseAbs();
           const Matrix3d d = log_derivative(a);
-          out_.blocks[t][0] += d.transpose() * active.asDiagonal() * d;
-          out_.gradient[t] += problem_.limit_weight * d.transpose() * over;
+          out.blocks[t][0] += d.transpose() * active.asDiagonal() * d;
+          out.gradient[t] += problem.limit_weight * d.transpose() * over;
         }
       }
     }
   }
 
   void add_differences() {
-    const int64_t frames = problem_.frames();
+    const int64_t frames = problem.frames();
     bool any = false, changes = false;
-    for (const Smoothness& s : problem_.smoothness) {
+    for (const Smoothness& s : problem.smoothness) {
       any = any || s.rotations > 0;
       changes = changes || (s.rotations > 0 && s.of_change);
     }
@@ -89,26 +79,26 @@ class RotationTerms {
     const auto steps_of = [&](const Trajectory& of, std::vector<Vector3d>& to) {
       to.resize(frames - 1);
       for (int64_t t = 0; t + 1 < frames; ++t)
-        to[t] = axis_angle_of(of[t].local[joint_].conjugate() * of[t + 1].local[joint_]);
+        to[t] = axis_angle_of(of[t].local[joint].conjugate() * of[t + 1].local[joint]);
     };
-    steps_of(trajectory_, steps);
-    if (changes) steps_of(problem_.start, before);
-    if (linear_) {
+    steps_of(trajectory, steps);
+    if (changes) steps_of(problem.start, before);
+    if (linear) {
       derivatives.resize(frames - 1);
       for (int64_t t = 0; t + 1 < frames; ++t) derivatives[t] = log_derivative(steps[t]);
     }
-    for (const Smoothness& s : problem_.smoothness) {
-      const double weight = s.rotations * joint_factor(s, joint_);
+    for (const Smoothness& s : problem.smoothness) {
+      const double weight = s.rotations * joint_factor(s, joint);
       if (weight <= 0) continue;
       const std::vector<double> c = difference(s.order - 1);
-      const double per = std::pow(problem_.rate, 2 * s.order);
+      const double per = std::pow(problem.rate, 2 * s.order);
       for (int64_t t = 0; t + s.order < frames; ++t) {
         Vector3d r = Vector3d::Zero();
         for (int n = 0; n < s.order; ++n)
           r += c[n] * (s.of_change ? Vector3d(steps[t + n] - before[t + n]) : steps[t + n]);
         const Weighted w = weighted(s.loss, per * r.squaredNorm());
-        out_.cost += weight * w.cost;
-        if (!linear_) continue;
+        out.cost += weight * w.cost;
+        if (!linear) continue;
         const double factor = weight * w.factor * per;
         std::array<Matrix3d, 4> d;
         d.fill(Matrix3d::Zero());
@@ -117,19 +107,12 @@ class RotationTerms {
           d[n + 1] += c[n] * derivatives[t + n];
         }
         for (int n = 0; n <= s.order; ++n) {
-          out_.gradient[t + n] += factor * d[n].transpose() * r;
-          for (int m = 0; m <= n; ++m) out_.blocks[t + m][n - m] += factor * d[n].transpose() * d[m];
+          out.gradient[t + n] += factor * d[n].transpose() * r;
+          for (int m = 0; m <= n; ++m) out.blocks[t + m][n - m] += factor * d[n].transpose() * d[m];
         }
       }
     }
   }
-
-  const Problem& problem_;
-  const Trajectory& near_ = problem_.stay_near.to.empty() ? problem_.start : problem_.stay_near.to;
-  const Trajectory& trajectory_;
-  int joint_;
-  bool linear_;
-  RotationEquations& out_;
 };
 
 }  // namespace
@@ -152,8 +135,19 @@ void add_rotation_terms(const Problem& problem, const Trajectory& trajectory, co
                         std::vector<RotationEquations>& out) {
   out.resize(linear.size());
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(dynamic)
-  for (int j = 0; j < problem.bones.size(); ++j)
-    RotationTerms(problem, trajectory, j, linear[static_cast<size_t>(j)] != 0, out[static_cast<size_t>(j)]);
+  for (int j = 0; j < problem.bones.size(); ++j) {
+    RotationEquations& own = out[static_cast<size_t>(j)];
+    JointTerms terms{problem, trajectory, j, linear[static_cast<size_t>(j)] != 0, own};
+    own.cost = 0;
+    if (terms.linear) {
+      std::array<Matrix3d, 4> none;
+      none.fill(Matrix3d::Zero());
+      own.blocks.assign(trajectory.size(), none);
+      own.gradient.assign(trajectory.size(), Vector3d::Zero());
+    }
+    terms.add_single_frames();
+    terms.add_differences();
+  }
 }
 
 }  // namespace inhabit::refine

@@ -7,6 +7,7 @@
 
 #include "inhabit/refine/depth_terms.h"
 #include "inhabit/refine/panel_kernel.h"
+#include "inhabit/refine/trajectory.h"
 
 namespace inhabit::refine {
 namespace {
@@ -18,13 +19,6 @@ using Eigen::VectorXd;
 
 bool is_fixed(const Problem& problem, int64_t frame) {
   return !problem.fixed.empty() && problem.fixed[static_cast<size_t>(frame)] != 0;
-}
-
-std::vector<BonesPose> poses_of(const Problem& problem, const Trajectory& trajectory) {
-  std::vector<BonesPose> poses(trajectory.size());
-  for (size_t t = 0; t < trajectory.size(); ++t)
-    pose_bones(problem.bones, trajectory[t].local, trajectory[t].trans, poses[t]);
-  return poses;
 }
 
 /// Points whose places enter differences in time: the joints, and what is held.
@@ -87,24 +81,7 @@ double add_place_differences(const Problem& problem, const std::vector<int>& cor
   return cost;
 }
 
-/// d place / d unknowns of the main system, three rows of `out` from `row` on, which hold zeros.
-template <class Rows>
-void point_jacobian(const Problem& problem, const Unknowns& unknowns, const Point& point, const BonesPose& pose,
-                    const std::vector<Matrix3d>& rotations, Rows&& out) {
-  for (const Attachment& a : point) {
-    const Vector3d at = pose.positions[a.joint] + rotations[a.joint] * a.offset;
-    for (int j = a.joint; j >= 0; j = problem.bones.parents[j]) {
-      const auto [system, column] = unknowns.rotations[j];
-      if (system != Unknowns::kMain) continue;
-      const Vector3d arm = at - pose.positions[j];
-      for (int i = 0; i < 3; ++i) out.col(column + i) += a.weight * rotations[j].col(i).cross(arm);
-    }
-    if (unknowns.root >= 0)
-      for (int i = 0; i < 3; ++i) out(i, unknowns.root + i) += a.weight;
-  }
-}
-
-/// The same along one direction: adds scale . direction . (d place / d unknowns) to a row.
+/// Adds scale . direction . (d place / d unknowns of the main system) to a row.
 void add_point_row(const Problem& problem, const Unknowns& unknowns, const Point& point, const BonesPose& pose,
                    const std::vector<Matrix3d>& rotations, const Vector3d& direction, double scale, double* row) {
   for (const Attachment& a : point) {
@@ -165,7 +142,7 @@ void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const Fram
   }
 }
 
-MatrixXd places_of(const Problem& problem, const std::vector<int>& core, const std::vector<BonesPose>& poses) {
+MatrixXd places_of(const Problem& problem, const std::vector<int>& core, const Poses& poses) {
   MatrixXd places(3 * core.size(), poses.size());
   for (size_t t = 0; t < poses.size(); ++t)
     for (size_t i = 0; i < core.size(); ++i)
@@ -176,7 +153,7 @@ MatrixXd places_of(const Problem& problem, const std::vector<int>& core, const s
 
 MatrixXd start_places(const Problem& problem, const std::vector<int>& core) {
   for (const Smoothness& s : problem.smoothness)
-    if (s.of_change && s.positions > 0) return places_of(problem, core, poses_of(problem, problem.start));
+    if (s.of_change && s.positions > 0) return places_of(problem, core, posed(problem.bones, problem.start));
   return {};
 }
 
@@ -187,17 +164,13 @@ std::vector<Matrix3d> matrices_of(const BonesPose& pose) {
   return out;
 }
 
-const Trajectory& near_of(const Problem& problem) {
-  return problem.stay_near.to.empty() ? problem.start : problem.stay_near.to;
-}
-
 /// Rotations' terms (those of `linear` with their equations), and the root's distance from where it is to stay.
 double add_near(const Problem& problem, const Trajectory& trajectory, const std::vector<char>& linear,
                 std::vector<RotationEquations>& out) {
   add_rotation_terms(problem, trajectory, linear, out);
   double cost = 0;
   for (const RotationEquations& joint : out) cost += joint.cost;
-  const Trajectory& near = near_of(problem);
+  const Trajectory& near = problem.near_to();
   for (size_t t = 0; t < problem.stay_near.root.size(); ++t)
     cost += 0.5 * problem.stay_near.root[t] * (trajectory[t].trans - near[t].trans).squaredNorm();
   return cost;
@@ -206,7 +179,7 @@ double add_near(const Problem& problem, const Trajectory& trajectory, const std:
 /// The same as gradients.
 void add_near_gradients(const Problem& problem, const Unknowns& unknowns, const Trajectory& trajectory,
                         NormalEquations& out) {
-  const Trajectory& near = near_of(problem);
+  const Trajectory& near = problem.near_to();
   for (size_t j = 0; j < out.rotations.size(); ++j) {
     const auto [system, column] = unknowns.rotations[j];
     if (system < 0) continue;
@@ -334,7 +307,7 @@ Unknowns unknowns_of(const Problem& problem) {
 
 double cost_of(const Problem& problem, const Trajectory& trajectory) {
   const std::vector<int> core = core_points(problem);
-  const std::vector<BonesPose> poses = poses_of(problem, trajectory);
+  const Poses poses = posed(problem.bones, trajectory);
   const std::vector<FrameTerms> terms = by_frame(problem);
   std::vector<RotationEquations> rotations;
   double cost =
@@ -359,7 +332,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   const int64_t frames = problem.frames();
   const std::vector<int> core = core_points(problem);
   const std::vector<FrameTerms> terms = by_frame(problem);
-  const std::vector<BonesPose> poses = poses_of(problem, trajectory);
+  const Poses poses = posed(problem.bones, trajectory);
   const int64_t rows = static_cast<int64_t>(3 * core.size()), columns = unknowns.columns[0],
                 padded = padded_to_panel(columns);
   out.gradients.resize(unknowns.columns.size());
@@ -376,11 +349,12 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   for (int64_t t = 0; t < frames; ++t) {
     const std::vector<Matrix3d> rotations = matrices_of(poses[t]);
     FrameRows& own = out.own[static_cast<size_t>(t)];
-    Eigen::Map<ByRow, 0, Eigen::OuterStride<>> jacobian(out.jacobians.data() + t * rows * padded, rows, columns,
-                                                        Eigen::OuterStride<>(padded));
-    for (size_t i = 0; i < core.size(); ++i)
-      point_jacobian(problem, unknowns, problem.points[static_cast<size_t>(core[i])], poses[t], rotations,
-                     jacobian.middleRows<3>(static_cast<Eigen::Index>(3 * i)));
+    double* places = out.jacobians.data() + t * rows * padded;
+    for (int64_t row = 0; row < rows; ++row)
+      add_point_row(problem, unknowns, problem.points[static_cast<size_t>(core[static_cast<size_t>(row / 3)])],
+                    poses[t], rotations, Vector3d::Unit(row % 3), 1, places + row * padded);
+    const Eigen::Map<const ByRow, 0, Eigen::OuterStride<>> jacobian(places, rows, columns,
+                                                                    Eigen::OuterStride<>(padded));
     add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own);
     if (problem.depth && !is_fixed(problem, t))
       add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);

@@ -54,7 +54,10 @@ TEST(Eval, ShardsEndInTheSameTable) {
   const CommandResult last = run_command(eval + folder / "table.json --shard 1/2");
   ASSERT_EQ(last.exit_code, 0) << last.err;
   EXPECT_EQ(json::parse(read_whole_file(folder / "table.json")), json::parse(read_whole_file(folder / "whole.json")));
+  for (const char* part : {"1-of-2", "2-of-2"})
+    EXPECT_FALSE(std::filesystem::exists(folder / "table.json." + part + ".part")) << "they are in the table";
   // Parts of other settings are not mixed, damaged ones named, and without a table there is no place for them.
+  ASSERT_EQ(run_command(eval + folder / "table.json --shard 2/2").exit_code, 0);
   const std::string other = "eval forecast --stride 6 --data " + rooms + " --json " + folder / "table.json";
   const CommandResult mixed = run_command(other + " --shard 1/2");
   EXPECT_EQ(mixed.exit_code, 2);
