@@ -14,7 +14,8 @@
 namespace inhabit::interact {
 namespace {
 
-constexpr int64_t kDepth = 64;  // inputs that share scales; their weights stay in the first-level cache for all rows
+constexpr int64_t kDepth = 64;    // inputs that share scales; their weights stay in the first-level cache for all rows
+constexpr int64_t kAhead = 1024;  // bytes: how far ahead of their use weights that are used once are asked for
 
 /// Bytes of the weights of `depth` inputs with their scales, which stand before them for each column.
 int64_t part_bytes(int64_t depth, bool floats) {
@@ -71,6 +72,11 @@ INHABIT_INLINE void tile(const Weight* w, const float* scale, int64_t depth, con
     for (int v = 0; v < kVectors; ++v) sum[r][v] = vec{};
   }
   for (int64_t c = 0; c < depth; ++c, w += kExpertColumns) {
+    if constexpr (kRows == 1) {
+      const char* ahead = reinterpret_cast<const char*>(w) + kAhead;
+#pragma GCC unroll 8
+      for (size_t b = 0; b < kVectors * kWidth * sizeof(Weight); b += 64) __builtin_prefetch(ahead + b, 0, 3);
+    }
     typename Whole<kWidth>::Float weight[kVectors];
 #pragma GCC unroll 8
     for (int v = 0; v < kVectors; ++v) load_weights<kWidth>(w + v * kWidth, weight[v]);

@@ -10,9 +10,12 @@
 #include <optional>
 #include <string_view>
 
+#include "folder_of_bytes.h"
 #include "inhabit/anticipate/config.h"
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/body/body_model.h"
+#include "inhabit/data/import_clip.h"
+#include "inhabit/data/import_set.h"
 #include "inhabit/data/motion_set.h"
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
@@ -21,6 +24,8 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/interact/config.h"
+#include "inhabit/interact/model_file.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_json.h"
@@ -95,16 +100,11 @@ bool survive_file(const uint8_t* data, size_t size, const Read& read) {
 Npz arrays_of(std::string_view bytes) {
   if (bytes.substr(0, 2) == "PK" || bytes.find("NUMPY") == 1) return parse_npz(bytes, "fuzz");
   Npz npz;
-  for (size_t zero = 0; (zero = bytes.find('\0')) != std::string_view::npos && bytes.size() - zero > 4;) {
-    const std::string name(bytes.substr(0, zero));
-    uint32_t length = 0;
-    std::memcpy(&length, bytes.data() + zero + 1, 4);
-    bytes.remove_prefix(zero + 5);
-    const Npz piece = parse_npz(bytes.substr(0, length), "fuzz");
-    for (const auto& [key, value] : piece.tensors) npz.tensors[name] = value;
-    for (const auto& [key, value] : piece.strings) npz.strings[name] = value;
-    for (const auto& [key, value] : piece.skipped) npz.skipped[name] = value;
-    bytes.remove_prefix(std::min<size_t>(length, bytes.size()));
+  for (const NamedBytes& loose : pieces_of(bytes)) {
+    const Npz piece = parse_npz(loose.bytes, "fuzz");
+    for (const auto& [key, value] : piece.tensors) npz.tensors[loose.name] = value;
+    for (const auto& [key, value] : piece.strings) npz.strings[loose.name] = value;
+    for (const auto& [key, value] : piece.skipped) npz.skipped[loose.name] = value;
   }
   return npz;
 }
@@ -180,6 +180,26 @@ bool fuzz_motion_set(const uint8_t* data, size_t size) {
     read_motion_set("cmu:" + own_folder(), 25);
   });
 }
+/// A data set as its owners hand it out: the format's name, a line break, and the files of its folder. It is accepted
+/// where a recording, and its scene if there is one, can be imported.
+bool fuzz_import(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    const size_t cut = std::min(bytes.find('\n'), bytes.size());
+    const std::string folder = own_folder() + "/import";
+    write_folder(folder, bytes.substr(std::min(cut + 1, bytes.size())));
+    const ImportSet set = open_import_set(std::string(bytes.substr(0, cut)), folder);
+    std::optional<Error> refused = Error(folder, "holds nothing that can be imported");
+    for (const ImportRecording& recording : set.recordings) {
+      try {
+        validate(prepared_motion(set, recording).clip, recording.name);
+        if (!recording.scene.empty() && set.scene) set.scene(recording);
+        refused.reset();
+      } catch (const Error&) {  // the next one may be whole
+      }
+    }
+    if (refused) throw *refused;
+  });
+}
 /// What every system does with a clip that was read: any skeleton at any rate to the standard one.
 bool fuzz_retarget(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
@@ -194,7 +214,9 @@ bool fuzz_config(const uint8_t* data, size_t size) {
       survive(data, size, [](std::string_view text) { anticipate::config_from_json(std::string(text), "fuzz"); });
   const bool inbetween =
       survive(data, size, [](std::string_view text) { inbetween::config_from_json(std::string(text), "fuzz"); });
-  return forecast || anticipate || inbetween;
+  const bool interact =
+      survive(data, size, [](std::string_view text) { interact::config_from_json(std::string(text), "fuzz"); });
+  return forecast || anticipate || inbetween || interact;
 }
 bool fuzz_forecast_model(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) { forecast::load_networks(path); });
@@ -204,6 +226,9 @@ bool fuzz_anticipate_model(const uint8_t* data, size_t size) {
 }
 bool fuzz_inbetween_model(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) { inbetween::load_networks(path); });
+}
+bool fuzz_interact_model(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) { interact::load_networks(path); });
 }
 bool fuzz_checkpoint(const uint8_t* data, size_t size) {
   return survive_file(data, size, [](const std::string& path) {
@@ -266,7 +291,7 @@ bool fuzz_scene(const uint8_t* data, size_t size) {
 }  // namespace
 
 void prepare_fuzzing(const std::string& target) {
-  for (const char* name : {"clip_npz", "smpl_model", "dataset", "motion_set", "retarget", "pose_lines"})
+  for (const char* name : {"clip_npz", "smpl_model", "dataset", "motion_set", "import", "retarget", "pose_lines"})
     if (target == name) builtin_body();
 }
 
@@ -286,11 +311,13 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"safetensors", fuzz_safetensors},
       {"dataset", fuzz_dataset},
       {"motion_set", fuzz_motion_set},
+      {"import", fuzz_import},
       {"retarget", fuzz_retarget},
       {"config", fuzz_config},
       {"forecast_model", fuzz_forecast_model},
       {"anticipate_model", fuzz_anticipate_model},
       {"inbetween_model", fuzz_inbetween_model},
+      {"interact_model", fuzz_interact_model},
       {"checkpoint", fuzz_checkpoint},
       {"keyframes", fuzz_keyframes},
       {"message", fuzz_message},
