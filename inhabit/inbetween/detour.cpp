@@ -21,8 +21,7 @@ using torch::Tensor;
 constexpr int64_t kDraws = 1000;  // of the bootstrap
 
 bool succeeds(const Clip& clip, const FillTask& task, const CollisionMeter& meter, const DetourEvaluation& options) {
-  const Collision hit = meter.measure(clip, {{options.tolerance, options.tolerance}}).front();
-  if (hit.depth.max().item<double>() > 0) return false;
+  if (meter.colliding_frames(clip, {options.tolerance, options.tolerance}).any().item<bool>()) return false;
   const Tensor keys = torch::tensor(task.keys);
   const Tensor missed = clip.joints.index_select(0, keys) - task.window.given.joints.index_select(0, keys);
   return missed.norm(2, {2}).mean({1}).max().item<double>() <= options.key_error;

@@ -223,8 +223,8 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   }
   if (options.stage != Stage::finished) return out;
   const CollisionMeter meter(builtin_body(), out.scene);
-  out.key_collides = meter.measure(out.key_poses).depth > 0;
-  if (options.collisions) out.collides = meter.measure(out.motion).depth > 0;
+  out.key_collides = meter.colliding_frames(out.key_poses);
+  if (options.collisions) out.collides = meter.colliding_frames(out.motion);
   return out;
 }
 

@@ -2,7 +2,9 @@
 
 #include <ATen/Parallel.h>
 
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "inhabit/body/kinematics.h"
@@ -15,12 +17,39 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kCell = 0.05, kMostCells = 1 << 26;  // of the field: metres, coarser where a scene is a city
-constexpr int64_t kFramesTogether = 256;              // whose skin is held at once
+constexpr double kCell = 0.1, kMostCells = 1 << 26;  // of the field: metres, coarser where a scene is a city
+constexpr int64_t kFramesTogether = 256;               // whose skin is held at once
+constexpr std::ptrdiff_t kPatch = 48;                  // vertices at most
 
 double mean_over(const Tensor& values, const Tensor& mask) {
   const Tensor used = (mask.defined() ? values.index({mask}) : values).to(torch::kDouble);
   return used.numel() > 0 ? used.mean().item<double>() : 0;
+}
+
+/// The skin's vertices by where they are at rest, halved until kPatch and less are together.
+std::vector<std::vector<int64_t>> patches_of(const BodyModel& body) {
+  const Tensor rest = body.template_vertices.to(torch::kFloat32).contiguous();
+  const auto* at = rest.data_ptr<float>();
+  std::vector<int64_t> vertices(static_cast<size_t>(rest.size(0)));
+  std::iota(vertices.begin(), vertices.end(), 0);
+  std::vector<std::vector<int64_t>> out;
+  using Place = std::vector<int64_t>::iterator;
+  const std::function<void(Place, Place)> split = [&](Place begin, Place end) {
+    if (end - begin <= kPatch) {
+      out.emplace_back(begin, end);
+      return;
+    }
+    Eigen::AlignedBox3f box;
+    for (Place v = begin; v != end; ++v) box.extend(Eigen::Map<const Eigen::Vector3f>(at + 3 * *v));
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const Place middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [&](int64_t a, int64_t b) { return at[3 * a + axis] < at[3 * b + axis]; });
+    split(begin, middle);
+    split(middle, end);
+  };
+  split(vertices.begin(), vertices.end());
+  return out;
 }
 
 }  // namespace
@@ -68,6 +97,7 @@ CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body
   for (const Eigen::AlignedBox3f& box : boxes_) all.extend(box);
   const Eigen::AlignedBox3d box = all.cast<double>();
   field_.emplace(*query_, box, std::max(kCell, std::cbrt(box.volume() / kMostCells)));
+  patches_ = patches_of(body);
 }
 
 CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float margin) const {
@@ -85,7 +115,7 @@ CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float ma
   };
   std::vector<std::vector<Found>> of_frame(static_cast<size_t>(T));
   at::parallel_for(0, T, 1, [&](int64_t begin, int64_t end) {
-    std::vector<Eigen::AlignedBox3f> close;
+    std::vector<Eigen::AlignedBox3f> close, beside;
     for (int64_t t = begin; t < end; ++t) {
       const Eigen::Map<const Eigen::Matrix3Xf> points(skin_points.data_ptr<float>() + t * V * 3, 3, V);
       const Eigen::AlignedBox3f person(Eigen::Vector3f(points.rowwise().minCoeff()),
@@ -94,12 +124,24 @@ CollisionMeter::Candidates CollisionMeter::candidates(const Clip& clip, float ma
       for (const Eigen::AlignedBox3f& box : grown)
         if (box.intersects(person)) close.push_back(box);
       if (close.empty()) continue;
-      for (int64_t v = 0; v < V; ++v) {
-        const Eigen::Vector3f point = points.col(v);
-        if (std::none_of(close.begin(), close.end(), [&](const auto& box) { return box.contains(point); })) continue;
-        const auto inside = field_->inside(point);
-        if (inside == false && (margin == 0 || field_->clearance(point) >= margin)) continue;
-        of_frame[static_cast<size_t>(t)].push_back({v, inside == true});
+      for (const std::vector<int64_t>& patch : patches_) {
+        Eigen::AlignedBox3f around;
+        for (const int64_t v : patch) around.extend(points.col(v));
+        beside.clear();
+        for (const Eigen::AlignedBox3f& box : close)
+          if (box.intersects(around)) beside.push_back(box);
+        if (beside.empty()) continue;
+        const Eigen::Vector3f middle = around.center();
+        const float radius = 0.5F * around.diagonal().norm();
+        if (field_->clearance(middle) >= radius + margin && field_->inside(middle) == false) continue;
+        for (const int64_t v : patch) {
+          const Eigen::Vector3f point = points.col(v);
+          if (std::none_of(beside.begin(), beside.end(), [&](const auto& box) { return box.contains(point); }))
+            continue;
+          const auto inside = field_->inside(point);
+          if (inside == false && (margin == 0 || field_->clearance(point) >= margin)) continue;
+          of_frame[static_cast<size_t>(t)].push_back({v, inside == true});
+        }
       }
     }
   });
@@ -131,43 +173,99 @@ std::vector<Collision> CollisionMeter::measure(const Clip& clip,
     collision.vertices = torch::zeros({clip.frames()});
   }
   if (!query_) return out;
-  const bool* supporting = supporting_.data_ptr<bool>();
   const float one = 1.F / static_cast<float>(supporting_.size(0));
-  const auto allowed = [&](const CollisionTolerance& t, int64_t vertex) {
-    return static_cast<float>(supporting[vertex] ? t.supported : t.other);
-  };
-  const auto least = [&](int64_t vertex) {
-    float depth = std::numeric_limits<float>::max();
-    for (const CollisionTolerance& t : tolerances) depth = std::min(depth, allowed(t, vertex));
-    return depth;
-  };
+  std::vector<std::vector<float>> allow;
+  for (const CollisionTolerance& t : tolerances) allow.push_back(allowed(t));
+  std::vector<float> least(static_cast<size_t>(supporting_.size(0)), std::numeric_limits<float>::max());
+  for (const std::vector<float>& each : allow)
+    for (size_t v = 0; v < least.size(); ++v) least[v] = std::min(least[v], each[v]);
   for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
     const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
-    if (found.frames.numel() == 0) continue;
-    const Tensor depths = query_->closest(found.points).distances;
-    const float *depth = depths.data_ptr<float>(), *points = found.points.data_ptr<float>();
+    std::vector<int64_t> rows(static_cast<size_t>(found.frames.numel()));
+    std::iota(rows.begin(), rows.end(), 0);
+    const std::vector<float> depth = depths(found, rows, least);
+    const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
+    for (size_t i = 0; i < rows.size(); ++i)
+      for (size_t k = 0; k < tolerances.size(); ++k) {
+        if (depth[i] <= allow[k][static_cast<size_t>(vertex[i])]) continue;
+        float& deepest = out[k].depth.data_ptr<float>()[first + frame[i]];
+        deepest = std::max(deepest, depth[i]);
+        out[k].vertices.data_ptr<float>()[first + frame[i]] += one;
+      }
+  }
+  return out;
+}
+
+std::vector<float> CollisionMeter::allowed(const CollisionTolerance& tolerance) const {
+  std::vector<float> out;
+  const bool* supporting = supporting_.data_ptr<bool>();
+  for (int64_t v = 0; v < supporting_.size(0); ++v)
+    out.push_back(static_cast<float>(supporting[v] ? tolerance.supported : tolerance.other));
+  return out;
+}
+
+std::vector<float> CollisionMeter::depths(const Candidates& found, const std::vector<int64_t>& rows,
+                                          const std::vector<float>& least) const {
+  std::vector<float> out(rows.size(), 0);
+  if (rows.empty()) return out;
+  const Tensor points = found.points.index_select(0, torch::tensor(rows)),
+               distances = query_->closest(points).distances;
+  const float *depth = distances.data_ptr<float>(), *point = points.data_ptr<float>();
+  const bool* known = found.inside.data_ptr<bool>();
+  const int64_t* vertex = found.vertices.data_ptr<int64_t>();
+  std::vector<int64_t> unsure;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (depth[i] <= least[static_cast<size_t>(vertex[rows[i]])]) continue;
+    const auto inside =
+        known[rows[i]] ? true : field_->inside(Eigen::Map<const Eigen::Vector3f>(point + 3 * i), depth[i]);
+    if (inside == true) out[i] = depth[i];
+    if (!inside) unsure.push_back(static_cast<int64_t>(i));
+  }
+  if (unsure.empty()) return out;
+  const Tensor inside = query_->inside(points.index_select(0, torch::tensor(unsure)));
+  for (size_t k = 0; k < unsure.size(); ++k)
+    if (inside.data_ptr<bool>()[k]) out[static_cast<size_t>(unsure[k])] = depth[unsure[k]];
+  return out;
+}
+
+Tensor CollisionMeter::colliding_frames(const Clip& clip, const CollisionTolerance& tolerance) const {
+  if (!clip.rotations.defined()) throw Error("collisions need a motion with joint rotations");
+  Tensor out = torch::zeros({clip.frames()}, torch::kBool);
+  if (!query_) return out;
+  const std::vector<float> least = allowed(tolerance);
+  bool* collides = out.data_ptr<bool>();
+  for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+    const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
     const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
     const bool* known = found.inside.data_ptr<bool>();
-    std::vector<int64_t> unsure;
-    const auto count_in = [&](int64_t i) {
-      const int64_t t = first + frame[i];
-      for (size_t k = 0; k < tolerances.size(); ++k) {
-        if (depth[i] <= allowed(tolerances[k], vertex[i])) continue;
-        float& deepest = out[k].depth.data_ptr<float>()[t];
-        deepest = std::max(deepest, depth[i]);
-        out[k].vertices.data_ptr<float>()[t] += one;
-      }
+    const auto mark = [&](const std::vector<int64_t>& rows) {
+      const std::vector<float> depth = depths(found, rows, least);
+      for (size_t i = 0; i < rows.size(); ++i)
+        if (depth[i] > 0) collides[first + frame[rows[i]]] = true;
     };
+    // The deepest by the field, whose cells round edges off, where it does not tell for certain.
+    std::vector<int64_t> deepest, others;
+    double most = 0;
     for (int64_t i = 0; i < found.frames.numel(); ++i) {
-      if (depth[i] <= least(vertex[i])) continue;
-      const auto inside = known[i] ? true : field_->inside(Eigen::Map<const Eigen::Vector3f>(points + 3 * i), depth[i]);
-      if (inside == true) count_in(i);
-      if (!inside) unsure.push_back(i);
+      if (collides[first + frame[i]]) continue;
+      const Eigen::Map<const Eigen::Vector3f> point(found.points.data_ptr<float>() + 3 * i);
+      const float free = least[static_cast<size_t>(vertex[i])];
+      if (known[i] && field_->clearance(point) > free) {
+        collides[first + frame[i]] = true;
+        continue;
+      }
+      const double excess = -field_->distance(point.cast<double>()) - static_cast<double>(free);
+      const bool new_frame = deepest.empty() || frame[i] != frame[deepest.back()];
+      if (new_frame) deepest.push_back(i);
+      if (!new_frame && excess <= most) continue;
+      deepest.back() = i;
+      most = excess;
     }
-    if (unsure.empty()) continue;
-    const Tensor inside = query_->inside(found.points.index_select(0, torch::tensor(unsure)));
-    for (size_t k = 0; k < unsure.size(); ++k)
-      if (inside.data_ptr<bool>()[k]) count_in(unsure[k]);
+    std::erase_if(deepest, [&](int64_t i) { return collides[first + frame[i]]; });
+    mark(deepest);
+    for (int64_t i = 0; i < found.frames.numel(); ++i)
+      if (!collides[first + frame[i]]) others.push_back(i);
+    mark(others);
   }
   return out;
 }

@@ -44,7 +44,8 @@ struct Collision {
 /// Measures skinned bodies against one scene. Floor and rugs (meshes called so, see object_of_mesh) do not count: feet
 /// stand on them. All else does, seats too, so that no label of who sits where is needed and a body that slides through
 /// a chair on its way to it collides. Solid defines what is inside; nothing is inside a point cloud. A distance
-/// field around the motion shows that nearly all vertices are outside; exact queries decide about the rest.
+/// field around the motion shows that nearly all of the skin is outside, patch by patch and then vertex by vertex;
+/// exact queries decide about the rest.
 class CollisionMeter {
  public:
   /// `body` must outlive this.
@@ -56,6 +57,10 @@ class CollisionMeter {
   /// The same by several tolerances, one after the other; little dearer than by one.
   std::vector<Collision> measure(const Clip& clip, const std::vector<CollisionTolerance>& tolerances) const;
 
+  /// (T) bool: the frames with a vertex that collides, those of measure(clip).depth > 0. Sooner: the vertex that the
+  /// field says is deepest mostly decides about a frame.
+  torch::Tensor colliding_frames(const Clip& clip, const CollisionTolerance& tolerance = {}) const;
+
   /// (T) bool: the frames in which the skin is inside the scene or nearer to it than `distance` metres.
   torch::Tensor near_frames(const Clip& clip, double distance) const;
 
@@ -66,8 +71,15 @@ class CollisionMeter {
     torch::Tensor points, frames, vertices, inside;
   };
   Candidates candidates(const Clip& clip, float margin) const;
+  /// Metres that the candidates in `rows` are inside the scene, by exact queries; 0 of those that are no deeper than
+  /// `least` has for their vertex (V).
+  std::vector<float> depths(const Candidates& found, const std::vector<int64_t>& rows,
+                            const std::vector<float>& least) const;
+  /// (V) metres that a tolerance leaves each vertex.
+  std::vector<float> allowed(const CollisionTolerance& tolerance) const;
 
   const BodyModel* body_;
+  std::vector<std::vector<int64_t>> patches_;  ///< vertices that lie together on the body
   torch::Tensor supporting_;                ///< (V) bool, of supporting_skin
   std::unique_ptr<SceneQuery> query_;       ///< none where nothing counts
   std::optional<DistanceField> field_;      ///< where the boxes are

@@ -58,6 +58,22 @@ TEST(Collision, OfABodyInABoxIsWholeAndBesideItNone) {
   EXPECT_EQ(out.penetration(), 0);
 }
 
+/// The frames alone are found by another way than how deep they are.
+TEST(Collision, FramesAreThoseWithADepth) {
+  const Clip sitter = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/sit.npz"), "sit");
+  const Scene room = read_scene_file(INHABIT_SOURCE_DIR "/examples/data/sit_room.glb").scene;
+  const CollisionMeter meter(builtin_body(), room);
+  int64_t some = 0;
+  for (const float aside : {0.F, 0.05F, 0.3F, -0.2F})
+    for (const CollisionTolerance& tolerance : {CollisionTolerance{}, kNoTolerance, CollisionTolerance{0.02, 0.02}}) {
+      const Clip clip = moved_all(sitter, {aside, 0, aside / 2});
+      const torch::Tensor deep = meter.measure(clip, {tolerance}).front().depth > 0;
+      EXPECT_TRUE(meter.colliding_frames(clip, tolerance).equal(deep)) << aside << " " << tolerance.other;
+      some += deep.sum().item<int64_t>() > 0 && !deep.all().item<bool>() ? 1 : 0;
+    }
+  EXPECT_GT(some, 4) << "of all or of no frames nothing is told";
+}
+
 TEST(Collision, CountsTheFramesWhoseFeetAreDeeperThanTheTolerance) {
   const double face = toes() + 0.001;
   const CollisionMeter meter(builtin_body(), scene_with({block("table_0", {0, -0.35, face + 0.5}, {2, 0.65, 0.5})}));
