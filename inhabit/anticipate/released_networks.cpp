@@ -1,5 +1,7 @@
 #include "inhabit/anticipate/released_networks.h"
 
+#include "inhabit/nn/batch_norm.h"
+
 namespace inhabit::anticipate {
 
 using torch::Tensor;
@@ -14,7 +16,7 @@ std::shared_ptr<torch::nn::Module> part(torch::nn::Module& of, const std::string
 }
 
 torch::nn::Sequential two_layers(int64_t inputs, int64_t hidden, int64_t outputs) {
-  return torch::nn::Sequential(Linear(inputs, hidden), torch::nn::ReLU(), torch::nn::BatchNorm1d(hidden),
+  return torch::nn::Sequential(Linear(inputs, hidden), torch::nn::ReLU(), nn::BatchNorm(hidden),
                                Linear(hidden, outputs));
 }
 

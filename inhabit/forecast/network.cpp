@@ -159,7 +159,7 @@ MotionNetworkImpl::MotionNetworkImpl(const Config& given, bool contact) : config
   }
   const auto push_layer = [hidden](tn::Sequential& layers, int inputs) {
     layers->push_back(tn::Linear(inputs, hidden));
-    layers->push_back(tn::BatchNorm1d(hidden));
+    layers->push_back(nn::BatchNorm(hidden));
     layers->push_back(tn::Tanh());
   };
   push_layer(g_w1, config.root_coefficients * 3 + hidden + (with_contact ? hidden : 0));

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "inhabit/io/safetensors.h"
+#include "inhabit/nn/batch_norm.h"
 #include "inhabit/train/loop.h"
 
 namespace inhabit::inbetween {
@@ -28,13 +29,13 @@ struct MotionAutoencoderImpl : torch::nn::Module {
   torch::Tensor encode(const torch::Tensor& channels);      ///< (N, 154, 121) standardised -> (N, 64)
   torch::Tensor decode(const torch::Tensor& features);      ///< (N, 64) -> (N, 154, 121) standardised
 
-  torch::nn::Sequential encoder;          ///< (N, 154, 121) to (N, 96, 8): four convolutions of stride 2 with SiLU
-  torch::nn::Sequential decoder_layers;   ///< (N, 96, 8) to (N, 154, 121): four levels, each about twice as long
-  torch::nn::Linear narrow{nullptr};      ///< 768 to 64: what the encoder gives, flat, to features
-  torch::nn::Linear widen{nullptr};       ///< 64 to 768: features to what the decoder's layers take
-  torch::nn::BatchNorm1d scale{nullptr};  ///< of the features
-  torch::Tensor mean;                     ///< (154) of the training windows' channels
-  torch::Tensor deviation;                ///< (154) of the training windows' channels, 0.001 at least
+  torch::nn::Sequential encoder;         ///< (N, 154, 121) to (N, 96, 8): four convolutions of stride 2 with SiLU
+  torch::nn::Sequential decoder_layers;  ///< (N, 96, 8) to (N, 154, 121): four levels, each about twice as long
+  torch::nn::Linear narrow{nullptr};     ///< 768 to 64: what the encoder gives, flat, to features
+  torch::nn::Linear widen{nullptr};      ///< 64 to 768: features to what the decoder's layers take
+  nn::BatchNorm scale{nullptr};          ///< of the features
+  torch::Tensor mean;                    ///< (154) of the training windows' channels
+  torch::Tensor deviation;               ///< (154) of the training windows' channels, 0.001 at least
 };
 TORCH_MODULE(MotionAutoencoder);
 

@@ -11,10 +11,10 @@ SharedMlpImpl::SharedMlpImpl(int64_t in_channels, const std::vector<int>& widths
   for (const int width : widths) {
     if (dimensions == 1) {
       layers->push_back(tn::Conv1d(in_channels, width, 1));
-      layers->push_back(tn::BatchNorm1d(width));
+      layers->push_back(BatchNorm(width));
     } else {
       layers->push_back(tn::Conv2d(in_channels, width, 1));
-      layers->push_back(tn::BatchNorm2d(width));
+      layers->push_back(BatchNorm(width));
     }
     layers->push_back(tn::ReLU(tn::ReLUOptions(true)));
     in_channels = width;
@@ -36,7 +36,7 @@ PointVoxelConvImpl::PointVoxelConvImpl(int64_t in_channels, int64_t out_channels
   int64_t channels = in_channels;
   for (int i = 0; i < 2; ++i) {
     convolutions[i] = tn::Conv3d(tn::Conv3dOptions(channels, out_channels, 3).padding(1));
-    norms[i] = tn::BatchNorm3d(tn::BatchNorm3dOptions(out_channels).eps(kVoxelNormEps));
+    norms[i] = BatchNorm(out_channels, kVoxelNormEps);
     voxel_layers->push_back(convolutions[i]);
     voxel_layers->push_back(norms[i]);
     voxel_layers->push_back(tn::LeakyReLU(tn::LeakyReLUOptions().negative_slope(kVoxelLeak)));

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "inhabit/nn/batch_norm.h"
 #include "inhabit/nn/point_ops.h"
 
 namespace inhabit::nn {
@@ -52,7 +53,7 @@ struct PointVoxelConvImpl : torch::nn::Module {
   torch::nn::Sequential voxel_layers;                   ///< convolutions, norms, leaky ReLUs, gate
   SharedMlp point_features{nullptr};                    ///< the pointwise layer
   torch::nn::Conv3d convolutions[2]{nullptr, nullptr};  ///< inside voxel_layers
-  torch::nn::BatchNorm3d norms[2]{nullptr, nullptr};    ///< inside voxel_layers
+  BatchNorm norms[2]{nullptr, nullptr};                 ///< inside voxel_layers
   VoxelGate gate{nullptr};                              ///< inside voxel_layers
 
  private:

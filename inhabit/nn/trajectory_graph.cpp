@@ -26,7 +26,7 @@ TrajectoryGraphImpl::TrajectoryGraphImpl(int64_t nodes, int64_t past_frames, int
   const int64_t frames = past + future;
   in = register_module("in", GraphConvolution(nodes, frames, hidden));
   for (int64_t i = 0; i <= 2 * blocks; ++i)
-    norms.push_back(register_module("norm" + std::to_string(i), torch::nn::BatchNorm1d(nodes * hidden)));
+    norms.push_back(register_module("norm" + std::to_string(i), BatchNorm(nodes * hidden)));
   for (int64_t i = 0; i < 2 * blocks; ++i)
     hidden_layers.push_back(register_module("hidden" + std::to_string(i), GraphConvolution(nodes, hidden, hidden)));
   out = register_module("out", GraphConvolution(nodes, hidden, frames));

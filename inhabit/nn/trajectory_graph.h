@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "inhabit/nn/batch_norm.h"
+
 namespace inhabit::nn {
 
 /// Graph convolution with a learned graph: (B, K, in) -> (B, K, out), y = A x W + b.
@@ -31,7 +33,7 @@ struct TrajectoryGraphImpl : torch::nn::Module {
   GraphConvolution in{nullptr};                 ///< P+T coefficients to hidden
   GraphConvolution out{nullptr};                ///< hidden to P+T coefficients
   std::vector<GraphConvolution> hidden_layers;  ///< two a block
-  std::vector<torch::nn::BatchNorm1d> norms;    ///< behind `in` and every hidden layer
+  std::vector<BatchNorm> norms;                 ///< behind `in` and every hidden layer
 
  private:
   torch::Tensor activated(const torch::Tensor& x, size_t layer);

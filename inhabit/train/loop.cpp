@@ -16,6 +16,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/file_lock.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/batch_norm.h"
 #include "inhabit/train/average.h"
 #include "inhabit/train/checkpoint.h"
 #include "inhabit/train/memory.h"
@@ -130,7 +131,11 @@ class TrainLoop {
 
   TrainResult run() {
     if (options_.resume) resume();
-    if (options_.ranks) share_weights();
+    std::optional<nn::SharedBatchNorms> shared;
+    if (options_.ranks) {
+      share_weights();
+      shared.emplace(rank_count_, [this](std::vector<torch::Tensor>& each) { options_.ranks->average(each); });
+    }
     const StopOnSignal stop;
     open_log();
     start_ = Clock::now();

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "inhabit/io/safetensors.h"
+#include "inhabit/nn/batch_norm.h"
 #include "inhabit/train/loop.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -21,7 +22,7 @@ namespace {
 using ::testing::HasSubstr;
 using torch::Tensor;
 
-/// A small network on fixed data: y of x, 64 samples.
+/// A small network with a batch norm on fixed data: y of x, 64 samples.
 struct Fit {
   torch::nn::Sequential network{nullptr};
   Tensor x, y;
@@ -33,7 +34,8 @@ struct Fit {
     x = torch::randn({64, 6});
     y = torch::sin(x.sum(1, true));
     torch::manual_seed(seed);
-    network = torch::nn::Sequential(torch::nn::Linear(6, 16), torch::nn::Tanh(), torch::nn::Linear(16, 1));
+    network =
+        torch::nn::Sequential(torch::nn::Linear(6, 16), nn::BatchNorm(16), torch::nn::Tanh(), torch::nn::Linear(16, 1));
     task.name = "fit";
     task.module = network.ptr();
     task.samples = 64;
@@ -47,9 +49,12 @@ struct Fit {
     task.validate = [this] { return torch::mse_loss(network->forward(x), y).item<double>(); };
     task.on_best = [] {};
   }
+  /// And the statistics that the batch norm has seen.
   Tensor weights() const {
     std::vector<Tensor> all;
     for (const auto& p : network->parameters()) all.push_back(p.detach().flatten());
+    for (const auto& b : network->named_buffers())
+      if (b.value().is_floating_point()) all.push_back(b.value().flatten());
     return torch::cat(all);
   }
 };
