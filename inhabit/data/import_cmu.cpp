@@ -24,7 +24,8 @@ void add_motion_set(ImportSet& set, const std::string& source) {
         set.actions.push_back(motion.action);
       motions->emplace(name, std::move(motion));
     }
-  } catch (const Error&) {  // nothing is there: said by who asked
+  } catch (const Error& e) {
+    set.missing.emplace_back(e.what());
   }
   static const std::string kLeftOut = "left out: ";
   for (const std::string& note : notes) {

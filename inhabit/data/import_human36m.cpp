@@ -82,7 +82,7 @@ ImportSet open_human36m(const std::string& folder, const ClipReadOptions&) {
   if (!fs::exists(file)) {
     add_motion_set(set, "h36m:" + folder);
     if (set.recordings.empty() && set.broken.empty())
-      set.missing = {"S1/ACTION_N.txt (exponential maps) or data_3d_h36m.npz (positions of joints)"};
+      set.missing.emplace_back("S1/ACTION_N.txt (exponential maps) or data_3d_h36m.npz (positions of joints)");
     return set;
   }
   const auto pickle = std::make_shared<Pickle>(read_npz_objects(file, "positions_3d"));

@@ -13,7 +13,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int64_t kGrain = 256;  // queries a thread takes at once
+constexpr int64_t kGrain = 256;                          // queries a thread takes at once
+constexpr float kSlack = 1.0001F, kSlackMetres = 1e-5F;  // for rounding in bounds of distances
 
 Vector3f row(const torch::Tensor& points, int64_t i) {
   return Eigen::Map<const Vector3f>(points.data_ptr<float>() + 3 * i);
@@ -246,11 +247,12 @@ struct SceneQuery::Impl {
     scene = nullptr;
   }
 
-  NearestFace nearest_face(const Vector3f& at) const {
+  /// @param within metres: faces farther away are not looked for
+  NearestFace nearest_face(const Vector3f& at, float within) const {
     NearestFace nearest;
     nearest.solid = &solid;
     nearest.query = at;
-    RTCPointQuery query{at.x(), at.y(), at.z(), 0, HUGE_VALF};
+    RTCPointQuery query{at.x(), at.y(), at.z(), 0, within};
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene, &query, &context, look_at_face, &nearest);
@@ -299,11 +301,17 @@ ClosestPoints SceneQuery::closest(const torch::Tensor& points) const {
   int64_t *meshes = out.mesh.data_ptr<int64_t>(), *faces = out.face.data_ptr<int64_t>();
   if (impl_->scene != nullptr) {
     at::parallel_for(0, n, kGrain, [&](int64_t begin, int64_t end) {
+      // What is nearest to a point cannot be farther from its neighbour than by the way between them.
+      Vector3f before = Vector3f::Zero();
+      float known = HUGE_VALF;
       for (int64_t i = begin; i < end; ++i) {
         const Vector3f at = row(from, i);
         if (!at.allFinite()) continue;
-        const NearestFace nearest = impl_->nearest_face(at);
+        NearestFace nearest = impl_->nearest_face(at, kSlack * (known + (at - before).norm()) + kSlackMetres);
+        if (nearest.face == RTC_INVALID_GEOMETRY_ID) nearest = impl_->nearest_face(at, HUGE_VALF);
         if (nearest.face == RTC_INVALID_GEOMETRY_ID) continue;
+        before = at;
+        known = nearest.distance;
         set_row(out.points, i, nearest.point);
         distances[i] = nearest.distance;
         set_row(out.normals, i, impl_->solid.normal(nearest.face).normalized());
