@@ -75,6 +75,42 @@ TEST(WaysAround, AreFoundFromDistancesAsFromTheSceneItself) {
   EXPECT_LT((mirror - found * torch::tensor({-1.F, 1.F})).abs().max().item<double>(), 0.15);
 }
 
+/// Metres from the path of somebody who goes 3 m ahead, beyond 0.6 m from its ends, to the nearest occupied square.
+double room_beside(const Tensor& floor, const Tensor& root, const Tensor& detours) {
+  double least = 10;
+  for (int64_t t = 0; t < root.size(0); ++t) {
+    const double x = root[t][0].item<double>() + detours[t][0].item<double>(),
+                 z = root[t][2].item<double>() + detours[t][1].item<double>();
+    if (z < 0.6 || z > 2.4) continue;
+    for (int64_t i = 0; i < 96; ++i)
+      for (int64_t k = 0; k < 96; ++k)
+        if (floor[i][k].item<float>() > 0)
+          least = std::min(
+              least,
+              std::hypot(0.1 * (static_cast<double>(i) - 47.5) - x, 0.1 * (static_cast<double>(k) - 47.5) - z) - 0.05);
+  }
+  return least;
+}
+
+TEST(WaysAround, LeaveRoomForArmsWhereThatIsHardlyLonger) {
+  Tensor root = torch::zeros({61, 3});
+  root.select(1, 2).copy_(torch::linspace(0, 3, 61));
+  Tensor groups = torch::zeros({61, kKeyGroups});
+  groups[0].fill_(1);
+  groups[60].fill_(1);
+  Tensor post = torch::full({96, 96}, -1.F);
+  post.slice(0, 47, 49).slice(1, 62, 64).fill_(1);  // in the middle of the way
+  EXPECT_GT(room_beside(post, root, detours_around(post, root, groups)), 0.42);
+  // A wall with a door of 0.8 m, which ends 2.5 m to the right: who goes through is nearer than that to it.
+  Tensor wall = torch::full({96, 96}, -1.F);
+  wall.slice(0, 20, 51).slice(1, 62, 64).fill_(1);
+  wall.slice(0, 59, 84).slice(1, 62, 64).fill_(1);
+  const Tensor through = detours_around(wall, root, groups);
+  EXPECT_LT(through.select(1, 0).max().item<double>(), 1.2) << "not around the wall's end";
+  EXPECT_GT(through.select(1, 0).max().item<double>(), 0.5);
+  EXPECT_GT(room_beside(wall, root, through), 0.27);
+}
+
 TEST(WaysAround, TurnWithThePerson) {
   const Walk w;
   Tensor left = torch::full({96, 96}, -1.F);
