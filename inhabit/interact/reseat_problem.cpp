@@ -158,7 +158,7 @@ refine::Trajectory ReseatProblem::solve() {
     if (round > 0) {  // what is near and deep is seen along the way
       const refine::Poses poses = refine::posed(problem_.bones, problem_.initial);
       problem_.places.resize(given_places_);
-      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, 0.05, weight_of(0.003));
+      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, problem_.rate, 0.05, weight_of(0.003));
       add_hands_on_thighs(poses);
       add_skin(poses);
     }

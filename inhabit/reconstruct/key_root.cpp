@@ -65,8 +65,9 @@ class KeyRootSearch {
     for (int round = 0; round < kContactRounds; ++round) {
       reset_points();
       out.contacts = add_contacts(found);
-      const std::vector<refine::PlaneTerm> inside = surroundings_.planes(
-          balls_, problem_.bones.size(), refine::posed(problem_.bones, found), kSurround, weight_of(options_.contact));
+      const std::vector<refine::PlaneTerm> inside =
+          surroundings_.planes(balls_, problem_.bones.size(), refine::posed(problem_.bones, found), 0, kSurround,
+                               weight_of(options_.contact));
       problem_.planes.insert(problem_.planes.end(), inside.begin(), inside.end());
       found = solved(found, clouds, kNear);
     }

@@ -147,7 +147,7 @@ class Refinement {
     for (int round = 0; round < kRounds; ++round) {
       problem_.initial = found;
       const Poses poses = posed(problem_.bones, found);
-      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, kReach, weight_of(kOutside));
+      problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, clip_.rate, kReach, weight_of(kOutside));
       add_clearance(poses);
       found = solve_windows({3, belief_.tolerance});
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "inhabit/body/capsules.h"
+#include "inhabit/math/smooth_step.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/point_rows.h"
 
@@ -15,8 +16,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSpacing = 0.06;
+constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
+constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
+constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
 
 /// Pelvis, thighs, spine, forearms and hands: what is sat, leaned and rested on.
 bool supports(int joint) {
@@ -155,6 +159,75 @@ class Approach {
   double reach_;
 };
 
+/// Where a ball is pushed in a frame: along `normal`, beyond the plane at `height`.
+struct BallPush {
+  const BallPlace* at;
+  bool inside;
+  Vector3d normal;
+  double height;  // metres
+  double give;    // metres that the ball may go in
+};
+
+/// Metres that a ball may be in the scene: what sits, leans or rests is pressed in, what passes by is not.
+double give_of(const BodyBall& ball, const Poses& poses, int64_t frame, double rate) {
+  const auto last = static_cast<int64_t>(poses.size()) - 1;
+  const int64_t before = std::max<int64_t>(frame - 1, 0), after = std::min(frame + 1, last);
+  if (ball.give <= kGive || before == after || !(rate > 0)) return ball.give;
+  const auto at = [&](int64_t t) { return place_of(ball.point, poses[static_cast<size_t>(t)]); };
+  const double speed = (at(after) - at(before)).norm() * rate / static_cast<double>(after - before);
+  return ball.give + smooth_step((speed - kRests) / (kPasses - kRests)) * (kGive - ball.give);
+}
+
+/// A ball that comes in on one side of something thin and leaves on the other is pushed back first and on then, and
+/// stays inside in between. Such a run of frames (all of one ball) is pushed to the side where the way out is shortest.
+void push_aside(const SceneQuery& solid, const std::vector<BallPush*>& run) {
+  const Vector3d &in = run.front()->normal, &on = run.back()->normal;
+  if (in.dot(on) > kOpposite) return;
+  std::vector<Vector3d> from;
+  for (const BallPush* push : run)
+    if (push->inside) from.push_back(push->at->place);
+  if (from.empty()) return;
+  const Vector3d through = (in - on).normalized(), across = through.unitOrthogonal(),
+                 level = std::abs(through.y()) < 0.9 ? Vector3d(Vector3d::UnitY().cross(through).normalized()) : across;
+  double least = kAside;
+  Vector3d best = Vector3d::Zero();
+  std::vector<double> exits;
+  for (const Vector3d& side :
+       {level, Vector3d(-level), Vector3d(through.cross(level)), Vector3d(level.cross(through))}) {
+    const torch::Tensor ways =
+        solid.cast(point_rows(from), point_rows(std::vector<Vector3d>(from.size(), side)), kAside).distances;
+    const double farthest = ways.max().item<double>();
+    if (!(farthest < least)) continue;
+    least = farthest;
+    best = side;
+    exits.assign(ways.data_ptr<float>(), ways.data_ptr<float>() + ways.numel());
+  }
+  if (exits.empty()) return;
+  // Those that are in by their radius alone go beyond the plane of who is inside next.
+  size_t next = 0;
+  for (BallPush* push : run) {
+    push->normal = best;
+    push->height = best.dot(from[next]) + exits[next];
+    if (push->inside && next + 1 < from.size()) ++next;
+  }
+}
+
+void around_instead_of_through(const SceneQuery& solid, const std::vector<BodyBall>& balls,
+                               std::vector<BallPush>& pushes) {
+  std::vector<std::vector<BallPush*>> runs(balls.size());
+  for (BallPush& push : pushes) {
+    std::vector<BallPush*>& run = runs[push.at->ball];
+    const bool is_in = push.inside || push.at->distance < balls[push.at->ball].radius - push.give;
+    if (!run.empty() && (!is_in || run.back()->at->frame + 1 != push.at->frame)) {
+      push_aside(solid, run);
+      run.clear();
+    }
+    if (is_in) run.push_back(&push);
+  }
+  for (const std::vector<BallPush*>& run : runs)
+    if (!run.empty()) push_aside(solid, run);
+}
+
 }  // namespace
 
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas) {
@@ -202,13 +275,13 @@ std::vector<double> Surroundings::floor_under(const Track& places) const {
 }
 
 std::vector<PlaneTerm> Surroundings::planes(const std::vector<BodyBall>& balls, int first_ball, const Poses& poses,
-                                            double reach, double weight) const {
+                                            double rate, double reach, double weight) const {
   std::vector<PlaneTerm> out;
   if (solid_ == nullptr) return out;
   const Approach approach(*solid_, balls, poses, reach);
-  const std::vector<BallPlace>& near = approach.near;
-  for (size_t k = 0; k < near.size(); ++k) {
-    const BallPlace& at = near[k];
+  std::vector<BallPush> pushes;
+  for (size_t k = 0; k < approach.near.size(); ++k) {
+    const BallPlace& at = approach.near[k];
     const BodyBall& ball = balls[at.ball];
     const bool is_inside = approach.inside[k] != 0;
     if (!is_inside && at.distance > ball.radius + reach) continue;
@@ -216,9 +289,12 @@ std::vector<PlaneTerm> Surroundings::planes(const std::vector<BodyBall>& balls, 
     if (normal.norm() < 1e-4) normal = at.normal;  // on the surface: the face says where out is, as far as it knows
     if (normal.norm() < 1e-6) continue;
     normal.normalize();
-    out.push_back({at.frame, first_ball + static_cast<int>(at.ball), normal,
-                   normal.dot(at.surface) + ball.radius - ball.give, weight, false});
+    pushes.push_back({&at, is_inside, normal, normal.dot(at.surface), give_of(ball, poses, at.frame, rate)});
   }
+  if (rate > 0) around_instead_of_through(*solid_, balls, pushes);
+  for (const BallPush& push : pushes)
+    out.push_back({push.at->frame, first_ball + static_cast<int>(push.at->ball), push.normal,
+                   push.height + balls[push.at->ball].radius - push.give, weight, false});
   return out;
 }
 

@@ -36,7 +36,7 @@ inline std::string stored_zip(const std::vector<NamedBytes>& entries) {
   std::string out, directory;
   const auto number = [](uint64_t n, int bytes) {
     std::string text;
-    for (int k = 0; k < bytes; ++k) text += static_cast<char>((n >> (8 * k)) & 0xFF);
+    for (int k = 0; k < bytes; ++k, n >>= 8) text += static_cast<char>(n & 0xFF);
     return text;
   };
   for (const NamedBytes& entry : entries) {

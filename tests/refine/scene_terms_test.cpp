@@ -21,10 +21,10 @@ size_t expect_frame_by_frame(const Clip& clip, const Scene& scene) {
   const Surroundings surroundings(scene);
   const std::vector<BodyBall> balls = body_balls(builtin_body(), {});
   const Poses poses = posed(bones_of(clip.skeleton), trajectory_of(clip));
-  const std::vector<PlaneTerm> all = surroundings.planes(balls, kFirst, poses, kReach, 1);
+  const std::vector<PlaneTerm> all = surroundings.planes(balls, kFirst, poses, 0, kReach, 1);
   std::vector<PlaneTerm> each;
   for (size_t t = 0; t < poses.size(); ++t)
-    for (PlaneTerm term : surroundings.planes(balls, kFirst, {poses[t]}, kReach, 1)) {
+    for (PlaneTerm term : surroundings.planes(balls, kFirst, {poses[t]}, 0, kReach, 1)) {
       term.frame = static_cast<int64_t>(t);
       each.push_back(term);
     }
