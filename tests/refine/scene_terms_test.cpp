@@ -7,9 +7,12 @@
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/scene/objects.h"
+#include "inhabit/scene/shapes.h"
 
 namespace inhabit::refine {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr int kFirst = kStandardJoints;
 constexpr double kReach = 0.05;
@@ -56,6 +59,48 @@ TEST(Surroundings, NothingIsMetInAnEmptyRoomOrFarAway) {
   Scene room = read_scene_file(example_file("sit_room.glb")).scene;
   for (Mesh& mesh : room.meshes) mesh.vertices = mesh.vertices + 50;
   EXPECT_EQ(expect_frame_by_frame(walk, room), 0U);
+}
+
+/// A ball of a forearm that goes 0.6 m ahead, through a board of 6 cm across its way, and the planes it meets at.
+std::vector<PlaneTerm> past_the_end_of_a_board(double rate, double end) {
+  MeshBuilder builder;
+  builder.box({end + 1, 1, 0}, {1, 1, 0.03});
+  Scene scene;
+  scene.meshes.push_back(builder.mesh("board", {0.5F, 0.5F, 0.5F}));
+  Poses poses;
+  for (int t = 0; t < 13; ++t) {
+    BonesPose pose;
+    pose.positions.assign(kStandardJoints, Vector3d(-1, 1, 0));
+    pose.rotations.assign(kStandardJoints, Eigen::Quaterniond::Identity());
+    pose.positions[18] = Vector3d(0, 1, -0.3 + 0.05 * t);
+    poses.push_back(pose);
+  }
+  const BodyBall ball = {{Attachment{18, 1, Vector3d::Zero()}}, 0.04, 0.03};
+  return Surroundings(scene).planes({ball}, kFirst, poses, rate, kReach, 1);
+}
+
+TEST(Surroundings, WhatGoesThroughAThinBoardIsPushedPastItsEnd) {
+  // 0.1 m in from the end of the board, 1.5 m/s.
+  const std::vector<PlaneTerm> past = past_the_end_of_a_board(30, -0.1);
+  int aside = 0;
+  for (const PlaneTerm& plane : past) {
+    if (plane.normal.x() > -0.99) continue;
+    ++aside;
+    EXPECT_NEAR(plane.height, 0.1 + 0.04 - 0.005, 1e-4) << "beyond the end, and it does not rest";
+  }
+  EXPECT_GE(aside, 2);
+  for (const PlaneTerm& plane : past_the_end_of_a_board(30, -0.8))
+    EXPECT_GT(std::abs(plane.normal.z()), 0.99) << "the end is too far away";
+  for (const PlaneTerm& plane : past_the_end_of_a_board(0, -0.1))
+    EXPECT_GT(std::abs(plane.normal.z()), 0.99) << "poses that do not follow one another";
+}
+
+TEST(Surroundings, OnlyWhatIsSlowMayRest) {
+  const auto give = [](double rate) {  // where it comes to the board's face
+    const PlaneTerm first = past_the_end_of_a_board(rate, -0.8).front();
+    return -first.normal.z() * 0.03 + 0.04 - first.height * 1;
+  };
+  EXPECT_LT(give(30), give(1) - 0.02);
 }
 
 }  // namespace
