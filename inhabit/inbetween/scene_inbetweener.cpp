@@ -98,6 +98,54 @@ Eigen::AlignedBox3f around_keys(const Clip& keys, double floor) {
   return box;
 }
 
+/// Throws Error where the model cannot do what is asked for.
+void require_possible(const Config& c, const Options& options) {
+  if (options.stage == Stage::baseline && !(c.from_interpolation || c.residual))
+    throw Error("stage", "this model starts from no interpolation");
+  if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
+  if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
+    throw Error("controls", "this model takes neither contacts nor a root path");
+  if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
+    throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
+  if (options.noise > 0 && !c.takes_noise())
+    throw Error("noise level", "this model was not trained on noisy key frames");
+  if (options.steps > c.diffusion_steps)
+    throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
+}
+
+/// The keys of each pass: those of less than the whole weight are poses between what is there without them and what
+/// they are, so that the first pass goes without them.
+std::vector<std::vector<int64_t>> passes_of(const KeyedClip& keyed) {
+  const std::vector<double>& weights = keyed.controls.key_weights;
+  if (std::all_of(weights.begin(), weights.end(), [](double weight) { return weight >= 1; })) return {keyed.keys};
+  std::vector<int64_t> whole;
+  for (size_t k = 0; k < keyed.keys.size(); ++k)
+    if (weights[k] == 1) whole.push_back(keyed.keys[k]);
+  return {whole, keyed.keys};
+}
+
+/// Keys of less than the whole weight become poses between those of `motion`, found without them, and what they are.
+void lead_to_keys(KeyedClip& keyed, const Clip& motion) {
+  const std::vector<double>& weights = keyed.controls.key_weights;
+  for (size_t k = 0; k < keyed.keys.size(); ++k) {
+    if (weights[k] == 1) continue;
+    const int64_t key = keyed.keys[k];
+    const Clip there = mixed(frames_at(motion, {key}), frames_at(keyed.clip, {key}), {weights[k]});
+    for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans})
+      (keyed.clip.*part)[key].copy_((there.*part)[0]);
+  }
+}
+
+/// The file's poses, and which of them the motion meets exactly: noisy keys are cleaned and partial ones leave joints
+/// open, but for the ends.
+SourcePoses with_exact_keys(SourcePoses source, const Options& options, bool noisy) {
+  source.exact.assign(source.frames.size(), !noisy && !options.key_groups.defined());
+  source.exact.front() = source.exact.back() = true;
+  for (size_t k = 0; k < source.exact.size(); ++k)
+    if (!options.controls.key_weights.empty() && options.controls.key_weights[k] < 1) source.exact[k] = false;
+  return source;
+}
+
 }  // namespace
 
 struct SceneInbetweener::Impl {
@@ -127,18 +175,9 @@ bool SceneInbetweener::has_baseline() const { return config().from_interpolation
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
-  if (options.stage == Stage::baseline && !has_baseline())
-    throw Error("stage", "this model starts from no interpolation");
-  if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
-  if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
-    throw Error("controls", "this model takes neither contacts nor a root path");
-  if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
-    throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
-  if (options.noise > 0 && !c.takes_noise())
-    throw Error("noise level", "this model was not trained on noisy key frames");
+  require_possible(c, options);
   const bool noisy = c.t_star > 0 || options.noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
-  if (steps > c.diffusion_steps) throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
   const KeyedClip asked = keyed_clip(clip, options, c.rate);
   KeyedClip keyed = options.controls.loop ? twice(asked) : asked;
 
@@ -154,14 +193,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   const SceneDistances distances =
       c.residual ? SceneDistances(out.scene, floor, around_keys(all_poses, floor)) : SceneDistances();
 
-  // Keys of less than the whole weight are poses between what is there without them and what they are.
-  const std::vector<double>& weights = keyed.controls.key_weights;
-  std::vector<std::vector<int64_t>> passes = {keyed.keys};
-  if (std::any_of(weights.begin(), weights.end(), [](double weight) { return weight < 1; })) {
-    passes.emplace(passes.begin());
-    for (size_t k = 0; k < keyed.keys.size(); ++k)
-      if (weights[k] == 1) passes[0].push_back(keyed.keys[k]);
-  }
+  const std::vector<std::vector<int64_t>> passes = passes_of(keyed);
   std::vector<std::vector<FillWindow>> windows;
   int64_t done_before = 0, all = 0;
   for (const std::vector<int64_t>& keys : passes) {
@@ -174,13 +206,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::optional<Filling> filling;
   for (size_t pass = 0; pass < passes.size(); ++pass) {
     if (pass > 0) {
-      for (size_t k = 0; k < keyed.keys.size(); ++k) {
-        if (weights[k] == 1) continue;
-        const int64_t key = keyed.keys[k];
-        const Clip there = mixed(frames_at(filling->motion, {key}), frames_at(keyed.clip, {key}), {weights[k]});
-        for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans})
-          (keyed.clip.*part)[key].copy_((there.*part)[0]);
-      }
+      lead_to_keys(keyed, filling->motion);
       out.key_poses = frames_at(keyed.clip, out.keys);
     }
     KeyedClip now = keyed;
@@ -212,15 +238,9 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     if (std::binary_search(out.keys.begin(), out.keys.end(), key)) out.unreached.push_back(key);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
-  if (!options.standard) {
-    SourcePoses source = asked.source;
-    // Noisy keys are cleaned and partial ones leave joints open, but for the ends.
-    source.exact.assign(source.frames.size(), !noisy && !options.key_groups.defined());
-    source.exact.front() = source.exact.back() = true;
-    for (size_t k = 0; k < source.exact.size(); ++k)
-      if (!options.controls.key_weights.empty() && options.controls.key_weights[k] < 1) source.exact[k] = false;
-    out.on_source = on_source_skeleton(out.motion, source, source.frames.back() + 1);
-  }
+  if (!options.standard)
+    out.on_source =
+        on_source_skeleton(out.motion, with_exact_keys(asked.source, options, noisy), asked.source.frames.back() + 1);
   if (options.stage != Stage::finished) return out;
   const CollisionMeter meter(builtin_body(), out.scene);
   out.key_collides = meter.colliding_frames(out.key_poses);

@@ -29,9 +29,11 @@ struct BatchNormImpl : torch::nn::Module {
   /// (B, C, ...) as it came.
   torch::Tensor forward(const torch::Tensor& x);
 
-  torch::Tensor weight, bias;               ///< (C); undefined where it is not affine
-  torch::Tensor running_mean, running_var;  ///< (C) of the batches seen, in use outside of training
-  torch::Tensor num_batches_tracked;        ///< how many there were
+  torch::Tensor weight;               ///< (C) the scale; undefined where it is not affine
+  torch::Tensor bias;                 ///< (C) the shift; undefined where it is not affine
+  torch::Tensor running_mean;         ///< (C) of the batches seen, in use outside of training
+  torch::Tensor running_var;          ///< (C) of the batches seen, in use outside of training
+  torch::Tensor num_batches_tracked;  ///< how many there were
 
  private:
   torch::Tensor shared(const torch::Tensor& x);

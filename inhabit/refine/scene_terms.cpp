@@ -17,6 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kSpacing = 0.06;
 constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
+constexpr double kDown = -0.7;      // of a direction: there is the floor
 constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
@@ -194,6 +195,7 @@ void push_aside(const SceneQuery& solid, const std::vector<BallPush*>& run) {
   std::vector<double> exits;
   for (const Vector3d& side :
        {level, Vector3d(-level), Vector3d(through.cross(level)), Vector3d(level.cross(through))}) {
+    if (side.y() < kDown) continue;
     const torch::Tensor ways =
         solid.cast(point_rows(from), point_rows(std::vector<Vector3d>(from.size(), side)), kAside).distances;
     const double farthest = ways.max().item<double>();
