@@ -18,8 +18,8 @@ namespace {
 using torch::Tensor;
 
 constexpr double kCell = 0.1, kMostCells = 1 << 26;  // of the field: metres, coarser where a scene is a city
-constexpr int64_t kFramesTogether = 256;               // whose skin is held at once
-constexpr std::ptrdiff_t kPatch = 48;                  // vertices at most
+constexpr int64_t kFramesTogether = 256;             // whose skin is held at once
+constexpr std::ptrdiff_t kPatch = 48;                // vertices at most
 
 double mean_over(const Tensor& values, const Tensor& mask) {
   const Tensor used = (mask.defined() ? values.index({mask}) : values).to(torch::kDouble);

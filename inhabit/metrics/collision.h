@@ -80,10 +80,10 @@ class CollisionMeter {
 
   const BodyModel* body_;
   std::vector<std::vector<int64_t>> patches_;  ///< vertices that lie together on the body
-  torch::Tensor supporting_;                ///< (V) bool, of supporting_skin
-  std::unique_ptr<SceneQuery> query_;       ///< none where nothing counts
-  std::optional<DistanceField> field_;      ///< where the boxes are
-  std::vector<Eigen::AlignedBox3f> boxes_;  ///< around each body of the scene, then the cloud
+  torch::Tensor supporting_;                   ///< (V) bool, of supporting_skin
+  std::unique_ptr<SceneQuery> query_;          ///< none where nothing counts
+  std::optional<DistanceField> field_;         ///< where the boxes are
+  std::vector<Eigen::AlignedBox3f> boxes_;     ///< around each body of the scene, then the cloud
 };
 
 }  // namespace inhabit
