@@ -175,6 +175,7 @@ std::vector<Collision> CollisionMeter::measure(const Clip& clip,
   if (!query_) return out;
   const float one = 1.F / static_cast<float>(supporting_.size(0));
   std::vector<std::vector<float>> allow;
+  allow.reserve(tolerances.size());
   for (const CollisionTolerance& t : tolerances) allow.push_back(allowed(t));
   std::vector<float> least(static_cast<size_t>(supporting_.size(0)), std::numeric_limits<float>::max());
   for (const std::vector<float>& each : allow)

@@ -61,7 +61,8 @@ Tensor BatchNormImpl::shared(const Tensor& x) {
                variance = Mean::apply(away.square().mean(others));
   {
     const torch::NoGradGuard no_gradients;
-    const auto samples = static_cast<double>(x.numel() / x.size(1) * ranks->count);
+    const int64_t each = x.numel() / x.size(1);
+    const auto samples = static_cast<double>(each * ranks->count);
     running_mean.lerp_(mean, kMomentum);
     running_var.lerp_(variance * (samples / std::max(1.0, samples - 1)), kMomentum);
   }
