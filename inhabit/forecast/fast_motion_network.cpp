@@ -41,8 +41,7 @@ FastMotionNetwork::FastMotionNetwork(const MotionNetwork& network)
     const auto modules = block->children();
     for (size_t i = 0; i + 1 < modules.size(); i += 3) {
       const auto p = modules[i]->named_parameters();
-      path_layers_.push_back(
-          nn::row_layer(p["weight"], p["bias"], nn::folded_norm(*modules[i + 1], nn::kPointNormEps)));
+      path_layers_.push_back(nn::row_layer(p["weight"], p["bias"], nn::folded_norm(*modules[i + 1], nn::kNormEps)));
     }
   }
   path_layers_.push_back(linear(network->g_w4));

@@ -73,7 +73,7 @@ MotionAutoencoderImpl::MotionAutoencoderImpl() {
   register_module("decoder", decoder_layers);
   narrow = register_module("narrow", torch::nn::Linear(kWidth * kLengths.back(), kMotionFeatures));
   widen = register_module("widen", torch::nn::Linear(kMotionFeatures, kWidth * kLengths.back()));
-  scale = register_module("scale", nn::BatchNorm(kMotionFeatures, 1e-5, /*affine=*/false));
+  scale = register_module("scale", nn::BatchNorm(kMotionFeatures, nn::kNormEps, /*affine=*/false));
   mean = register_buffer("mean", torch::zeros({kChannels}));
   deviation = register_buffer("deviation", torch::ones({kChannels}));
 }

@@ -23,18 +23,17 @@ using torch::Tensor;
 namespace {
 
 constexpr int64_t kSide = 96;
-constexpr double kCell = 0.1;                   // metres
-constexpr int kLayers = 15;                     // of cells, around the next height
-constexpr double kMiddle = 0.95;                // metres above the floor
-constexpr float kThrough = 0.07F;               // metres from a cell's middle to a surface that goes through it
-constexpr double kWide = 0.15;                  // metres: a path closer than that is blocked
-constexpr double kMargin = 0.3;                 // metres: clearance of the new one at least
-constexpr double kWiderMargins[] = {0.5, 0.4};  // metres: better, so that arms pass, where it is hardly longer
-constexpr double kHardlyLonger = 1.2;           // times as long
-constexpr double kAtEnds = 0.45;                // metres around key frames that may be occupied: somebody sits there
-constexpr double kTurning = 15;                 // frames around keys in which the heading comes back to theirs
-constexpr int64_t kAlong = 3;                   // frames to either side that tell where the path goes
-constexpr double kQuickest = 0.08;              // metres a frame: a path that needs a higher speed is not taken
+constexpr double kCell = 0.1;                          // metres
+constexpr int kLayers = 15;                            // of cells, around the next height
+constexpr double kMiddle = 0.95;                       // metres above the floor
+constexpr float kThrough = 0.07F;                      // metres from a cell's middle to a surface that goes through it
+constexpr double kWide = 0.15;                         // metres: a path closer than that is blocked
+const std::vector<double> kMargins = {0.5, 0.4, 0.3};  // metres: clearance of the new one, so that arms pass
+constexpr double kHardlyLonger = 1.2;                  // times as long as the shortest, for more clearance
+constexpr double kAtEnds = 0.45;    // metres around key frames that may be occupied: somebody sits there
+constexpr double kTurning = 15;     // frames around keys in which the heading comes back to theirs
+constexpr int64_t kAlong = 3;       // frames to either side that tell where the path goes
+constexpr double kQuickest = 0.08;  // metres a frame: a path that needs a higher speed is not taken
 
 /// Distance from every place of the floor to the nearest occupied square, drawn finer for find_path.
 FreeSpace clearance_of(const Tensor& floor) {
@@ -74,19 +73,6 @@ bool blocked(const FreeSpace& clearance, const Vector2d& from, const Vector2d& t
   return false;
 }
 
-/// The path with the widest clearance of those that are hardly longer than one with just enough; at most `longest`
-/// metres.
-std::optional<WalkPath> way_around(const FreeSpace& clearance, const Vector2d& from, const Vector2d& to,
-                                   double longest) {
-  auto narrow = find_path(clearance, from, to, kMargin);
-  if (!narrow || narrow->total() > longest) return std::nullopt;
-  for (const double margin : kWiderMargins) {
-    auto wide = find_path(clearance, from, to, margin);
-    if (wide && wide->total() <= std::min(longest, kHardlyLonger * narrow->total())) return wide;
-  }
-  return narrow;
-}
-
 }  // namespace
 
 Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, double height) {
@@ -116,7 +102,8 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
     if (!clearance) clearance = clearance_of(floor);
     const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
     if (!known(a) || !known(b) || !blocked(*clearance, a, b)) continue;
-    const auto found = way_around(*clearance, a, b, kQuickest * static_cast<double>(t - from));
+    const auto found = find_roomy_path(*clearance, a, b, kMargins,
+                                       {.times = kHardlyLonger, .longest = kQuickest * static_cast<double>(t - from)});
     if (!found) {
       if (unreached) unreached->push_back(t);
       continue;

@@ -98,10 +98,8 @@ Eigen::AlignedBox3f around_keys(const Clip& keys, double floor) {
   return box;
 }
 
-/// Throws Error where the model cannot do what is asked for.
+/// Throws Error where a model of this configuration cannot do what is asked for.
 void require_possible(const Config& c, const Options& options) {
-  if (options.stage == Stage::baseline && !(c.from_interpolation || c.residual))
-    throw Error("stage", "this model starts from no interpolation");
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
     throw Error("controls", "this model takes neither contacts nor a root path");
@@ -175,6 +173,8 @@ bool SceneInbetweener::has_baseline() const { return config().from_interpolation
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
+  if (options.stage == Stage::baseline && !has_baseline())
+    throw Error("stage", "this model starts from no interpolation");
   require_possible(c, options);
   const bool noisy = c.t_star > 0 || options.noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;

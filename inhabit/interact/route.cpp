@@ -50,15 +50,7 @@ std::optional<WalkPath> find_route(const FreeSpace& floor, const Vector2d& from,
   const std::optional<Vector2d> start = way_out(floor, from);
   if (!start || is_taken(floor, to)) return std::nullopt;
   // Elbow room is worth a detour, but not one around the house.
-  constexpr double kDetour = 1.25, kDetourMore = 0.4;  // of the shortest way, and metres
-  std::vector<WalkPath> paths;
-  for (const double margin : {kElbowRoom, 0.36, 0.3, kSqueeze})
-    if (auto path = find_path(floor, *start, to, margin)) paths.push_back(std::move(*path));
-  double shortest = HUGE_VAL;
-  for (const WalkPath& path : paths) shortest = std::min(shortest, path.total());
-  for (WalkPath& path : paths)
-    if (path.total() <= kDetour * shortest + kDetourMore) return std::move(path);
-  return std::nullopt;
+  return find_roomy_path(floor, *start, to, {kElbowRoom, 0.36, 0.3, kSqueeze}, {.times = 1.25, .more = 0.4});
 }
 
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Vector2d& from, const Chair& chair) {

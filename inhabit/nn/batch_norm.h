@@ -21,11 +21,14 @@ class SharedBatchNorms {
   SharedBatchNorms& operator=(const SharedBatchNorms&) = delete;
 };
 
+/// What batch norms add to the variance unless they are told otherwise.
+inline constexpr double kNormEps = 1e-5;
+
 /// Batch normalisation over all dimensions but the second, (B, C, ...), with the parameters and buffers of torch's
 /// BatchNorm1d to 3d. Unlike those, it can share its statistics over ranks (SharedBatchNorms).
 struct BatchNormImpl : torch::nn::Module {
   /// @param epsilon added to the variance. @param affine with a scale and a shift to be learned
-  explicit BatchNormImpl(int64_t channels, double epsilon = 1e-5, bool affine = true);
+  explicit BatchNormImpl(int64_t channels, double epsilon = kNormEps, bool affine = true);
   /// (B, C, ...) as it came.
   torch::Tensor forward(const torch::Tensor& x);
 

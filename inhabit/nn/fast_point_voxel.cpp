@@ -143,7 +143,7 @@ std::vector<RowLayer> mlp_layers(const SharedMlp& mlp) {
   const auto modules = mlp->layers->children();
   for (size_t i = 0; i + 1 < modules.size(); i += 3) {
     const auto parameters = modules[i]->named_parameters();
-    layers.push_back(row_layer(parameters["weight"], parameters["bias"], folded_norm(*modules[i + 1], kPointNormEps)));
+    layers.push_back(row_layer(parameters["weight"], parameters["bias"], folded_norm(*modules[i + 1], kNormEps)));
   }
   return layers;
 }

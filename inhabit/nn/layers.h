@@ -8,8 +8,8 @@
 
 namespace inhabit::nn {
 
-/// Slope of the leaky ReLU behind a voxel convolution, and epsilons of the batch norms (the latter PyTorch's default).
-inline constexpr double kVoxelLeak = 0.1, kVoxelNormEps = 1e-4, kPointNormEps = 1e-5;
+/// Slope of the leaky ReLU behind a voxel convolution, and what its batch norm adds to the variance.
+inline constexpr double kVoxelLeak = 0.1, kVoxelNormEps = 1e-4;
 
 /// Features (B, C, N) at points (B, N, 3): what the point layers take and give.
 struct PointFeatures {

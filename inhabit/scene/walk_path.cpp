@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <utility>
 
 namespace inhabit {
 namespace {
@@ -110,6 +111,18 @@ std::optional<WalkPath> find_path(const FreeSpace& floor, const Vector2d& from, 
   std::reverse(points.begin(), points.end());
   smooth(points, floor, margin);
   return path_through(points);
+}
+
+std::optional<WalkPath> find_roomy_path(const FreeSpace& floor, const Vector2d& from, const Vector2d& to,
+                                        const std::vector<double>& margins, const LongerPath& longer) {
+  std::vector<WalkPath> paths;
+  for (const double margin : margins)
+    if (auto path = find_path(floor, from, to, margin)) paths.push_back(std::move(*path));
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const WalkPath& path : paths) shortest = std::min(shortest, path.total());
+  for (WalkPath& path : paths)
+    if (path.total() <= std::min(longer.longest, longer.times * shortest + longer.more)) return std::move(path);
+  return std::nullopt;
 }
 
 }  // namespace inhabit

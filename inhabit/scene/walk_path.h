@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -25,5 +26,17 @@ struct WalkPath {
 /// smoothed; at its ends it may come nearer. Nothing when there is none.
 std::optional<WalkPath> find_path(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                   double margin);
+
+/// By how much a path may be longer for having more room.
+struct LongerPath {
+  double times = 1;                                          ///< the length of the shortest,
+  double more = 0;                                           ///< plus metres,
+  double longest = std::numeric_limits<double>::infinity();  ///< and metres at most
+};
+
+/// The path with most room of those that are not much longer than the shortest: that of the first of `margins`, widest
+/// first, whose path `longer` allows. Nothing where there is none.
+std::optional<WalkPath> find_roomy_path(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                        const std::vector<double>& margins, const LongerPath& longer);
 
 }  // namespace inhabit

@@ -32,6 +32,7 @@ inline std::vector<NamedBytes> pieces_of(std::string_view bytes) {
 }
 
 /// A zip archive that stores its entries: its checksums fit whatever they hold, so that mutations reach the reader.
+/// libzip would refuse names that are there twice or are no text, which archives may have.
 inline std::string stored_zip(const std::vector<NamedBytes>& entries) {
   std::string out, directory;
   const auto number = [](uint64_t n, int bytes) {
