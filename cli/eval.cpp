@@ -37,7 +37,9 @@ std::vector<inhabit::anticipate::Fold> folds_of(const AnticipateOptions& o, inha
     models.emplace_back(file, anticipate::load_networks(model_file(file, "")));
     inhabit::set_used(models.back().second.config, o.settings, {"inference."});
   }
-  return anticipate::evaluation_folds(o.data, o.split, models, &notes);
+  anticipate::Config config;  // of rows without a model
+  inhabit::set_used(config, o.settings, {"inference."});
+  return anticipate::evaluation_folds(o.data, o.split, models, config, &notes);
 }
 
 void add_eval_anticipate(CLI::App& verb) {

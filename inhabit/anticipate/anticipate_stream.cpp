@@ -1,6 +1,7 @@
 #include "inhabit/anticipate/anticipate_stream.h"
 
 #include "inhabit/error.h"
+#include "inhabit/nn/each_person.h"
 
 namespace inhabit::anticipate {
 
@@ -17,19 +18,10 @@ AnticipateStream::AnticipateStream(std::shared_ptr<const IntentionAnticipator> a
 }
 
 std::vector<StreamResult> AnticipateStream::take() {
-  std::vector<StreamResult> out;
   const Config& config = anticipator_->config();
-  for (const PoseStream::Due& due : poses_.take()) {
-    StreamResult& r = out.emplace_back();
-    r.person = due.person;
-    r.time = due.time;
-    try {
-      r.result = anticipator_->run(due.window->clip(config.rate, config.observed), {}, options_);
-    } catch (const Error& error) {
-      r.error = error.what();
-    }
-  }
-  return out;
+  return nn::each_person<StreamResult>(poses_.take(), [&](const PoseStream::Due& due) {
+    return anticipator_->run(due.window->clip(config.rate, config.observed), {}, options_);
+  });
 }
 
 }  // namespace inhabit::anticipate

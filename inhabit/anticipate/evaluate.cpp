@@ -28,6 +28,13 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   if (!memory->empty())
     out.push_back(
         {"retrieval", [=](const Tensor& past, uint64_t) { return memory->future(past, frames).unsqueeze(0); }});
+  if (n.memory)
+    out.push_back({"memory alone",
+                   [=, &n](const Tensor& past, uint64_t seed) {
+                     const FutureNoise noise = draw_noise(n.config, options.samples, frames, seed);
+                     return memory_future(*n.memory, past, noise.choice.slice(1, 0, frames));
+                   },
+                   true});
   if (!n.seq2seq.is_empty())
     out.push_back(
         {"seq2seq", [=, &n](const Tensor& past, uint64_t) { return seq2seq_future(n, past.unsqueeze(0), frames); }});

@@ -15,6 +15,14 @@ std::shared_ptr<const MotionMemory> memory_for(const Networks& networks, const s
   return make_memory(std::move(recordings), networks.clusters, networks.config, file);
 }
 
+/// A memory of a fold's recordings whose places have no labels.
+void remember(Fold& fold, const std::string& data) {
+  Networks& n = fold.networks;
+  IntentionClusters one;
+  one.poses = torch::zeros({1, kPoseFeatures});
+  n.memory = make_memory(remembered_motion(fold.training, n.config.kappa), one, n.config, data);
+}
+
 /// The recordings of `split` for a model, or of a model's fold, and all others that it may remember.
 Fold fold_of(const std::vector<ActionMotion>& motions, const std::string& source, const std::string& split,
              Networks networks) {
@@ -32,7 +40,8 @@ Fold fold_of(const std::vector<ActionMotion>& motions, const std::string& source
 }  // namespace
 
 std::vector<Fold> evaluation_folds(const std::string& data, const std::string& split,
-                                   const std::vector<std::pair<std::string, Networks>>& models, Notes* notes) {
+                                   const std::vector<std::pair<std::string, Networks>>& models, const Config& config,
+                                   Notes* notes) {
   const bool by_turns = split == "left-out";
   for (const auto& [file, networks] : models) {
     if (by_turns && networks.config.training.folds == 0)
@@ -41,12 +50,16 @@ std::vector<Fold> evaluation_folds(const std::string& data, const std::string& s
       throw Error(file, "has another frame rate than " + models.front().first);
   }
   if (!by_turns && models.size() > 1) throw Error("--model", "several are for --split left-out, one for each fold");
-  const double rate = models.empty() ? Config().rate : models.front().second.config.rate;
+  const double rate = models.empty() ? config.rate : models.front().second.config.rate;
   const std::vector<ActionMotion> motions = read_motion_set(data, kDatabaseStride * rate, notes);
   std::vector<Fold> out;
   if (by_turns && models.empty())
-    for (int64_t folds = single_folds(motions), fold = 0; fold < folds; ++fold)
-      out.push_back(fold_of(left_out_fold(motions, folds, fold), data, "left_out", {}));
+    for (int64_t folds = single_folds(motions), fold = 0; fold < folds; ++fold) {
+      Networks none;
+      none.config = config;
+      out.push_back(fold_of(left_out_fold(motions, folds, fold), data, "left_out", none));
+      remember(out.back(), data);
+    }
   for (auto [file, networks] : models) {
     if (networks.memory) networks.memory = memory_for(networks, split, file);
     const auto& training = networks.config.training;

@@ -13,9 +13,10 @@ namespace inhabit::anticipate {
 /// @param data cmu:FOLDER, h36m:FOLDER or a native data set folder. @param split train, val or test: of one model; or
 /// left-out: each recording but those of test, for models that were trained without it (training.folds), one for each
 /// fold; without models, for rows that need no training, each recording by itself. @param models with their files'
-/// names; a memory forgets the validation recordings where `split` is val. Throws Error that names the file or the data
-/// at fault.
+/// names; a memory forgets the validation recordings where `split` is val. @param config of rows without models (their
+/// memory's settings). Throws Error that names the file or the data at fault.
 std::vector<Fold> evaluation_folds(const std::string& data, const std::string& split,
-                                   const std::vector<std::pair<std::string, Networks>>& models, Notes* notes = nullptr);
+                                   const std::vector<std::pair<std::string, Networks>>& models,
+                                   const Config& config = {}, Notes* notes = nullptr);
 
 }  // namespace inhabit::anticipate

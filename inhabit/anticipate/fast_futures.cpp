@@ -23,10 +23,52 @@ std::vector<float> encoded(const nn::RowGru& gru, const float* rows, int64_t fra
   return state;
 }
 
+/// The intention decoder over the labels of several futures, a row each.
+class LabelDecoder {
+ public:
+  LabelDecoder(const nn::RowGru& gru, const nn::RowLayer& out, int64_t rows)
+      : gru_(gru),
+        out_(out),
+        rows_(rows),
+        states_(floats(rows * gru.hidden)),
+        recurrent_(floats(rows * gru.from_state.stride())),
+        input_(floats(gru.from_input.stride())),
+        logits_(floats(rows * out.stride())) {}
+
+  /// A row begins with the observation's code.
+  void start(int64_t row, const float* code) { std::copy_n(code, gru_.hidden, states_.data() + row * gru_.hidden); }
+  /// (rows, logits_stride()) of the next labels; they may be changed.
+  float* logits() {
+    nn::apply(out_, states_.data(), gru_.hidden, rows_, logits_.data());
+    return logits_.data();
+  }
+  int64_t logits_stride() const { return out_.stride(); }
+  /// Goes on. @param labels one of each row, `stride` apart, of `count`
+  void see(const int64_t* labels, int64_t stride, int64_t count) {
+    nn::apply(gru_.from_state, states_.data(), gru_.hidden, rows_, recurrent_.data());
+    label_.resize(static_cast<size_t>(count));
+    for (int64_t r = 0; r < rows_; ++r) {
+      std::fill(label_.begin(), label_.end(), 0.0F);
+      label_[static_cast<size_t>(labels[r * stride])] = 1;
+      gru_.input_gates(label_.data(), input_.data());
+      float* state = states_.data() + r * gru_.hidden;
+      nn::gru_update(gru_.hidden, input_.data(), recurrent_.data() + r * gru_.from_state.stride(), state, state);
+    }
+  }
+
+ private:
+  static std::vector<float> floats(int64_t count) { return std::vector<float>(static_cast<size_t>(count)); }
+
+  const nn::RowGru& gru_;
+  const nn::RowLayer& out_;
+  int64_t rows_;
+  std::vector<float> states_, recurrent_, input_, logits_, label_;
+};
+
 }  // namespace
 
 FastFutures::FastFutures(const Networks& networks)
-    : networks_(networks), config_(networks.config), scale_(networks.scale) {
+    : memory_(networks.memory), config_(networks.config), scale_(networks.scale) {
   if (config_.intention) {
     intention_encoder_ = nn::row_gru(*networks.intention->encoder);
     intention_decoder_ = nn::row_gru(*networks.intention->decoder);
@@ -45,20 +87,36 @@ FastFutures::FastFutures(const Networks& networks)
 
 void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t frames, int64_t* labels) const {
   const int64_t count = config_.labels;
-  const nn::RowGru& gru = intention_decoder_;
-  std::vector<float> state(code, code + gru.hidden), logits(static_cast<size_t>(intention_out_.stride())),
-      input(static_cast<size_t>(gru.from_input.stride())), recurrent(static_cast<size_t>(gru.from_state.stride())),
-      label(static_cast<size_t>(count));
+  LabelDecoder decoder(intention_decoder_, intention_out_, 1);
+  decoder.start(0, code);
   for (int64_t t = 0; t < frames; ++t, gumbel += count) {
-    nn::apply(intention_out_, state.data(), gru.hidden, 1, logits.data());
-    for (int64_t c = 0; c < count; ++c) logits[static_cast<size_t>(c)] += gumbel[c];
-    labels[t] = std::max_element(logits.begin(), logits.begin() + count) - logits.begin();
-    std::fill(label.begin(), label.end(), 0.0F);
-    label[static_cast<size_t>(labels[t])] = 1;
-    gru.input_gates(label.data(), input.data());
-    gru.state_gates(state.data(), recurrent.data());
-    nn::gru_update(gru.hidden, input.data(), recurrent.data(), state.data(), state.data());
+    float* logits = decoder.logits();
+    for (int64_t c = 0; c < count; ++c) logits[c] += gumbel[c];
+    labels[t] = std::max_element(logits, logits + count) - logits;
+    decoder.see(labels + t, 1, count);
   }
+}
+
+Followed FastFutures::follow(const Tensor& past, const FutureNoise& noise, int64_t frames) const {
+  const Tensor choice = noise.choice.slice(1, 0, frames + config_.gamma - 1);
+  if (!config_.intention) return memory_->follow(past, choice).to_network(scale_);
+  const torch::NoGradGuard no_gradients;
+  const Tensor seen = scale_.to_network(past).contiguous();
+  const int64_t samples = choice.size(0);
+  LabelDecoder decoder(intention_decoder_, intention_out_, samples);
+  std::vector<float> code;
+  for (int64_t s = 0; s < samples; ++s) {
+    if (s < past.size(0)) code = encoded(intention_encoder_, seen[s].data_ptr<float>(), seen.size(1));
+    decoder.start(s, code.data());
+  }
+  const auto scores = [&] {
+    const Tensor logits = torch::from_blob(decoder.logits(), {samples, decoder.logits_stride()});
+    return logits.slice(1, 0, config_.labels).log_softmax(1) * config_.inference.memory_label;
+  };
+  const auto see = [&](const Tensor& labels) {
+    decoder.see(labels.data_ptr<int64_t>(), labels.stride(0), config_.labels);
+  };
+  return memory_->follow(past, choice, {}, scores, see).to_network(scale_);
 }
 
 void FastFutures::decode(const float* code, const float* z, const float* pose, const int64_t* labels,
@@ -130,8 +188,9 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
   const Tensor seen = scale_.to_network(past).contiguous(), z = noise.z.contiguous();
   const Tensor gumbel = noise.gumbel.slice(1, 0, words).contiguous();
   Tensor x = torch::empty({samples, frames, kFeatures}), labels;
-  Followed followed = followed_motion(networks_, past, noise, frames);
-  if (networks_.memory) {
+  Followed followed;
+  if (memory_) {
+    followed = follow(past, noise, frames);
     labels = config_.intention ? followed.labels : Tensor();
     followed.features = followed.features.contiguous();
     followed.changes = followed.changes.contiguous();
@@ -143,13 +202,13 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
   const int64_t chunk = shared ? (samples + at::get_num_threads() - 1) / at::get_num_threads() : 1;
   std::vector<float> intention_code, pose_code;
   if (shared) {
-    if (config_.intention && !networks_.memory) intention_code = encoded(intention_encoder_, rows_of(0), observed);
+    if (config_.intention && !memory_) intention_code = encoded(intention_encoder_, rows_of(0), observed);
     pose_code = encoded(pose_encoder_, rows_of(0), observed);
   }
   nn::parallel_chunks((samples + chunk - 1) / chunk, [&](int64_t c) {
     const int64_t first = c * chunk, some = std::min(chunk, samples - first);
     int64_t* drawn = config_.intention ? labels.data_ptr<int64_t>() + first * words : nullptr;
-    if (config_.intention && !networks_.memory) {
+    if (config_.intention && !memory_) {
       const std::vector<float> code = shared ? intention_code : encoded(intention_encoder_, rows_of(first), observed);
       for (int64_t s = 0; s < some; ++s)
         draw_intention(code.data(), gumbel.data_ptr<float>() + (first + s) * words * config_.labels, words,
@@ -157,7 +216,7 @@ Futures FastFutures::forward(const Tensor& past, const FutureNoise& noise, int64
     }
     const std::vector<float> code = shared ? pose_code : encoded(pose_encoder_, rows_of(first), observed);
     const auto of = [&](const Tensor& all) {
-      return networks_.memory ? all.data_ptr<float>() + first * words * kFeatures : nullptr;
+      return memory_ ? all.data_ptr<float>() + first * words * kFeatures : nullptr;
     };
     decode(code.data(), z.data_ptr<float>() + first * config_.noise, rows_of(first) + (observed - 1) * kFeatures, drawn,
            of(followed.features), of(followed.changes), some, frames, x.data_ptr<float>() + first * frames * kFeatures);

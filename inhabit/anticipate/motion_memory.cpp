@@ -1,5 +1,6 @@
 #include "inhabit/anticipate/motion_memory.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -103,8 +104,14 @@ MotionMemory::MotionMemory(std::vector<Remembered> recordings, const IntentionCl
 
 std::vector<MotionMemory::Candidate> MotionMemory::candidates(const Tensor& seen,
                                                               const std::vector<int64_t>& without) const {
-  const Tensor word = words_of_features(seen.slice(0, seen.size(0) - by_.kappa), by_.kappa)[0];
-  const Tensor squared = (squared_ - 2 * words_.mv(word) + word.square().sum()).clamp_min(0);
+  const Tensor word = words_of_features(seen.slice(0, seen.size(0) - by_.kappa), by_.kappa)[0].contiguous();
+  Tensor products = torch::empty({words_.size(0)});
+  // Not words_.mv(word): whoever draws on all cores would wait for OpenBLAS's threads.
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<Eigen::VectorXf>(products.data_ptr<float>(), words_.size(0)).noalias() =
+      Eigen::Map<const Rows>(words_.data_ptr<float>(), words_.size(0), words_.size(1)) *
+      Eigen::Map<const Eigen::VectorXf>(word.data_ptr<float>(), word.size(0));
+  const Tensor squared = (squared_ - 2 * products + word.square().sum()).clamp_min(0);
   const Tensor distance = (squared / (static_cast<double>(word.size(0)) / 3)).sqrt();
   const float *d = distance.data_ptr<float>(), *typical = typical_.data_ptr<float>();
   std::vector<int64_t> followed;  // motions

@@ -11,6 +11,13 @@ namespace {
 constexpr int64_t kFade = 10;       // frames in which the difference to the observed pose fades
 constexpr int64_t kLeastNext = 10;  // frames that must follow a word, so that something is remembered
 
+/// What goes on in a recording, (..., T, F), led to from the observed pose. @param apart (..., 1, F) what differs
+/// there.
+Tensor faded(const Tensor& next, const Tensor& apart) {
+  const Tensor time = (torch::arange(1, next.size(-2) + 1).to(torch::kFloat32) / kFade).clamp_max(1);
+  return next + (0.5F * (1 + torch::cos(time * static_cast<float>(M_PI)))).unsqueeze(1) * apart;
+}
+
 }  // namespace
 
 Tensor held_future(const Tensor& past, int64_t frames) {
@@ -45,12 +52,15 @@ Tensor Retrieval::future(const Tensor& past, int64_t frames) const {
     const Tensor seen = out.slice(0, out.size(0) - kappa_);
     const Cut at = ends_[static_cast<size_t>(index_->nearest(pose_words(feature_poses(seen), kappa_)).item<int64_t>())];
     const Tensor& recording = features_[at.sequence];
-    const Tensor next = recording.slice(0, at.now), apart = out[-1] - recording[at.now - 1];
-    const Tensor time = (torch::arange(1, next.size(0) + 1).to(torch::kFloat32) / kFade).clamp_max(1);
-    const Tensor weight = 0.5F * (1 + torch::cos(time * static_cast<float>(M_PI)));
-    out = torch::cat({out, next + weight.unsqueeze(1) * apart});
+    out = torch::cat({out, faded(recording.slice(0, at.now), (out[-1] - recording[at.now - 1]).unsqueeze(0))});
   }
   return out.slice(0, past.size(0), past.size(0) + frames);
+}
+
+Tensor memory_future(const MotionMemory& memory, const Tensor& past, const Tensor& choice) {
+  const Followed followed = memory.follow(past.unsqueeze(0), choice);
+  const Tensor before = followed.features.slice(1, 0, 1) - followed.changes.slice(1, 0, 1);
+  return faded(followed.features, past[-1] - before);
 }
 
 }  // namespace inhabit::anticipate

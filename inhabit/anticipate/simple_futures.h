@@ -2,6 +2,7 @@
 #include <optional>
 #include <vector>
 
+#include "inhabit/anticipate/motion_memory.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/metrics/motion_words.h"
 
@@ -34,5 +35,9 @@ class Retrieval {
   std::vector<Cut> ends_;  // of each word: its recording, and the frame after its last
   std::optional<WordIndex> index_;
 };
+
+/// (S, frames, F): what a memory draws, and nothing learned: the difference to the observed pose fades over ten frames.
+/// @param choice (S, frames, 3) uniform numbers in [0, 1).
+torch::Tensor memory_future(const MotionMemory& memory, const torch::Tensor& past, const torch::Tensor& choice);
 
 }  // namespace inhabit::anticipate

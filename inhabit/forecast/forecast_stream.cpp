@@ -1,10 +1,6 @@
 #include "inhabit/forecast/forecast_stream.h"
 
-#include <optional>
-
-#include "inhabit/error.h"
-#include "inhabit/nn/one_blas_thread.h"
-#include "inhabit/nn/parallel_chunks.h"
+#include "inhabit/nn/each_person.h"
 
 namespace inhabit::forecast {
 namespace {
@@ -25,22 +21,10 @@ ForecastStream::ForecastStream(std::shared_ptr<const ContactForecaster> forecast
 }
 
 std::vector<StreamResult> ForecastStream::take() {
-  const std::vector<PoseStream::Due> due = poses_.take();
-  std::vector<StreamResult> out(due.size());
-  std::optional<nn::OneBlasThread> one;  // a person on each core
-  if (due.size() > 1) one.emplace();
-  nn::parallel_chunks(static_cast<int64_t>(due.size()), [&](int64_t chunk) {
-    const auto i = static_cast<size_t>(chunk);
-    const Config& config = forecaster_->config();
-    out[i].person = due[i].person;
-    out[i].time = due[i].time;
-    try {
-      out[i].result = forecaster_->run(due[i].window->clip(config.rate, config.past), scene_, options_);
-    } catch (const Error& error) {
-      out[i].error = error.what();
-    }
+  const Config& config = forecaster_->config();
+  return nn::each_person<StreamResult>(poses_.take(), [&](const PoseStream::Due& due) {
+    return forecaster_->run(due.window->clip(config.rate, config.past), scene_, options_);
   });
-  return out;
 }
 
 }  // namespace inhabit::forecast

@@ -132,7 +132,8 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   const Table table = evaluate_one(networks, recordings, options);
   std::vector<std::string> methods;
   for (const Scores& row : table.actions[0].rows) methods.push_back(row.method);
-  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "seq2seq", "LTD", "ours"}));
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "memory alone", "seq2seq", "LTD",
+                                               "ours"}));
   const Scores* ours = row_of(table, "walk", "ours");
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_GT(ours->apd[i], 0);
@@ -146,6 +147,8 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   EXPECT_NE(row_of(evaluate_one(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
   networks.pose = nullptr;
   networks.seq2seq = nullptr;
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 4U);
+  networks.memory = nullptr;
   EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 3U);
   EXPECT_TRUE(evaluate_one(networks, people(12), options).actions.empty());
 }
@@ -175,6 +178,15 @@ TEST(EvaluateAnticipate, ConstantVelocityAndRetrievalGoOnWhereMotionIsSteadyAndK
   EXPECT_NEAR(real->late_share, 1, 1e-9);
   EXPECT_EQ(row_of(table, "mean", "last pose held")->late_share, 0);
   EXPECT_EQ(table_json(table)["apart"], nlohmann::json({"rest"}));
+}
+
+TEST(EvaluateAnticipate, AMemoryAloneLeavesFromTheObservedPose) {
+  const Networks n = untrained();
+  const Tensor past = people(70)[0].features.slice(0, 0, 40) + 0.03, choice = torch::full({2, 30, 3}, 0.5F);
+  const Tensor future = memory_future(*n.memory, past, choice);
+  const Followed followed = n.memory->follow(past.unsqueeze(0), choice);
+  EXPECT_LT((future[0][0] - past[39] - followed.changes[0][0]).abs().max().item<float>(), 2e-3);
+  EXPECT_TRUE(torch::allclose(future.slice(1, 10), followed.features.slice(1, 10), 1e-6, 1e-6));
 }
 
 TEST(EvaluateAnticipate, FoldsCountAsOneAndOnlyTheirOwnDatabaseJudges) {

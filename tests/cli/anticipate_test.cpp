@@ -82,9 +82,17 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
   std::vector<std::string> methods;
   for (const json& row : got["rows"])
     if (row["action"] == "mean") methods.push_back(row["method"]);
-  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "retrieval", "seq2seq", "LTD",
-                                               "ours", "real motion"}));
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "retrieval", "memory alone",
+                                               "seq2seq", "LTD", "ours", "real motion"}));
   for (const std::string& method : methods) EXPECT_THAT(r.out, ::testing::HasSubstr(method));
+
+  // Without a model a fold remembers its own recordings.
+  r = run_command("eval anticipate --data " + data +
+                  " --split left-out --set inference.memory_stay=0 --samples 2 --windows 1 --seconds 0.8 --json " +
+                  table);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.out, ::testing::HasSubstr("memory alone"));
+  EXPECT_THAT(r.out, ::testing::Not(::testing::HasSubstr("ours")));
 }
 
 /// A small model, and a folder of its own for outputs, in which refusals must leave nothing.
