@@ -8,12 +8,11 @@
 
 namespace inhabit::refine {
 
-template <class Real>
-BlockBand<Real>::BlockBand(int64_t frames, int block, int band)
+BlockBand::BlockBand(int64_t frames, int block, int band)
     : frames_(frames),
       block_(block),
       band_(band),
-      padded_(padded_to_panel<Real>(block)),
+      padded_(padded_to_panel(block)),
       stride_(padded_ * (band + 1)),
       middle_(frames),
       back_(frames) {
@@ -22,23 +21,19 @@ BlockBand<Real>::BlockBand(int64_t frames, int block, int band)
     middle_ = (frames - 2 * band) / 2;
     back_ = middle_ + 2 * band;
   }
-  values_.reset(new Real[static_cast<size_t>(frames * block * stride_)]);
+  values_.reset(new double[static_cast<size_t>(frames * block * stride_)]);
 }
 
 /// Frames after `frame` and before `end` that it meets.
-template <class Real>
-int64_t BlockBand<Real>::left_after(int64_t frame, int64_t end) const {
-  return std::min<int64_t>(band_, end - 1 - frame);
-}
+int64_t BlockBand::left_after(int64_t frame, int64_t end) const { return std::min<int64_t>(band_, end - 1 - frame); }
 
 /// Eliminates `frame` with those up to `end` (exclusive) left: its panel becomes a block row of R, Rᵀ R = matrix.
-template <class Real>
-bool BlockBand<Real>::eliminate_up(int64_t frame, int64_t end) {
+bool BlockBand::eliminate_up(int64_t frame, int64_t end) {
   const int64_t left = left_after(frame, end);
-  Real* own = panel(frame);
+  double* own = panel(frame);
   if (!factor_panel(own, stride_, block_, padded_ * (left + 1))) return false;
   for (int64_t k = 1; k <= left; ++k) {
-    const Real* from = own + k * padded_;
+    const double* from = own + k * padded_;
     subtract_products(from, from, stride_, block_, panel(frame + k), stride_, block_, padded_, true);
     subtract_products(from, from + padded_, stride_, block_, panel(frame + k) + padded_, stride_, block_,
                       padded_ * (left - k), false);
@@ -48,21 +43,20 @@ bool BlockBand<Real>::eliminate_up(int64_t frame, int64_t end) {
 
 /// The same from the other end. Its panel becomes a block row of R in the order frame, frame - band ... frame - 1: what
 /// it had in these places went with the frames behind.
-template <class Real>
-bool BlockBand<Real>::eliminate_down(int64_t frame) {
+bool BlockBand::eliminate_down(int64_t frame) {
   const int64_t left = band_;
-  Real* own = panel(frame);
+  double* own = panel(frame);
   for (int64_t k = 1; k <= left; ++k) {
-    const Real* beside = panel(frame - k) + k * padded_;
-    Real* to = own + (left - k + 1) * padded_;
+    const double* beside = panel(frame - k) + k * padded_;
+    double* to = own + (left - k + 1) * padded_;
     for (int64_t i = 0; i < block_; ++i) {
       for (int64_t j = 0; j < block_; ++j) to[i * stride_ + j] = beside[j * stride_ + i];
-      std::fill(to + i * stride_ + block_, to + i * stride_ + padded_, Real(0));
+      std::fill(to + i * stride_ + block_, to + i * stride_ + padded_, 0.0);
     }
   }
   if (!factor_panel(own, stride_, block_, padded_ * (left + 1))) return false;
   for (int64_t k = left; k >= 1; --k) {
-    const Real* from = own + (left - k + 1) * padded_;
+    const double* from = own + (left - k + 1) * padded_;
     subtract_products(from, from, stride_, block_, panel(frame - k), stride_, block_, padded_, true);
     subtract_products(from, from + padded_, stride_, block_, panel(frame - k) + padded_, stride_, block_,
                       padded_ * (k - 1), false);
@@ -70,9 +64,8 @@ bool BlockBand<Real>::eliminate_down(int64_t frame) {
   return true;
 }
 
-template <class Real>
-bool BlockBand<Real>::solve(const std::function<void(int64_t frame)>& fill, Eigen::VectorXd& x) {
-  std::vector<Real> padded(static_cast<size_t>(frames_ * padded_), Real(0));
+bool BlockBand::solve(const std::function<void(int64_t frame)>& fill, Eigen::VectorXd& x) {
+  std::vector<double> padded(static_cast<size_t>(frames_ * padded_), 0.0);
   const auto part = [&](int64_t frame) { return padded.data() + frame * padded_; };
   const auto forward = [&](int64_t t, int64_t left, int64_t rest) {
     substitute_forward(panel(t), stride_, block_, padded_, left * padded_, part(t), part(rest));
@@ -80,9 +73,7 @@ bool BlockBand<Real>::solve(const std::function<void(int64_t frame)>& fill, Eige
   const auto backward = [&](int64_t t, int64_t left, int64_t rest) {
     substitute_backward(panel(t), stride_, block_, padded_, left * padded_, part(t), part(rest));
   };
-  for (int64_t t = 0; t < frames_; ++t)
-    std::transform(x.data() + t * block_, x.data() + (t + 1) * block_, part(t),
-                   [](double v) { return static_cast<Real>(v); });
+  for (int64_t t = 0; t < frames_; ++t) std::copy_n(x.data() + t * block_, block_, part(t));
   const bool two = back_ < frames_ && at::get_num_threads() > 1;
   const int64_t seam = back_ < frames_ ? middle_ + band_ : frames_;  // frames before it are filled from the start
   bool good[2] = {true, true};
@@ -129,8 +120,5 @@ bool BlockBand<Real>::solve(const std::function<void(int64_t frame)>& fill, Eige
   for (int64_t t = 0; t < frames_; ++t) std::copy_n(part(t), block_, x.data() + t * block_);
   return true;
 }
-
-template class BlockBand<double>;
-template class BlockBand<float>;
 
 }  // namespace inhabit::refine

@@ -11,13 +11,10 @@ namespace inhabit::refine {
 /// A symmetric positive definite matrix of `frames` x `frames` blocks of size `block`, zero where frames are more than
 /// `band` apart. Its Cholesky factorisation eliminates frames from both ends at once, on two threads, which meet in the
 /// middle; a frame's blocks lie beside each other in one panel (panel_kernel.h).
-///
-/// Real is double, or float where a solution is a step that the next one mends: half the time.
-template <class Real>
 class BlockBand {
  public:
   /// A view of a block's numbers (block, block), where they are in the matrix.
-  using Block = Eigen::Map<Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>, 0, Eigen::OuterStride<>>;
+  using Block = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
   /// Holds anything until it is cleared.
   BlockBand(int64_t frames, int block, int band);
@@ -27,7 +24,7 @@ class BlockBand {
   int band() const { return band_; }          ///< how far apart frames are at most that meet
 
   /// Sets a frame's panel to zero.
-  void clear(int64_t frame) { std::fill_n(panel(frame), block_ * stride_, Real(0)); }
+  void clear(int64_t frame) { std::fill_n(panel(frame), block_ * stride_, 0.0); }
   /// Rows of frame + apart, columns of frame. Of the diagonal blocks the lower triangle counts.
   Block at(int64_t frame, int apart) {
     return {panel(frame) + apart * padded_, block_, block_, Eigen::OuterStride<>(stride_)};
@@ -35,8 +32,8 @@ class BlockBand {
 
   /// A frame's blocks, apart = 0 to band, row by row: rows are columns of the frame, and those of the blocks lie side
   /// by side, each padded with zeros to padded() numbers; stride() numbers in all.
-  Real* panel(int64_t frame) { return values_.get() + frame * block_ * stride_; }
-  int64_t padded() const { return padded_; }  ///< block(), rounded up to a multiple of kPanelWidth<Real>
+  double* panel(int64_t frame) { return values_.get() + frame * block_ * stride_; }
+  int64_t padded() const { return padded_; }  ///< block(), rounded up to a multiple of kPanelWidth
   int64_t stride() const { return stride_; }  ///< padded() (band() + 1), from a row of a panel to the next
 
   /// Replaces the right-hand side (frames x block) by the solution, the matrix by what is left of it. False where it is
@@ -46,7 +43,7 @@ class BlockBand {
   bool solve(const std::function<void(int64_t frame)>& fill, Eigen::VectorXd& x);
 
  private:
-  const Real* panel(int64_t frame) const { return values_.get() + frame * block_ * stride_; }
+  const double* panel(int64_t frame) const { return values_.get() + frame * block_ * stride_; }
   int64_t left_after(int64_t frame, int64_t end) const;
   bool eliminate_up(int64_t frame, int64_t end);
   bool eliminate_down(int64_t frame);
@@ -54,8 +51,8 @@ class BlockBand {
   int64_t frames_;
   int block_, band_;
   int64_t padded_, stride_;
-  int64_t middle_, back_;           ///< [0, middle) upwards, [back, frames) downwards, then what is in between upwards
-  std::unique_ptr<Real[]> values_;  ///< (frames, block, stride)
+  int64_t middle_, back_;  ///< [0, middle) upwards, [back, frames) downwards, then what is in between upwards
+  std::unique_ptr<double[]> values_;  ///< (frames, block, stride)
 };
 
 }  // namespace inhabit::refine

@@ -37,7 +37,7 @@ std::vector<double> level_speeds(const Track& track, double rate) {
 Track smoothed(const Track& track, double rate, double seconds) {
   const auto frames = static_cast<int64_t>(track.size());
   if (frames < 3) return track;
-  BlockBand<double> matrix(frames, 1, 2);
+  BlockBand matrix(frames, 1, 2);
   const double strength = std::pow(seconds * rate / (2 * M_PI), 4);
   constexpr std::array<double, 3> kSecond = {1, -2, 1};
   const auto fill = [&](int64_t t) {

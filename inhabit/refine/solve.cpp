@@ -19,8 +19,6 @@ using Eigen::VectorXd;
 
 constexpr double kLeastPart = 0.01;  // of a step
 
-using Matrix = BlockBand<float>;
-
 void require(bool good, const char* what) {
   if (!good) throw Error("refine", what);
 }
@@ -89,12 +87,12 @@ Trajectory moved(const Problem& problem, const Unknowns& unknowns, const Traject
 
 /// The step of one system; false where its matrix is not positive definite.
 bool damped_step(const Problem& problem, const Unknowns& unknowns, const NormalEquations& equations, int system,
-                 double damping, Matrix& matrix, VectorXd& step) {
+                 double damping, BlockBand& matrix, VectorXd& step) {
   step = -equations.gradients[static_cast<size_t>(system)];
   const auto fill = [&](int64_t frame) {
     fill_frame(problem, unknowns, equations, system, frame, matrix);
-    Matrix::Block block = matrix.at(frame, 0);
-    block.diagonal() = (block.diagonal().cast<double>().array() * (1 + damping) + 1e-9).cast<float>();
+    BlockBand::Block block = matrix.at(frame, 0);
+    block.diagonal().array() += damping * block.diagonal().array() + 1e-9;
   };
   return step.size() == 0 || matrix.solve(fill, step);
 }
@@ -105,7 +103,7 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
   check(problem);
   const Unknowns unknowns = unknowns_of(problem);
   NormalEquations equations;
-  std::vector<Matrix> matrices;
+  std::vector<BlockBand> matrices;
   for (const int columns : unknowns.columns) matrices.emplace_back(problem.frames(), columns, coupling(problem));
   Solution out{problem.initial.empty() ? problem.start : problem.initial, 0, 0, 0};
   double damping = 1e-6;

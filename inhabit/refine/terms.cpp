@@ -194,43 +194,43 @@ void add_near_gradients(const Problem& problem, const Unknowns& unknowns, const 
 
 /// J_tᵀ W J_t+k of the core points for every k, where any weight is not 0, in a frame's panel of the main system.
 /// @param scratch rows of [-J_t, W J_t, W J_t+1 ...], so that a frame's products are one
-template <class Real>
-void add_places(const NormalEquations& equations, int64_t t, BlockBand<Real>& matrix, std::vector<Real>& scratch) {
-  const int64_t rows = equations.places.gradient.rows(), padded = matrix.padded(), columns = matrix.block(),
+void add_places(const NormalEquations& equations, int64_t t, BlockBand& matrix, std::vector<double>& scratch) {
+  const int64_t rows = equations.places.gradient.rows(), padded = matrix.padded(),
                 reach = std::min<int64_t>(matrix.band(), matrix.frames() - 1 - t), wide = padded * (reach + 2);
-  scratch.assign(static_cast<size_t>(wide * rows), Real(0));
+  scratch.resize(static_cast<size_t>(wide * rows));
   int64_t used = 0;
   for (int64_t r = 0; r < rows; ++r) {
     bool any = false;
     for (int64_t k = 0; k <= reach; ++k) any = any || equations.places.weights[static_cast<size_t>(k)](r, t) != 0;
     if (!any) continue;
-    Real* row = scratch.data() + used++ * wide;
-    const double* own = equations.jacobians.data() + (t * rows + r) * columns;
-    for (int64_t i = 0; i < columns; ++i) row[i] = static_cast<Real>(-own[i]);
+    double* row = scratch.data() + used++ * wide;
+    const double* own = equations.jacobians.data() + (t * rows + r) * padded;
+    for (int64_t i = 0; i < padded; ++i) row[i] = -own[i];
     for (int64_t k = 0; k <= reach; ++k) {
       const double weight = equations.places.weights[static_cast<size_t>(k)](r, t);
-      const double* from = own + k * rows * columns;
-      for (int64_t i = 0; i < columns; ++i) row[(k + 1) * padded + i] = static_cast<Real>(weight * from[i]);
+      const double* from = own + k * rows * padded;
+      for (int64_t i = 0; i < padded; ++i) row[(k + 1) * padded + i] = weight * from[i];
     }
   }
-  const Real* a = scratch.data();
+  const double* a = scratch.data();
+  const int64_t columns = matrix.block();
   subtract_products(a, a + padded, wide, used, matrix.panel(t), matrix.stride(), columns, padded, true);
   subtract_products(a, a + 2 * padded, wide, used, matrix.panel(t) + padded, matrix.stride(), columns, padded * reach,
                     false);
 }
 
 /// aᵀ a of a frame's own rows a.
-template <class Real>
-void add_own(const FrameRows& own, int64_t t, BlockBand<Real>& matrix, std::vector<Real>& scratch) {
+void add_own(const FrameRows& own, int64_t t, BlockBand& matrix, std::vector<double>& scratch) {
   const auto count = static_cast<int64_t>(own.residuals.size());
   const int64_t padded = matrix.padded(), columns = matrix.block();
-  scratch.assign(static_cast<size_t>(2 * padded * count), Real(0));  // rows of [-a, a]
+  scratch.resize(static_cast<size_t>(2 * padded * count));  // rows of [-a, a]
   for (int64_t r = 0; r < count; ++r) {
-    Real* row = scratch.data() + 2 * r * padded;
+    double* row = scratch.data() + 2 * r * padded;
     const double* from = own.values.data() + r * columns;
-    for (int64_t i = 0; i < columns; ++i) row[i] = -(row[padded + i] = static_cast<Real>(from[i]));
+    for (int64_t i = 0; i < columns; ++i) row[i] = -(row[padded + i] = from[i]);
+    for (int64_t i = columns; i < padded; ++i) row[i] = row[padded + i] = 0;
   }
-  const Real* a = scratch.data();
+  const double* a = scratch.data();
   subtract_products(a, a + padded, 2 * padded, count, matrix.panel(t), matrix.stride(), columns, padded, true);
 }
 
@@ -333,7 +333,8 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   const std::vector<int> core = core_points(problem);
   const std::vector<FrameTerms> terms = by_frame(problem);
   const Poses poses = posed(problem.bones, trajectory);
-  const int64_t rows = static_cast<int64_t>(3 * core.size()), columns = unknowns.columns[0];
+  const int64_t rows = static_cast<int64_t>(3 * core.size()), columns = unknowns.columns[0],
+                padded = padded_to_panel(columns);
   out.gradients.resize(unknowns.columns.size());
   for (size_t i = 0; i < out.gradients.size(); ++i) out.gradients[i].setZero(frames * unknowns.columns[i]);
   out.places.gradient.setZero(rows, frames);
@@ -341,18 +342,19 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   double cost =
       add_place_differences(problem, core, places_of(problem, core, poses), start_places(problem, core), &out.places);
 
-  out.jacobians.assign(static_cast<size_t>(frames * rows * columns), 0.0);
+  out.jacobians.assign(static_cast<size_t>(frames * rows * padded), 0.0);
   out.own.resize(static_cast<size_t>(frames));
   using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
   for (int64_t t = 0; t < frames; ++t) {
     const std::vector<Matrix3d> rotations = matrices_of(poses[t]);
     FrameRows& own = out.own[static_cast<size_t>(t)];
-    double* places = out.jacobians.data() + t * rows * columns;
+    double* places = out.jacobians.data() + t * rows * padded;
     for (int64_t row = 0; row < rows; ++row)
       add_point_row(problem, unknowns, problem.points[static_cast<size_t>(core[static_cast<size_t>(row / 3)])],
-                    poses[t], rotations, Vector3d::Unit(row % 3), 1, places + row * columns);
-    const Eigen::Map<const ByRow> jacobian(places, rows, columns);
+                    poses[t], rotations, Vector3d::Unit(row % 3), 1, places + row * padded);
+    const Eigen::Map<const ByRow, 0, Eigen::OuterStride<>> jacobian(places, rows, columns,
+                                                                    Eigen::OuterStride<>(padded));
     add_frame_rows(problem, &unknowns, terms[t], poses[t], rotations, own);
     if (problem.depth && !is_fixed(problem, t))
       add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);
@@ -374,35 +376,29 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   return cost;
 }
 
-template <class Real>
 void fill_frame(const Problem& problem, const Unknowns& unknowns, const NormalEquations& equations, int system,
-                int64_t frame, BlockBand<Real>& matrix) {
+                int64_t frame, BlockBand& matrix) {
   matrix.clear(frame);
   if (is_fixed(problem, frame)) {
     matrix.at(frame, 0).setIdentity();
     return;
   }
   if (system == Unknowns::kMain) {
-    thread_local std::vector<Real> scratch;
+    thread_local std::vector<double> scratch;
     add_places(equations, frame, matrix, scratch);
     add_own(equations.own[static_cast<size_t>(frame)], frame, matrix, scratch);
     if (unknowns.root >= 0 && !problem.stay_near.root.empty())
-      matrix.at(frame, 0).diagonal().template segment<3>(unknowns.root).array() +=
-          static_cast<Real>(problem.stay_near.root[frame]);
+      matrix.at(frame, 0).diagonal().segment<3>(unknowns.root).array() += problem.stay_near.root[frame];
   }
   const auto reach = static_cast<int>(std::min<int64_t>(matrix.band(), matrix.frames() - 1 - frame));
   for (size_t j = 0; j < equations.rotations.size(); ++j) {
     const auto [of, column] = unknowns.rotations[j];
     if (of != system) continue;
     for (int apart = 0; apart <= reach; ++apart)
-      matrix.at(frame, apart).template block<3, 3>(column, column) +=
-          equations.rotations[j].blocks[frame][apart].template cast<Real>();
+      matrix.at(frame, apart).block<3, 3>(column, column) += equations.rotations[j].blocks[frame][apart];
   }
   for (int apart = 1; apart <= reach; ++apart)
     if (is_fixed(problem, frame + apart)) matrix.at(frame, apart).setZero();
 }
-
-template void fill_frame(const Problem&, const Unknowns&, const NormalEquations&, int, int64_t, BlockBand<double>&);
-template void fill_frame(const Problem&, const Unknowns&, const NormalEquations&, int, int64_t, BlockBand<float>&);
 
 }  // namespace inhabit::refine

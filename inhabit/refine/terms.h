@@ -55,7 +55,7 @@ struct FrameRows {
 struct NormalEquations {
   std::vector<Eigen::VectorXd> gradients;    ///< one for each system: (frames x columns), of the cost by every unknown
   PlaceEquations places;                     ///< of the points that are tied together in time
-  std::vector<double> jacobians;             ///< (frames, rows, columns) of these points
+  std::vector<double> jacobians;             ///< (frames, rows, columns padded to panels) of these points
   std::vector<FrameRows> own;                ///< (frames)
   std::vector<RotationEquations> rotations;  ///< (joints)
 };
@@ -68,8 +68,7 @@ double cost_of(const Problem& problem, const Trajectory& trajectory);
 double linearise(const Problem& problem, const Unknowns& unknowns, const Trajectory& trajectory, NormalEquations& out);
 
 /// Writes the blocks of a frame and those after it in a system's matrix. Safe to call for several frames at once.
-template <class Real>
 void fill_frame(const Problem& problem, const Unknowns& unknowns, const NormalEquations& equations, int system,
-                int64_t frame, BlockBand<Real>& matrix);
+                int64_t frame, BlockBand& matrix);
 
 }  // namespace inhabit::refine
