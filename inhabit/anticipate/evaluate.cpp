@@ -24,10 +24,10 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
       {"last pose held", [=](const Tensor& past, uint64_t) { return held_future(past, frames).unsqueeze(0); }},
       {"constant velocity",
        [=](const Tensor& past, uint64_t) { return constant_velocity_future(past, frames).unsqueeze(0); }}};
-  const auto memory = std::make_shared<const Retrieval>(fold.training, n.config.kappa);
-  if (!memory->empty())
+  const auto retrieval = std::make_shared<const Retrieval>(fold.training, n.config.kappa);
+  if (!retrieval->empty())
     out.push_back(
-        {"retrieval", [=](const Tensor& past, uint64_t) { return memory->future(past, frames).unsqueeze(0); }});
+        {"retrieval", [=](const Tensor& past, uint64_t) { return retrieval->future(past, frames).unsqueeze(0); }});
   if (n.memory)
     out.push_back({"memory alone",
                    [=, &n](const Tensor& past, uint64_t seed) {
