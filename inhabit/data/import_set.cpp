@@ -18,8 +18,9 @@ struct ImportFormat {
 };
 
 constexpr ImportFormat kImportFormats[] = {
-    {"amass", open_amass},   {"trumans", open_trumans},   {"samp", open_samp}, {"prox", open_prox},
-    {"gta-im", open_gta_im}, {"human36m", open_human36m}, {"cmu", open_cmu}};
+    {"amass", open_amass}, {"trumans", open_trumans}, {"samp", open_samp},
+    {"prox", open_prox},   {"gta-im", open_gta_im},   {"human36m", open_human36m},
+    {"cmu", open_cmu},     {"gimo", open_gimo},       {"couch", open_couch}};
 
 /// FNV-1a, so that an order follows from names and is the same everywhere.
 uint64_t hash_of(const std::string& text) {

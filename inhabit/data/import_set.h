@@ -59,6 +59,8 @@ ImportSet open_prox(const std::string& folder, const ClipReadOptions& reading);
 ImportSet open_gta_im(const std::string& folder, const ClipReadOptions& reading);
 ImportSet open_human36m(const std::string& folder, const ClipReadOptions& reading);
 ImportSet open_cmu(const std::string& folder, const ClipReadOptions& reading);
+ImportSet open_gimo(const std::string& folder, const ClipReadOptions& reading);
+ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading);
 
 /// Gives a split to recordings without one: a tenth of the people, at least one, is tested on, another tenth validated
 /// on. Where fewer than three people are told apart it is a tenth of the recordings. Who is in which follows from the

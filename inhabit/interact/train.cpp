@@ -144,12 +144,7 @@ bool train(const TrainRun& run, const Config& config) {
                     {"pose", "rollout", "control", "contact", "nsm", "nsm_rollout", "nsm_control",
                      "nsm_control_rollout", "samp", "samp_rollout", "samp_control", "samp_control_rollout"},
                     {"pose", "rollout", "control", "contact"});
-  Training t{{},
-             Data(run.data, "train", config, config.training.mirrored),
-             Data(run.data, "val", config, false),
-             run.device,
-             {},
-             {}};
+  Training t(run, config);
   if (t.data.poses() == 0) throw Error(run.data.front(), "has no training clip in a room with a chair");
   if (t.validation.poses() == 0) throw Error(run.data.front(), "has no validation clip in a room with a chair");
   for (const std::string& name : names)

@@ -6,11 +6,19 @@
 #include "inhabit/interact/model_file.h"
 #include "inhabit/interact/sample.h"
 #include "inhabit/nn/parameters.h"
+#include "inhabit/train/stages.h"
 
 namespace inhabit::interact {
 
 /// What the stages of a run share.
 struct Training {
+  /// Reads the data. A constructor: as an aggregate, GCC 12 freed what it had so far twice when the data could not be
+  /// read.
+  Training(const TrainRun& run, const Config& config)
+      : data(run.data, "train", config, config.training.mirrored),
+        validation(run.data, "val", config, false),
+        device(run.device) {}
+
   Networks model;        ///< what the run starts from and has so far
   Data data;             ///< of the split that is trained on
   Data validation;       ///< of the one that is validated on

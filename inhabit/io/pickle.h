@@ -25,11 +25,12 @@ struct PickleValue {
     tuple,
     set,
     dict,
-    array,   ///< NumPy array of numbers
-    texts,   ///< NumPy array of text
-    name,    ///< while reading: a global that is allowed
-    dtype,   ///< while reading: NumPy's type of items
-    pending  ///< while reading: an array without its data
+    array,    ///< NumPy array of numbers
+    texts,    ///< NumPy array of text
+    name,     ///< while reading: a global that is allowed
+    dtype,    ///< while reading: NumPy's type of items
+    storage,  ///< while reading: the numbers that PyTorch's tensors are views of
+    pending   ///< while reading: an array without its data
   };
   Kind kind = Kind::none;                 ///< which of the members below counts
   bool boolean = false;                   ///< of a boolean
@@ -63,9 +64,9 @@ struct Pickle {
 };
 
 /// Reads a Python pickle, protocols 0 to 5, also of Python 2: None, numbers, text, bytes, lists, tuples, sets, dicts,
-/// NumPy arrays and NumPy numbers. Nothing is ever executed. Any other class or function is refused by its name, and so
-/// are values that contain themselves, whole numbers beyond 64 bits, and what lies deeper than 100 values.
-/// Throws Error(path, ...). No declared size is believed before it is checked against the file's.
+/// NumPy arrays and NumPy numbers, PyTorch's tensors. Nothing is ever executed. Any other class or function is refused
+/// by its name, and so are values that contain themselves, whole numbers beyond 64 bits, and what lies deeper than 100
+/// values. Throws Error(path, ...). No declared size is believed before it is checked against the file's.
 Pickle read_pickle(const std::string& path);
 
 /// The same from memory; `subject` names the source in errors.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "inhabit/error.h"
 #include "inhabit/io/npy_format.h"
+#include "inhabit/io/torch_file.h"
 
 namespace inhabit {
 namespace {
@@ -97,7 +99,64 @@ std::string latin1(const std::string& utf8, const std::string& subject) {
   return out;
 }
 
+/// The type of numbers that PyTorch calls so; none where it does not.
+std::optional<torch::ScalarType> storage_type(const std::string& name) {
+  static const std::map<std::string, torch::ScalarType> types = {
+      {"DoubleStorage", torch::kFloat64}, {"FloatStorage", torch::kFloat32}, {"HalfStorage", torch::kFloat16},
+      {"LongStorage", torch::kInt64},     {"IntStorage", torch::kInt32},     {"ShortStorage", torch::kInt16},
+      {"CharStorage", torch::kInt8},      {"ByteStorage", torch::kUInt8}};
+  const auto found = types.find(name);
+  if (found == types.end()) return std::nullopt;
+  return found->second;
+}
+
+/// (storage, offset, size, stride, ...): a tensor's numbers lie in its storage, and there are no more of them than it
+/// has: a row that is said to be there a million times is refused.
+PickleValue tensor_of(const PickleValue& arguments, const std::string& subject) {
+  const std::vector<const PickleValue*>& given = arguments.items;
+  if (given.size() < 4 || given[0]->kind != Kind::storage || given[1]->kind != Kind::whole)
+    not_understood(subject, "a tensor");
+  const torch::Tensor& storage = given[0]->array;
+  const std::vector<int64_t> size = shape_of_tuple(*given[2], subject), stride = shape_of_tuple(*given[3], subject);
+  if (size.size() != stride.size() || given[1]->whole < 0) not_understood(subject, "a tensor");
+  const int64_t most = storage.numel();
+  int64_t count = 1, last = given[1]->whole;
+  for (size_t d = 0; d < size.size(); ++d) {
+    if (size[d] > most || stride[d] > most || (size[d] > 0 && count > most / size[d]))
+      throw Error(subject, "holds a tensor with more numbers than it has");
+    count *= size[d];
+    last += size[d] > 0 ? (size[d] - 1) * stride[d] : 0;
+    if (last > most) throw Error(subject, "holds a tensor with more numbers than it has");
+  }
+  if (count > 0 && last >= most) throw Error(subject, "holds a tensor with more numbers than it has");
+  PickleValue out;
+  out.kind = Kind::array;
+  out.array = count == 0 ? torch::empty(size, storage.options()) : storage.as_strided(size, stride, given[1]->whole);
+  return out;
+}
+
 }  // namespace
+
+torch::Tensor torch_storage(const PickleValue& told, TorchStorages& storages, const std::string& subject) {
+  const std::vector<const PickleValue*>& given = told.items;
+  const bool known = told.kind == Kind::tuple && given.size() >= 5 && given[0]->text == "storage" &&
+                     given[1]->kind == Kind::name && given[2]->kind == Kind::text && given[4]->kind == Kind::whole &&
+                     (given.size() == 5 || given[5]->kind == Kind::none);
+  const std::optional<torch::ScalarType> type = known ? storage_type(given[1]->text) : std::nullopt;
+  if (!type || given[4]->whole < 0) not_understood(subject, "a tensor");
+  const auto count = static_cast<uint64_t>(given[4]->whole);
+  const auto found = storages.by_key.find(given[2]->text);
+  if (found != storages.by_key.end()) {
+    if (found->second.scalar_type() != *type || static_cast<uint64_t>(found->second.numel()) != count)
+      not_understood(subject, "a tensor");
+    return found->second;
+  }
+  const uint64_t item = torch::elementSize(*type);
+  if (count > (storages.most_bytes - storages.bytes) / item)
+    throw Error(subject, "holds a tensor with more numbers than it has");
+  storages.bytes += count * item;
+  return storages.by_key[given[2]->text] = torch::zeros({given[4]->whole}, *type);
+}
 
 std::string allowed_global(const std::string& module, const std::string& name) {
   static const std::map<std::string, std::string> names = {
@@ -118,7 +177,13 @@ std::string allowed_global(const std::string& module, const std::string& name) {
       {"__builtin__ bytes", "bytes"},
       {"builtins bytearray", "bytes"},
       {"__builtin__ bytearray", "bytes"},
+      {"collections OrderedDict", "dict"},
+      {"torch.storage _load_from_bytes", "load_from_bytes"},
+      {"torch._utils _rebuild_tensor", "tensor"},
+      {"torch._utils _rebuild_tensor_v2", "tensor"},
+      {"torch._utils _rebuild_parameter", "parameter"},
   };
+  if (module == "torch" && storage_type(name)) return name;
   const auto found = names.find(module + " " + name);
   return found == names.end() ? "" : found->second;
 }
@@ -147,6 +212,20 @@ PickleValue call_global(const std::string& global, const PickleValue& arguments,
     if (given.size() > 2 || (!given.empty() && !is_bytes(*given[0]))) not_understood(subject, "bytes");
     out.kind = Kind::bytes;
     if (!given.empty()) out.text = given.size() == 2 ? latin1(given[0]->text, subject) : given[0]->text;
+  } else if (global == "load_from_bytes") {
+    if (given.size() != 1 || !is_bytes(*given[0])) not_understood(subject, "a tensor");
+    const Pickle inner = parse_torch(given[0]->text, subject);
+    if (inner.root->kind != Kind::array || inner.root->array.dim() != 1) not_understood(subject, "a tensor");
+    out.kind = Kind::storage;
+    out.array = inner.root->array;
+  } else if (global == "tensor") {
+    return tensor_of(arguments, subject);
+  } else if (global == "parameter") {
+    if (given.empty() || given[0]->kind != Kind::array) not_understood(subject, "a tensor");
+    return *given[0];
+  } else if (global == "dict") {
+    if (!given.empty()) not_understood(subject, "an ordered dictionary");
+    out.kind = Kind::dict;
   } else if (global == "set") {
     if (given.size() > 1 || (given.size() == 1 && given[0]->kind != Kind::list)) not_understood(subject, "a set");
     out.kind = Kind::set;
@@ -168,6 +247,7 @@ void set_state(PickleValue& object, const PickleValue& state, const std::string&
     if (fields > 4 && state.items[3]->kind != Kind::none) throw Error(subject, "holds a NumPy array of records");
     return;
   }
+  if (object.kind == Kind::dict && state.kind == Kind::dict) return;  // what else PyTorch notes of an ordered one
   // An array: (version, shape, dtype, whether in Fortran's order, data)
   if (object.kind != Kind::pending) throw Error(subject, "sets the state of an object that is no NumPy array");
   if (state.kind != Kind::tuple || fields != 5) not_understood(subject, "a NumPy array");

@@ -90,6 +90,8 @@ void PickleMachine::step(unsigned char op) {
       return recall(number(1));
     case 'j':
       return recall(number(4));
+    case 'Q':
+      return push_storage();
     default:
       return op >= 0x80 ? step_newer(op) : step_text(op);
   }
@@ -147,6 +149,15 @@ void PickleMachine::step_newer(unsigned char op) {
   }
 }
 
+/// What torch.save knows by a key: numbers that come after the pickle.
+void PickleMachine::push_storage() {
+  if (storages_ == nullptr) damaged("it needs what is kept elsewhere");
+  const Value* told = pop();
+  Value& value = make(Kind::storage);
+  value.array = torch_storage(*told, *storages_, subject_);
+  push(&value);
+}
+
 /// Goes through all values once, and down at most kDeepest of them.
 void PickleMachine::check(const Value& root) const {
   constexpr size_t kDeepest = 100;
@@ -159,7 +170,8 @@ void PickleMachine::check(const Value& root) const {
   while (!way.empty()) {
     Place& place = way.back();
     if (place.next == 0) {
-      if (place.value->kind == Kind::name || place.value->kind == Kind::dtype || place.value->kind == Kind::pending)
+      if (place.value->kind == Kind::name || place.value->kind == Kind::dtype || place.value->kind == Kind::pending ||
+          place.value->kind == Kind::storage)
         throw Error(subject_, "holds a type or an array without data where a value is expected");
       if (way.size() > kDeepest) throw Error(subject_, "holds values more than 100 deep in one another");
     }

@@ -12,15 +12,22 @@ namespace inhabit {
 /// it and a memo. Values go into one store, so that those which contain themselves cost nothing.
 class PickleMachine {
  public:
-  PickleMachine(std::string_view bytes, const std::string& about) : bytes_(bytes), subject_(about) {}
+  /// @param storages of a file of torch.save, whose pickle says by a key which numbers after it a tensor views; null:
+  /// of any other pickle
+  PickleMachine(std::string_view bytes, const std::string& about, TorchStorages* storages = nullptr)
+      : bytes_(bytes), subject_(about), storages_(storages) {}
 
   Pickle run() {
     if (bytes_.empty()) throw Error(subject_, "is empty");
     while (!done_) step(static_cast<unsigned char>(take(1)[0]));
-    const Value* root = pop();
+    Value* root = pop();
+    if (root->kind == Kind::storage && storages_ != nullptr) root->kind = Kind::array;
     check(*root);
     return {subject_, values_, root};
   }
+
+  /// Bytes that the pickle took.
+  size_t used() const { return at_; }
 
  private:
   using Value = PickleValue;
@@ -139,12 +146,15 @@ class PickleMachine {
     const Value* arguments = pop();
     const Value* called = pop();
     if (called->kind != Kind::name || arguments->kind != Kind::tuple) damaged("it calls something that is no function");
+    // A file inside a file has none inside: how deep they lie would be up to the file.
+    if (storages_ != nullptr && called->text == "load_from_bytes") damaged("a file of torch.save in another");
     Value result = call_global(called->text, *arguments, subject_);
     Value& value = make(result.kind);
     value = std::move(result);
     push(&value);
   }
 
+  void push_storage();
   void push_decimal(std::string text);
   void push_long(uint64_t count);
   void push_real(double real) {
@@ -162,6 +172,7 @@ class PickleMachine {
 
   std::string_view bytes_;
   const std::string& subject_;
+  TorchStorages* storages_;
   size_t at_ = 0, extended_ = 0;
   bool done_ = false;
   std::shared_ptr<std::deque<Value>> values_ = std::make_shared<std::deque<Value>>();

@@ -71,7 +71,7 @@ TEST(Import, SaysWhatIsWrongInOneLine) {
   expect_refused("import amass " + empty + " --out " + folder / "out", {"holds no recording of amass: DATASET/PERSON"},
                  empty);
   expect_refused("import amass " + empty, {"--out: is needed, or --list"}, empty);
-  expect_refused("import gimo " + empty + " --list", {"trumans"}, empty);
+  expect_refused("import grab " + empty + " --list", {"trumans"}, empty);
   expect_refused("import prox " + folder / "none" + " --list", {"there is no such folder"}, empty);
 }
 

@@ -138,6 +138,7 @@ TEST(Interact, BadInputIsRefusedInOneLine) {
   expect_refused(base + " --start 0,0,0 --contacts " + folder / "bad.json" + to, {"bad.json", "left"}, folder / "out");
   expect_refused("interact --scene " + kRoom + " --start 0,0,0 --model " + kWalk + " -o " + out, {"walk.npz"},
                  folder / "out");
+  expect_refused("train interact --data " + (folder / "none") + " --out " + out, {"none/dataset.json"}, folder / "out");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "inhabit/io/npy_format.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/math/rotation.h"
+#include "io/pickle_bytes.h"
 
 // Small folders in the layouts that owners of data sets hand out, of a person who walks to a sofa and sits down.
 
@@ -52,28 +53,6 @@ inline void write_npy_at(const std::string& path, const std::vector<std::string>
   write_atomically(path, npy_bytes(StringArray{{static_cast<int64_t>(texts.size())}, texts}));
 }
 
-/// A pickle of a dictionary of NumPy arrays, as Python 3 writes it in protocol 2, but for the data, which it would
-/// write as text.
-inline std::string pickled(const std::map<std::string, torch::Tensor>& arrays, const std::string& more = "") {
-  const auto number = [](uint32_t n) {
-    std::string out;
-    for (int k = 0; k < 4; ++k) out += static_cast<char>((n >> (8 * k)) & 0xFF);
-    return out;
-  };
-  const auto text = [&](const std::string& t) { return "X" + number(static_cast<uint32_t>(t.size())) + t; };
-  std::string out = "\x80\x03}(";
-  for (const auto& [name, given] : arrays) {
-    const torch::Tensor t = given.to(torch::kFloat32).contiguous();
-    out += text(name) + "cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK" + std::string(1, '\0') + "\x85" +
-           "C\x01" + "b\x87R(K\x01(";
-    for (const int64_t n : t.sizes()) out += "J" + number(static_cast<uint32_t>(n));
-    out += "tcnumpy\ndtype\n" + text("f4") + "\x89\x88\x87R(K\x03" + text("<") +
-           "NNNJ\xff\xff\xff\xffJ\xff\xff\xff\xff" + "K" + std::string(1, '\0') + "tb\x89" + "B" +
-           number(static_cast<uint32_t>(t.nbytes())) + std::string(static_cast<const char*>(t.data_ptr()), t.nbytes()) +
-           "tb";
-  }
-  return out + more + "u.";
-}
 inline void write_pickle(const std::string& path, const std::map<std::string, torch::Tensor>& arrays,
                          const std::string& more = "") {
   make_folders(path);

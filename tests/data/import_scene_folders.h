@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "data/import_folders.h"
+#include "inhabit/io/ply.h"
 #include "inhabit/io/scene_file.h"
 
 // The same with the room that the person sits down in.
@@ -38,25 +39,7 @@ inline void write_prox(const std::string& folder, const std::string& scene, int6
         torch::tensor({0.F, 0.F, 1.F});
   std::filesystem::create_directories(folder + "/scenes");
   std::filesystem::create_directories(folder + "/cam2world");
-  std::string ply;
-  int64_t vertices = 0, faces = 0;
-  std::string points, triangles;
-  for (const Mesh& mesh : room.meshes) {
-    const auto v = mesh.vertices.contiguous();
-    const auto a = v.accessor<float, 2>();
-    for (int64_t i = 0; i < v.size(0); ++i)
-      points += std::to_string(a[i][0]) + " " + std::to_string(a[i][1]) + " " + std::to_string(a[i][2]) + "\n";
-    const auto f = mesh.faces.accessor<int64_t, 2>();
-    for (int64_t i = 0; i < mesh.faces.size(0); ++i)
-      triangles += "3 " + std::to_string(vertices + f[i][0]) + " " + std::to_string(vertices + f[i][1]) + " " +
-                   std::to_string(vertices + f[i][2]) + "\n";
-    vertices += v.size(0);
-    faces += mesh.faces.size(0);
-  }
-  write_atomically(folder + "/scenes/" + scene + ".ply",
-                   "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertices) +
-                       "\nproperty float x\nproperty float y\nproperty float z\nelement face " + std::to_string(faces) +
-                       "\nproperty list uchar int vertex_indices\nend_header\n" + points + triangles);
+  write_ply(folder + "/scenes/" + scene + ".ply", room);
   // The camera looks along the world's +Y, its y points down.
   const torch::Tensor turn = torch::tensor({{1.F, 0.F, 0.F}, {0.F, 0.F, 1.F}, {0.F, -1.F, 0.F}});
   const torch::Tensor place = torch::tensor({0.5F, -4.F, 0.75F});
@@ -115,6 +98,118 @@ inline void write_trumans(const std::string& folder) {
   mat.select(1, 1).narrow(1, 0, 3).select(2, 3).copy_(shift);
   mat.select(1, 1).select(1, 3).select(1, 3).fill_(1);
   write_npy_at(folder + "/object_mat.npy", mat);
+}
+
+/// A person of the world in other axes, x_world = turn x + shift. @param turn (3, 3). @param shift (3)
+inline void to_axes(Sitter& s, const torch::Tensor& turn, const torch::Tensor& shift) {
+  const torch::Tensor pelvis = torch::tensor({0.003F, -0.351F, 0.012F});
+  s.orient = matrix_to_axis_angle(turn.t().matmul(axis_angle_to_matrix(s.orient)));
+  s.trans = (s.trans + pelvis - shift).matmul(turn) - pelvis;
+}
+inline Scene to_axes(Scene scene, const torch::Tensor& turn, const torch::Tensor& shift) {
+  for (Mesh& mesh : scene.meshes) mesh.vertices = (mesh.vertices - shift).matmul(turn).contiguous();
+  return scene;
+}
+
+/// A VPoser whose codes are the principal components of some poses, (T, 63) axis-angle: rotations come out 0.01 off.
+struct FakeVposer {
+  std::map<std::string, torch::Tensor> weights;
+  torch::Tensor codes;  ///< (T, 32)
+};
+inline FakeVposer fake_vposer(const torch::Tensor& poses) {
+  const int64_t T = poses.size(0), n = 40;
+  // Rows of a joint's first two columns, as the network has them.
+  const torch::Tensor six = axis_angle_to_matrix(poses.view({T, 21, 3})).narrow(3, 0, 2).reshape({T, 126}).contiguous();
+  const torch::Tensor mean = six.mean(0);
+  const torch::Tensor basis = std::get<2>(torch::linalg_svd(six - mean, false)).narrow(0, 0, 32);  // (32, 126)
+  FakeVposer out;
+  const torch::Tensor codes = (six - mean).matmul(basis.t());
+  const double shift = -codes.min().item<double>() + 0.5;  // positive codes pass the leaky ReLUs as they are
+  out.codes = codes + shift;
+  out.weights["bodyprior_dec_fc1.weight"] = torch::eye(n).narrow(1, 0, 32).contiguous();
+  out.weights["bodyprior_dec_fc2.weight"] = torch::eye(n);
+  out.weights["bodyprior_dec_fc1.bias"] = torch::zeros({n});
+  out.weights["bodyprior_dec_fc2.bias"] = torch::zeros({n});
+  out.weights["bodyprior_dec_out.weight"] = torch::cat({basis.t(), torch::ones({126, n - 32})}, 1).contiguous();
+  out.weights["bodyprior_dec_out.bias"] = mean - basis.t().sum(1) * shift;
+  return out;
+}
+
+/// dataset.csv, a scan and a pickle a frame of PyTorch's tensors; frames 40 to 42 are missing.
+inline void write_gimo(const std::string& folder, int64_t first, int64_t last) {
+  const double scale = 1.03;
+  const torch::Tensor scan_turn = yaw_matrix(0.5), scan_shift = torch::tensor({-0.2F, 0.9F, 0.3F});
+  const torch::Tensor take_turn = yaw_matrix(1.25), take_shift = torch::tensor({-1.5F, -1.25F, 3.25F});
+  const auto matrix = [](const torch::Tensor& turn, const torch::Tensor& shift, const char* row, const char* end) {
+    std::string out;
+    for (int64_t r = 0; r < 3; ++r) {
+      out += row;
+      for (int64_t c = 0; c < 3; ++c) out += std::to_string(turn[r][c].item<double>()) + (*row ? ", " : " ");
+      out += std::to_string(shift[r].item<double>()) + end;
+    }
+    return out;
+  };
+  make_folders(folder + "/hall/scene_obj/transform_norm.txt");
+  write_atomically(folder + "/hall/scene_obj/transform_norm.txt",
+                   matrix(scan_turn, scan_shift, "", "\n") + "0 0 0 1\n");
+  Scene scan = read_scene_file(kSitterRoom).scene;
+  for (Mesh& mesh : scan.meshes) mesh.vertices = mesh.vertices * scale;
+  write_obj(folder + "/hall/scene_obj/textured_output.obj", to_axes(scan, scan_turn, scan_shift));
+  write_atomically(folder + "/dataset.csv",
+                   "\xEF\xBB\xBFsequence_path,start_frame,end_frame,scene,transformation,training\r\n"
+                   "2022-01-23,300," +
+                       std::to_string(300 + last - first) +
+                       ",hall,transform_info.json,0\r\n2022-01-24,0,9,hall,transform_info.json,1\r\n");
+  const std::string take = folder + "/hall/2022-01-23/";
+  make_folders(take + "x");
+  write_atomically(take + "transform_info.json", "{\"scale\": 1.03, \"transformation\": [" +
+                                                     matrix(take_turn, take_shift, "[", "], ") + "[0, 0, 0, 1]]}");
+  Sitter s = sitter(first, last);
+  to_axes(s, scan_turn, scan_shift / scale);
+  to_axes(s, take_turn, take_shift / scale);
+  const FakeVposer vposer = fake_vposer(s.body);
+  make_folders(folder + "/vposer_v1_0/snapshots/TR00_E096.pt");
+  write_atomically(folder + "/vposer_v1_0/snapshots/TR00_E096.pt", torch_file(vposer.weights));
+  make_folders(take + "smplx_local/x");
+  for (int64_t t = 0; t < s.orient.size(0); ++t)
+    if (t < 40 || t >= 43)
+      write_atomically(take + "smplx_local/" + std::to_string(300 + t) + ".pkl",
+                       torch_pickle({{"orient", s.orient[t]},
+                                     {"trans", s.trans[t]},
+                                     {"latent", vposer.codes[t]},
+                                     {"beta", torch::arange(10) / 10.0},
+                                     {"lhand", torch::full({45}, 0.5)}}));
+}
+
+/// sequences/ with a pickle a frame in the axes of a camera that is tilted by 25 degrees, the sofa as it was
+/// registered.
+inline void write_couch(const std::string& folder, int64_t first, int64_t last) {
+  const torch::Tensor turn =
+      axis_angle_to_matrix(torch::tensor({static_cast<float>(M_PI - 25 * M_PI / 180), 0.F, 0.F}));
+  const torch::Tensor shift = torch::tensor({0.5F, 1.75F, -3.F});
+  Sitter s = sitter(first, last);
+  to_axes(s, turn, shift);
+  // SMPL-H's pelvis rests elsewhere than SMPL-X's.
+  s.trans += torch::tensor({0.003F, -0.351F, 0.012F}) - torch::tensor({-0.002F, -0.223F, 0.028F});
+  Scene sofa;
+  for (const Mesh& mesh : read_scene_file(kSitterRoom).scene.meshes)
+    if (mesh.name.rfind("sofa", 0) == 0) sofa.meshes.push_back(mesh);
+  const std::string take = folder + "/sequences/Date01_Sub02_sofa_sit/";
+  for (int64_t t = 0; t < s.orient.size(0); ++t) {
+    char name[32];
+    std::snprintf(name, sizeof name, "t%08.3f", static_cast<double>(t) / 30);
+    const std::string frame = take + name;
+    write_pickle(frame + "/person/fit01/person_fit.pkl",
+                 {{"pose", torch::cat({s.orient[t], s.body[t], torch::full({90}, 0.125)})},
+                  {"trans", s.trans[t]},
+                  {"betas", torch::arange(10) / 10.0}});
+    if (t > 0) continue;
+    make_folders(frame + "/sofa/fit01/x");
+    write_ply(frame + "/sofa/fit01/sofa_fit.ply", to_axes(sofa, turn, shift));
+  }
+  write_atomically(take + "info.json", "{\"cat\": \"sofa\", \"gender\": \"male\"}");
+  write_atomically(folder + "/split.json", "{\"train\": [], \"test\": [\"Date01_Sub02_sofa_sit\"]}");
+  make_folders(folder + "/sequences/Date01_Sub02_slow/t0001.000/x");
 }
 
 }  // namespace inhabit

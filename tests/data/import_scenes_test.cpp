@@ -47,6 +47,65 @@ TEST(ImportProx, PutsPeopleIntoTheirScenes) {
   EXPECT_GT(windows_of(folder / "out", "train"), 0);
 }
 
+TEST(ImportGimo, DecodesVposersCodesAndPutsPeopleIntoTheScan) {
+  const TempFolder folder;
+  write_gimo(folder / "gimo", 120, 330);
+  const ImportSet set = open_import_set("gimo", folder / "gimo");
+  EXPECT_TRUE(set.missing.empty()) << set.missing[0];
+  const ImportResult r = import_dataset(set, folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 1U) << (r.skipped.empty() ? "" : r.skipped[0]);  // of the other there is nothing
+  const DatasetClip& entry = r.dataset.clips[0];
+  EXPECT_EQ(entry.source + " " + entry.split, "hall/2022-01-23_300 test");
+  const Clip clip = load_clip(r.dataset, entry), should = sitter(120, 330).clip;
+  EXPECT_EQ(clip.frames(), 210);
+  EXPECT_LT(turned(slice(clip, 0, 40), slice(should, 0, 40)), 0.02);
+  EXPECT_LT(turned(slice(clip, 43, 210), slice(should, 43, 210)), 0.02);
+  EXPECT_LT((clip.root_path() - should.root_path()).norm(2, 1).max().item<double>(), 0.05);
+  // The scan was 1.03 times too large and stood elsewhere.
+  const Mesh room = merged_mesh(load_scene(r.dataset, entry.scene)),
+             as_it_was = merged_mesh(read_scene_file(kSitterRoom).scene);
+  EXPECT_LT((std::get<0>(room.vertices.max(0)) - std::get<0>(as_it_was.vertices.max(0))).abs().max().item<double>(),
+            0.05);
+  EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
+  EXPECT_TRUE(
+      torch::equal(read_npz(folder / "out/" + entry.file).at("left_hand_pose", ""), torch::full({210, 45}, 0.5)));
+  EXPECT_GT(windows_of(folder / "out", "test"), 0);
+  std::filesystem::remove_all(folder / "gimo/vposer_v1_0");
+  EXPECT_THAT(open_import_set("gimo", folder / "gimo").missing,
+              Contains(::testing::HasSubstr("vposer_v1_0/snapshots/TR00_E096.pt")));
+}
+
+/// A camera's axes are no world's: the person is put upright, the sofa with them. Which way they then look is open.
+TEST(ImportCouch, PutsPeopleAndTheirChairUpright) {
+  const TempFolder folder;
+  write_couch(folder / "couch", 60, 330);
+  const ImportSet set = open_import_set("couch", folder / "couch");
+  ASSERT_EQ(set.broken.size(), 1U) << "one recording has no frames near to one another";
+  const ImportResult r = import_dataset(set, folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 1U) << (r.skipped.empty() ? "" : r.skipped[0]);
+  const DatasetClip& entry = r.dataset.clips[0];
+  EXPECT_EQ(entry.source + " " + entry.split, "Date01_Sub02_sofa_sit test");
+  const Clip clip = load_clip(r.dataset, entry), should = sitter(60, 330).clip;
+  EXPECT_EQ(clip.gender, "male");
+  const torch::Tensor up = clip.joints.select(2, 1), up_should = should.joints.select(2, 1);
+  EXPECT_LT((up - up.min() - up_should + up_should.min()).abs().max().item<double>(), 0.05) << "it slopes";
+  const Scene scene = load_scene(r.dataset, entry.scene);
+  double top = 0, low = 1;
+  for (const Mesh& mesh : scene.meshes) {
+    if (mesh.name.rfind("sofa", 0) != 0) continue;
+    top = std::max(top, mesh.vertices.select(1, 1).max().item<double>());
+    low = std::min(low, mesh.vertices.select(1, 1).min().item<double>());
+  }
+  double should_top = 0;
+  for (const Mesh& mesh : read_scene_file(kSitterRoom).scene.meshes)
+    if (mesh.name.rfind("sofa", 0) == 0)
+      should_top = std::max(should_top, mesh.vertices.select(1, 1).max().item<double>());
+  EXPECT_NEAR(top, should_top, 0.06);
+  EXPECT_NEAR(low, 0, 0.06);
+  EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
+  EXPECT_GT(windows_of(folder / "out", "test"), 0);
+}
+
 TEST(ImportTrumans, ReadsRowsOfOneArrayAndItsObjects) {
   const TempFolder folder;
   write_trumans(folder / "trumans");

@@ -39,6 +39,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/io/torch_file.h"
 #include "inhabit/io/upright.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_stream.h"
@@ -117,6 +118,13 @@ bool fuzz_pickle(const uint8_t* data, size_t size) {
     const Pickle pickle = parse_pickle(bytes, "fuzz");
     for (const PickleValue* value : pickle.root->items)
       if (value->kind == PickleValue::Kind::array) pickle.numbers(*value, "array");
+  });
+}
+bool fuzz_torch_file(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    const Pickle file = parse_torch(bytes, "fuzz");
+    for (const PickleValue* value : file.root->items)
+      if (value->kind == PickleValue::Kind::array) file.numbers(*value, "array");
   });
 }
 bool fuzz_clip_npz(const uint8_t* data, size_t size) {
@@ -299,6 +307,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
   static const std::vector<FuzzTarget> targets = {
       {"npz", fuzz_npz},
       {"pickle", fuzz_pickle},
+      {"torch_file", fuzz_torch_file},
       {"clip_npz", fuzz_clip_npz},
       {"smpl_model", fuzz_smpl_model},
       {"clouds", fuzz_clouds},

@@ -1,0 +1,178 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "inhabit/data/import_frames.h"
+#include "inhabit/data/import_smpl.h"
+#include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/json_text.h"
+#include "inhabit/io/number_text.h"
+#include "inhabit/io/scene_file.h"
+#include "inhabit/io/upright.h"
+#include "inhabit/motion/level.h"
+#include "inhabit/scene/floor.h"
+
+namespace fs = std::filesystem;
+
+namespace inhabit {
+namespace {
+
+/// The pickles "t0012.033/person/fit01/person_fit.pkl", by their times: the folder's name is seconds.
+std::vector<FrameFile> couch_frames(const std::string& sequence) {
+  return frames_in(sequence, [](const fs::path& entry) -> std::optional<FrameFile> {
+    const std::string name = entry.filename().string();
+    double seconds = 0;
+    if (name.size() < 2 || name[0] != 't' || !parse_number(std::string_view(name).substr(1), seconds) ||
+        !(seconds >= 0 && seconds < 1e6))
+      return std::nullopt;
+    const fs::path fit = entry / "person/fit01/person_fit.pkl";
+    if (!fs::exists(fit)) return std::nullopt;
+    return FrameFile{std::llround(seconds * 30), fit.string()};
+  });
+}
+
+/// The rotation that puts a person of camera axes upright: first by the trunk of the frames in which the pelvis is
+/// high, for who sits leans, then by the feet that stand.
+torch::Tensor upright_turn(Clip clip) {
+  torch::Tensor turn = torch::eye(3);
+  const auto apply = [&](const torch::Tensor& by) {
+    rotate_clip(clip, by);
+    turn = by.matmul(turn);
+  };
+  const auto matrix = [](const Eigen::Matrix3d& m) {
+    torch::Tensor out = torch::empty({3, 3});
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) out[r][c] = m(r, c);
+    return out;
+  };
+  for (int pass = 0; pass < 2; ++pass) {
+    Clip high = clip;
+    if (pass == 1) {  // the upper half of the frames
+      const torch::Tensor height = clip.joints.select(1, 0).select(1, 1);
+      const torch::Tensor frames = torch::nonzero(height >= height.median()).flatten();
+      high.joints = clip.joints.index_select(0, frames);
+    }
+    const auto trunk = mean_trunk(high);
+    if (!trunk) break;
+    apply(matrix(Eigen::Quaterniond::FromTwoVectors(*trunk, Eigen::Vector3d::UnitY()).toRotationMatrix()));
+  }
+  const FloorSlope slope = floor_slope(clip);
+  if (slope.stances >= FloorSlope::kLeastStances)
+    apply(matrix(Eigen::Quaterniond::FromTwoVectors(slope.normal, Eigen::Vector3d::UnitY()).toRotationMatrix()));
+  return turn;
+}
+
+struct CouchMotion {
+  ImportedMotion motion;
+  torch::Tensor turn;  ///< (3, 3), of the camera's axes to +Y up
+};
+
+std::string text_of(const nlohmann::json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+nlohmann::json info_of(const std::string& sequence) {
+  const std::string path = sequence + "/info.json";
+  return fs::exists(path) ? parse_json(read_whole_file(path, 16 << 20), path) : nlohmann::json();
+}
+
+CouchMotion read_couch(const std::string& sequence, const ImportRecording& recording, const ClipReadOptions& reading) {
+  std::vector<FrameFile> frames = couch_frames(sequence);
+  keep_piece(frames, recording);
+  const Npz rows = rows_of(frames, {"pose", "trans"}, {"betas"});
+  Npz npz;
+  npz.tensors["poses"] = rows.tensors.at("pose");
+  npz.tensors["trans"] = rows.tensors.at("trans");
+  if (rows.has("betas")) npz.tensors["betas"] = rows.tensors.at("betas");
+  npz.tensors["mocap_framerate"] = torch::tensor(30.0);
+  const std::string gender = text_of(info_of(sequence), "gender");
+  if (!gender.empty()) npz.strings["gender"] = {{}, {gender}};
+  CouchMotion out{smpl_motion(npz, sequence, reading, false), {}};
+  out.turn = upright_turn(out.motion.clip);
+  rotate_clip(out.motion.clip, out.turn);
+  fill_missing(out.motion, frames);
+  return out;
+}
+
+/// What the recording's first frame has as registered meshes besides the person: NAME/fit01/NAME_fit.ply.
+std::vector<std::string> registered_objects(const std::string& sequence, const ImportRecording& recording) {
+  std::vector<FrameFile> frames = couch_frames(sequence);
+  keep_piece(frames, recording);
+  const fs::path frame = fs::path(frames.front().path).parent_path().parent_path().parent_path();
+  std::vector<std::string> out;
+  std::error_code refused;
+  for (fs::directory_iterator entry(frame, refused), end; !refused && entry != end; entry.increment(refused)) {
+    const std::string name = entry->path().filename().string();
+    const fs::path mesh = entry->path() / "fit01" / (name + "_fit.ply");
+    if (name != "person" && fs::exists(mesh)) out.push_back(mesh.string());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+// sequences/NAME/tSECONDS/person/fit01/person_fit.pkl: SMPL-H in the axes of a camera, beside it the registered meshes
+// of objects; split.json. The layout of BEHAVE, which is by the same group and public.
+ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) {
+  ImportSet set;
+  std::map<std::string, std::string> split_of, folders;
+  const std::string splits = folder + "/split.json";
+  if (fs::exists(splits)) {
+    const nlohmann::json told = parse_json(read_whole_file(splits, 16 << 20), splits);
+    for (const char* split : {"train", "test"})
+      if (told.is_object() && told.contains(split) && told[split].is_array())
+        for (const nlohmann::json& name : told[split])
+          if (name.is_string()) split_of[name.get<std::string>()] = split;
+    set.splits = "the owners' (split.json)";
+  } else {
+    set.missing.emplace_back("split.json");
+  }
+  std::vector<std::string> names;
+  std::error_code refused;
+  const std::string sequences = folder + "/sequences";
+  for (fs::directory_iterator entry(sequences, refused), end; !refused && entry != end; entry.increment(refused))
+    if (entry->is_directory(refused)) names.push_back(entry->path().filename().string());
+  if (names.empty()) set.missing.emplace_back("sequences/");
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    const std::string sequence = sequences + "/" + name;
+    ImportRecording recording{.name = name};
+    // BEHAVE's names are Date01_Sub01_chairwood_sit.
+    if (const size_t at = name.find("Sub"); at != std::string::npos)
+      recording.person = name.substr(at, name.find('_', at) - at);
+    if (const auto found = split_of.find(name); found != split_of.end()) recording.split = found->second;
+    const std::vector<ImportRecording> pieces = pieces_of(recording, couch_frames(sequence));
+    if (pieces.empty()) set.broken.push_back(sequence + ": no two frames of a person are within half a second");
+    for (const ImportRecording& piece : pieces) {
+      set.recordings.push_back(piece);
+      // Each piece is put upright by itself.
+      if (!registered_objects(sequence, piece).empty()) set.recordings.back().scene = piece.name;
+      folders[piece.name] = sequence;
+    }
+  }
+  set.read = [folders, reading](const ImportRecording& recording) {
+    return read_couch(folders.at(recording.name), recording, reading).motion;
+  };
+  set.scene = [folders, reading](const ImportRecording& recording) {
+    const std::string& sequence = folders.at(recording.name);
+    const CouchMotion read = read_couch(sequence, recording, reading);
+    torch::Tensor transform = torch::eye(4);
+    transform.narrow(0, 0, 3).narrow(1, 0, 3).copy_(read.turn);
+    Scene out = assumed_floor(read.motion.clip);
+    for (const std::string& path : registered_objects(sequence, recording)) {
+      Scene object = moved_scene(read_scene_file(path, {.up = UpAxis::y, .scale = 1}).scene, transform);
+      std::string name = fs::path(path).parent_path().parent_path().filename().string();
+      for (Mesh& mesh : object.meshes) mesh.name = name;
+      out.meshes.insert(out.meshes.end(), object.meshes.begin(), object.meshes.end());
+    }
+    return out;
+  };
+  return set;
+}
+
+}  // namespace inhabit
