@@ -8,6 +8,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/io/cbor_numbers.h"
+#include "inhabit/io/fbx_repair.h"
 #include "inhabit/io/in_child.h"
 #include "inhabit/io/weld.h"
 
@@ -66,22 +67,41 @@ struct NodeMeshes {
   }
 };
 
+/// What an .fbx says of its axes and units: the letter of the axis that is up, and metres of a unit; 0 where it does
+/// not.
+json fbx_axes(const aiScene& scene) {
+  int up = -1, sign = 0;
+  float centimetres = 0;
+  if (scene.mMetaData != nullptr) {
+    scene.mMetaData->Get("UpAxis", up);
+    scene.mMetaData->Get("UpAxisSign", sign);
+    scene.mMetaData->Get("UnitScaleFactor", centimetres);
+  }
+  const bool known = sign > 0 && (up == 1 || up == 2);
+  return {known ? (up == 1 ? 'y' : 'z') : 0, centimetres > 0 && std::isfinite(centimetres) ? centimetres / 100.0 : 0.0};
+}
+
 }  // namespace
 
-std::vector<Mesh> parse_node_meshes(std::string_view bytes, const std::string& extension, const std::string& subject) {
+std::vector<Mesh> parse_node_meshes(std::string_view bytes, const std::string& extension, const std::string& subject,
+                                    MeshAxes* axes) {
   const std::string cbor = in_child(subject, [&] {
     Assimp::Importer importer;
+    const std::string fbx = extension == "fbx" ? repaired_fbx(std::string(bytes), subject) : std::string();
+    const std::string_view read = fbx.empty() ? bytes : fbx;
     const aiScene* scene = importer.ReadFileFromMemory(
-        bytes.data(), bytes.size(), aiProcess_Triangulate | aiProcess_ValidateDataStructure, extension.c_str());
+        read.data(), read.size(), aiProcess_Triangulate | aiProcess_ValidateDataStructure, extension.c_str());
     if (scene == nullptr || scene->mRootNode == nullptr)
       throw Error(subject, std::string("cannot be read: ") + importer.GetErrorString());
     NodeMeshes collector{*scene, subject};
     collector.node(*scene->mRootNode, aiMatrix4x4(), 0);
-    const std::vector<uint8_t> out = json::to_cbor(collector.out);
+    const std::vector<uint8_t> out = json::to_cbor({{"meshes", collector.out}, {"axes", fbx_axes(*scene)}});
     return std::string(out.begin(), out.end());
   });
   std::vector<Mesh> meshes;
-  for (const json& one : json::from_cbor(cbor)) {
+  const json all = json::from_cbor(cbor);
+  if (axes != nullptr) *axes = {static_cast<char>(all["axes"][0].get<int>()), all["axes"][1].get<double>()};
+  for (const json& one : all["meshes"]) {
     Mesh mesh = weld(numbers_of<float>(one["vertices"]), numbers_of<int64_t>(one["faces"]));
     mesh.name = one["name"].get<std::string>();
     if (one.contains("color"))
@@ -90,7 +110,7 @@ std::vector<Mesh> parse_node_meshes(std::string_view bytes, const std::string& e
           mesh.color[c] = std::clamp(value, 0.0F, 1.0F);
     meshes.push_back(std::move(mesh));
   }
-  if (meshes.empty()) throw Error(subject, "holds no faces");
+  if (meshes.empty()) throw Error(subject, "holds no faces, and no skeleton in it moves");
   return meshes;
 }
 

@@ -118,7 +118,7 @@ std::string in_child(const std::string& subject, const std::function<std::string
     throw Error(subject, "asks for more memory than it may have");
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) throw Error(subject, "takes over a minute to read");
-  throw Error(subject, "is damaged in a way that breaks its reader");
+  throw Error(subject, "is damaged, or of a kind, that breaks its reader");
 }
 
 }  // namespace inhabit

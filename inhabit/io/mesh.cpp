@@ -16,13 +16,13 @@ namespace {
 
 /// @param folder where files that it refers to lie; empty: they are not read.
 std::vector<Mesh> parse(std::string_view bytes, const std::string& extension, const std::string& subject,
-                        const std::string& folder) {
+                        const std::string& folder, MeshAxes* axes) {
   if (bytes.empty()) throw Error(subject, "is empty");
   if (extension == "ply") return {parse_ply(bytes, subject)};
   if (extension == "stl") return {parse_stl(bytes, subject)};
   if (extension == "off") return {parse_off(bytes, subject)};
   if (extension == "glb" || extension == "gltf") return parse_gltf(bytes, subject, folder);
-  if (extension == "fbx" || extension == "dae") return parse_node_meshes(bytes, extension, subject);
+  if (extension == "fbx" || extension == "dae") return parse_node_meshes(bytes, extension, subject, axes);
   if (extension == "obj") {
     return parse_obj(bytes, subject, [&](const std::string& name) {
       std::error_code failed;
@@ -46,13 +46,14 @@ std::vector<Mesh> numbered(std::vector<Mesh> meshes, const std::string& subject)
 
 }  // namespace
 
-std::vector<Mesh> read_meshes(const std::string& path) {
+std::vector<Mesh> read_meshes(const std::string& path, MeshAxes* axes) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  return numbered(parse(read_whole_file(path), extension_of(path), path, folder.empty() ? "." : folder), path);
+  return numbered(parse(read_whole_file(path), extension_of(path), path, folder.empty() ? "." : folder, axes), path);
 }
 
-std::vector<Mesh> parse_meshes(std::string_view bytes, const std::string& extension, const std::string& subject) {
-  return numbered(parse(bytes, extension, subject, ""), subject);
+std::vector<Mesh> parse_meshes(std::string_view bytes, const std::string& extension, const std::string& subject,
+                               MeshAxes* axes) {
+  return numbered(parse(bytes, extension, subject, "", axes), subject);
 }
 
 int64_t drop_degenerate_faces(Mesh& mesh) {

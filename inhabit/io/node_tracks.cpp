@@ -11,6 +11,9 @@
 #include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/extension.h"
+#include "inhabit/io/fbx_repair.h"
 
 namespace inhabit {
 namespace {
@@ -221,7 +224,12 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
     double keys = 1 / gaps[gaps.size() / 2];
     if (std::abs(keys - std::round(keys)) < 3e-4 * keys) keys = std::round(keys);  // 29.97 is not 30
-    if (keys >= kDense) rate = std::max(rate, std::min(keys, 1000.0));
+    // Curves of three axes whose keys lie at different times have gaps of all lengths once they are put together: they
+    // say nothing, and the file's own rate stays.
+    const auto even =
+        std::count_if(gaps.begin(), gaps.end(), [&](double gap) { return std::abs(gap * keys - 1) < 0.05; });
+    const bool sampled = 2 * static_cast<size_t>(even) >= gaps.size() || rate == 0;
+    if (keys >= kDense && sampled) rate = std::max(rate, std::min(keys, 1000.0));
   }
   if (rate > 0) out.rate = rate;
   const double frames = (out.last - out.first) / out.ticks * out.rate;
@@ -297,7 +305,11 @@ std::vector<NodeTracks> node_tracks(const std::string& path, bool sampled) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_ValidateDataStructure);
+  std::string fbx;
+  if (extension_of(path) == "fbx") fbx = repaired_fbx(read_whole_file(path), path);
+  const aiScene* scene =
+      fbx.empty() ? importer.ReadFile(path, aiProcess_ValidateDataStructure)
+                  : importer.ReadFileFromMemory(fbx.data(), fbx.size(), aiProcess_ValidateDataStructure, "fbx");
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw Error(path, std::string("cannot be read: ") + importer.GetErrorString());
   std::vector<Node> nodes;

@@ -10,7 +10,8 @@
 namespace inhabit {
 namespace {
 
-constexpr double kLowestRoom = 2;  // metres
+constexpr double kLowestRoom = 2;                                                // metres
+constexpr double kSmallestScene = 0.2, kHighestScene = 30, kLongestScene = 300;  // metres, of what a unit makes
 constexpr double kMostSize = 1e5;  // metres; a scene this large is a mistake of units or a damaged file
 
 bool is_mesh(const std::string& extension) {
@@ -97,13 +98,14 @@ std::optional<double> likely_unit(double height, double largest) {
   struct Unit {
     double metres, highest, longest;
   };
-  for (const Unit& unit : {Unit{1, 30, 300}, Unit{0.01, 8, 60}, Unit{0.001, 8, 60}})
+  for (const Unit& unit : {Unit{1, kHighestScene, kLongestScene}, Unit{0.01, 8, 60}, Unit{0.001, 8, 60}})
     if (height * unit.metres <= unit.highest && largest * unit.metres <= unit.longest) return unit.metres;
   return {};
 }
 
-void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadOptions& options, SceneReport& report,
-                    const std::string& subject) {
+/// @param axes what the file says of itself
+void to_metres_y_up(Scene& scene, const std::string& extension, const MeshAxes& axes, const SceneReadOptions& options,
+                    SceneReport& report, const std::string& subject) {
   const bool defined = extension == "glb" || extension == "gltf";
   std::vector<torch::Tensor> all;
   for (const Mesh& mesh : scene.meshes) all.push_back(mesh.vertices);
@@ -119,6 +121,8 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
   report.up = 'y';
   if (options.up != UpAxis::automatic) {
     report.up = options.up == UpAxis::z ? 'z' : 'y';
+  } else if (axes.up != 0) {
+    report.up = axes.up;
   } else if (!defined) {
     const double unit = options.scale.value_or(likely_unit(std::min(along_y, along_z), largest).value_or(1));
     // The back rest of a lone chair is flat and at one end as well as a floor is.
@@ -135,9 +139,13 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
     report.scale = *options.scale;
     if (!std::isfinite(report.scale) || report.scale <= 0) throw Error(subject, "the scale must be a number over 0");
   } else if (!defined) {
-    const std::optional<double> unit = likely_unit(report.up == 'z' ? along_z : along_y, largest);
-    report.scale = unit.value_or(1);
-    report.scale_detected = unit.has_value();
+    const double height = report.up == 'z' ? along_z : along_y;
+    // Programs that write centimetres into every .fbx are told by rooms for mice.
+    const bool said = axes.metres > 0 && largest * axes.metres >= kSmallestScene &&
+                      height * axes.metres <= kHighestScene && largest * axes.metres <= kLongestScene;
+    const std::optional<double> unit = likely_unit(height, largest);
+    report.scale = said ? axes.metres : unit.value_or(1);
+    report.scale_detected = !said && unit.has_value();
   }
   if (largest * report.scale > kMostSize) {
     throw Error(subject,
@@ -160,7 +168,7 @@ void to_metres_y_up(Scene& scene, const std::string& extension, const SceneReadO
 }
 
 SceneFile assemble(std::vector<Mesh> meshes, torch::Tensor points, const std::string& extension,
-                   const std::string& subject, const SceneReadOptions& options) {
+                   const std::string& subject, const SceneReadOptions& options, const MeshAxes& axes = {}) {
   SceneFile out;
   out.scene.name = std::filesystem::path(subject).stem().string();
   for (Mesh& mesh : meshes) {
@@ -173,7 +181,7 @@ SceneFile assemble(std::vector<Mesh> meshes, torch::Tensor points, const std::st
   }
   out.scene.points = std::move(points);
   if (out.scene.empty()) throw Error(subject, "none of its faces has an area");
-  to_metres_y_up(out.scene, extension, options, out.report, subject);
+  to_metres_y_up(out.scene, extension, axes, options, out.report, subject);
   out.report.meshes = static_cast<int64_t>(out.scene.meshes.size());
   for (const Mesh& mesh : out.scene.meshes) {
     out.report.vertices += mesh.vertices.size(0);
@@ -188,7 +196,11 @@ SceneFile assemble(std::vector<Mesh> meshes, torch::Tensor points, const std::st
 SceneFile read_scene_file(const std::string& path, const SceneReadOptions& options) {
   const std::string extension = extension_of(path);
   if (is_cloud(extension)) return assemble({}, read_point_cloud(path), extension, path, options);
-  if (is_mesh(extension)) return assemble(read_meshes(path), {}, extension, path, options);
+  MeshAxes axes;
+  if (is_mesh(extension)) {
+    std::vector<Mesh> meshes = read_meshes(path, &axes);
+    return assemble(std::move(meshes), {}, extension, path, options, axes);
+  }
   throw Error(path, "is no scene format inhabit knows (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy)");
 }
 
@@ -196,7 +208,9 @@ SceneFile parse_scene(std::string_view bytes, const std::string& extension, cons
                       const SceneReadOptions& options) {
   if (is_cloud(extension))
     return assemble({}, parse_point_cloud(bytes, extension, subject), extension, subject, options);
-  return assemble(parse_meshes(bytes, extension, subject), {}, extension, subject, options);
+  MeshAxes axes;
+  std::vector<Mesh> meshes = parse_meshes(bytes, extension, subject, &axes);
+  return assemble(std::move(meshes), {}, extension, subject, options, axes);
 }
 
 bool is_scene_extension(const std::string& extension) { return is_mesh(extension) || is_cloud(extension); }

@@ -36,13 +36,14 @@ struct SceneFile {
 };
 
 /// A scene from a mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply without faces, .glb of points,
-/// .pcd .xyz .npz .npy), in metres with +Y up. glTF is in metres with +Y up by definition. Elsewhere the up axis (y or
-/// z) is the one with a floor: a flat layer across the whole scene at its lower end, and most surface square to it.
-/// Where neither axis is clearly better, or where it is no room but a piece of furniture (under 2 m along both), it is
-/// +Y for .obj and +Z for the others. The unit is the metre where the scene
-/// is then at most 30 m high and 300 m long. Else it is the larger of centimetre and millimetre in which the scene is
-/// at most 8 m high and 60 m long, and the metre where neither fits. Feet and inches must be told. A z-up scene is
-/// rotated by -90 degrees about x. Throws Error(path, ...) for a file that cannot be read as a scene.
+/// .pcd .xyz .npz .npy), in metres with +Y up. glTF is in metres with +Y up by definition; an .fbx
+/// says which axis is up, and its unit, which is believed where the scene comes out 0.2 to 300 m long. Elsewhere the up
+/// axis (y or z) is the one with a floor: a flat layer across the whole scene at its lower end, and most surface square
+/// to it. Where neither axis is clearly better, or where it is no room but a piece of furniture (under 2 m along both),
+/// it is +Y for .obj and +Z for the others. The unit is the metre where the scene is then at most 30 m high and 300 m
+/// long. Else it is the larger of centimetre and millimetre in which the scene is at most 8 m high and 60 m long, and
+/// the metre where neither fits. Feet and inches must be told. A z-up scene is rotated by -90 degrees about x. Throws
+/// Error(path, ...) for a file that cannot be read as a scene.
 SceneFile read_scene_file(const std::string& path, const SceneReadOptions& options = {});
 
 /// The same from memory; `extension` ("glb") tells the format, files it refers to are not read.

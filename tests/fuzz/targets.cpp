@@ -32,6 +32,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/cloud_sequence.h"
 #include "inhabit/io/expmap_text.h"
+#include "inhabit/io/fbx_repair.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/pickle.h"
@@ -126,6 +127,9 @@ bool fuzz_torch_file(const uint8_t* data, size_t size) {
     for (const PickleValue* value : file.root->items)
       if (value->kind == PickleValue::Kind::array) file.numbers(*value, "array");
   });
+}
+bool fuzz_fbx(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) { repaired_fbx(std::string(bytes), "fuzz"); });
 }
 bool fuzz_clip_npz(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { clips_from_npz(arrays_of(bytes), "fuzz"); });
@@ -308,6 +312,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"npz", fuzz_npz},
       {"pickle", fuzz_pickle},
       {"torch_file", fuzz_torch_file},
+      {"fbx", fuzz_fbx},
       {"clip_npz", fuzz_clip_npz},
       {"smpl_model", fuzz_smpl_model},
       {"clouds", fuzz_clouds},

@@ -32,7 +32,7 @@ TEST(InChild, ErrorsOfTheWorkAreItsOwn) {
 }
 
 TEST(InChild, ItsEndIsNoEndOfOurs) {
-  const std::string broken = "file: is damaged in a way that breaks its reader";
+  const std::string broken = "file: is damaged, or of a kind, that breaks its reader";
   EXPECT_EQ(refusal_of([] { in_child("file", []() -> std::string { std::abort(); }); }), broken);
   EXPECT_EQ(refusal_of([] {
               in_child("file", []() -> std::string {
