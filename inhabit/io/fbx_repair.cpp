@@ -224,6 +224,7 @@ std::string repaired_text(const std::string& text) {
 }  // namespace
 
 std::string repaired_fbx(std::string bytes, const std::string& subject) {
+  if (bytes.empty()) throw Error(subject, "is empty");
   const bool binary = std::string_view(bytes).substr(0, kBinaryFbx.size()) == kBinaryFbx;
   uint32_t version = 0;
   if (binary && bytes.size() >= 27) {
