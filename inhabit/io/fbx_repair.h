@@ -9,7 +9,8 @@ namespace inhabit {
 /// - the order SphericXYZ rotates as XYZ does;
 /// - a post-rotation is undone after the rotation, not done again;
 /// - keys outside a take's LocalStart to LocalStop are there as well, as Blender has them.
-/// What cannot be followed stays as it is, for assimp to refuse. Throws Error(subject, ...) for versions before 7.0 and an empty file.
+/// What cannot be followed stays as it is, for assimp to refuse. Throws Error(subject, ...) for versions before 7.0 and
+/// an empty file.
 std::string repaired_fbx(std::string bytes, const std::string& subject);
 
 }  // namespace inhabit
