@@ -70,18 +70,18 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   return in_time.clip;
 }
 
-/// Says which key poses are inside the scene: a warning, for in-betweening goes on.
+/// Says which key poses are inside the scene, how deep and in what: a warning, for in-betweening goes on.
 void warn_of_collisions(const inbetween::Result& r) {
-  std::vector<std::string> times;
-  for (size_t k = 0; k < r.keys.size(); ++k)
-    if (r.key_collides[static_cast<int64_t>(k)].item<bool>())
-      times.push_back(fmt::format("{:.2f}", static_cast<double>(r.keys[k]) / r.motion.rate));
-  if (times.empty()) return;
-  const size_t named = std::min<size_t>(times.size(), 5);
-  std::fprintf(stderr, "inhabit: warning: %zu of %zu key poses are inside the scene, at %s%s s\n", times.size(),
-               r.keys.size(),
-               fmt::format("{}", fmt::join(times.begin(), times.begin() + static_cast<int64_t>(named), ", ")).c_str(),
-               named < times.size() ? ", ..." : "");
+  constexpr size_t kNamed = 5;
+  if (r.key_immersions.empty()) return;
+  std::string where;
+  for (size_t k = 0; k < std::min(r.key_immersions.size(), kNamed); ++k) {
+    const Immersion& in = r.key_immersions[k];
+    where += fmt::format("{}{:.2f} s{}{}", k > 0 ? "; " : "", static_cast<double>(in.frame) / r.motion.rate,
+                         in.depth > 0 ? ", " : "", in.text());
+  }
+  std::fprintf(stderr, "inhabit: warning: %zu of %zu key poses are inside the scene: at %s%s\n",
+               r.key_immersions.size(), r.keys.size(), where.c_str(), kNamed < r.key_immersions.size() ? "; ..." : "");
 }
 
 /// Says which keys are behind something that nobody gets around in time.

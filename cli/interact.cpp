@@ -8,6 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/contact_area.h"
 #include "inhabit/interact/interaction_page.h"
+#include "inhabit/interact/standing_place.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
@@ -107,19 +108,31 @@ Page contacts_page(const std::vector<HandContacts>& drawn, const interact::Chair
 void add_interact(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("interact", "Sit down on a chair with the hands where they are wanted");
   auto o = std::make_shared<InteractArguments>();
-  verb->add_option("start_motion", o->start_file, "Motion whose last pose the person starts in");
+  CLI::Option* start_motion =
+      verb->add_option("start_motion", o->start_file, "Motion whose last pose the person starts in");
   add_reading(*verb, o->reading);
   add_scene(*verb, o->scene);
-  verb->add_option("--chair", o->options.chair, "Object of the scene to sit on, or auto (default: the nearest seat)");
-  verb->add_option("--sit-at", o->sit_at, "x,y,z,heading: sit here instead, facing that many degrees from +Z to +X");
-  verb->add_option("--start", o->start, "x,z,heading: where the person starts, standing");
-  verb->add_option("--left", o->left, "Contact of the left hand: armrest, front, side, back, none, or x,y,z");
-  verb->add_option("--right", o->right, "Contact of the right hand");
-  verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached");
+  CLI::Option* on = verb->add_option("--chair", o->options.chair,
+                                     "Object of the scene to sit on, or auto (default: the nearest seat)");
+  verb->add_option("--sit-at", o->sit_at, "x,y,z,heading: sit here instead, facing that many degrees from +Z to +X")
+      ->excludes(on);
+  verb->add_option("--start", o->start, "x,z,heading: where the person starts, standing (default: 2 m before the seat)")
+      ->excludes(start_motion);
+  CLI::Option* left =
+      verb->add_option("--left", o->left, "Contact of the left hand: armrest, front, side, back, none, or x,y,z");
+  CLI::Option* right = verb->add_option("--right", o->right, "Contact of the right hand");
+  CLI::Option* series =
+      verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached")
+          ->excludes(left)
+          ->excludes(right);
   verb->add_option("--then-walk", o->then_walk, "x,z,heading: get up in the end and walk there");
   verb->add_flag("--straight", o->options.straight, "Plan no way around what stands in the way");
   verb->add_flag("--standard", o->options.standard, "Motion on the standard skeleton, not the file's");
-  verb->add_option("--samples", o->samples, "Draw contacts by ContactNet, this many times")->check(CLI::Range(1, 1000));
+  verb->add_option("--samples", o->samples, "Draw contacts by ContactNet, this many times")
+      ->check(CLI::Range(1, 1000))
+      ->excludes(left)
+      ->excludes(right)
+      ->excludes(series);
   verb->add_option("--seconds", o->options.seconds, "Length of the motion")
       ->check(positive_number)
       ->capture_default_str();
@@ -152,7 +165,9 @@ void add_interact(CLI::App& app) {
       start = interact::standing_clip({at[0], at[1]}, at[2] * M_PI / 180);
       o->options.name = "--start";
     } else {
-      throw Error("--start", "or a motion file is needed: where the person starts");
+      start =
+          interact::standing_before(interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, o->options), scene);
+      o->options.name = "the person before the chair";
     }
     const interact::Chair chair = interactor.chair_of(start, scene, o->options);
     if (!o->contacts.empty())
@@ -172,6 +187,16 @@ void add_interact(CLI::App& app) {
           if (errors[static_cast<size_t>(side)])
             std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
                         100 * *errors[static_cast<size_t>(side)]);
+    for (size_t i = 0; i < results.size(); ++i) {
+      const interact::Result& r = results[i];
+      const std::string who = results.size() > 1 ? fmt::format("sample {}: ", i + 1) : "";
+      if (!r.seated)
+        std::fprintf(stderr, "inhabit: warning: %snobody sits on %s within %g s\n", who.c_str(), r.chair.name.c_str(),
+                     o->options.seconds);
+      if (r.contact_error.size() < r.contacts.size())
+        std::fprintf(stderr, "inhabit: warning: %sof %zu contacts %zu were begun within %g s\n", who.c_str(),
+                     r.contacts.size(), r.contact_error.size(), o->options.seconds);
+    }
     std::vector<Clip> motions;
     motions.reserve(results.size());
     // From a file on its own skeleton: what follows on it.

@@ -63,6 +63,7 @@ void score_penetration_of(Score& given) {
                            const auto& of = score.by_clip[i];
                            return Json{{"penetration_mm", of.depth * 1000},
                                        {"deepest_frame", of.frame},
+                                       {"deepest_in", of.object},
                                        {"collision_frame_ratio", of.frame_ratio}};
                          })}});
 }

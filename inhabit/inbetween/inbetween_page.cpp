@@ -22,6 +22,7 @@ Page inbetween_page(const std::vector<Result>& results, bool cleaned, const torc
     if (cleaned || key_groups.defined()) person.given = first.key_poses;
     person.given_joints = key_joints_of(key_groups);
     person.collides = results[s].collides;
+    for (const Immersion& in : results[s].immersions) person.collides_with.push_back(in.text());
     page.people.push_back(person);
   }
   return page;

@@ -18,6 +18,7 @@
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/scene/floor.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit::inbetween {
 
@@ -185,7 +186,8 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   out.keys = asked.keys;
   out.key_poses = frames_at(asked.clip, asked.keys);
   out.floor_assumed = scene.empty();
-  out.scene = out.floor_assumed ? assumed_floor(out.key_poses) : scene;
+  out.scene =
+      out.floor_assumed ? assumed_floor(out.key_poses) : rooms_looking_in(scene, out.key_poses.joints.select(1, 0));
   const SceneQuery query(out.scene);
   auto denoiser = impl_->denoisers.take();
   const Clip all_poses = frames_at(keyed.clip, keyed.keys);
@@ -244,7 +246,14 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.stage != Stage::finished) return out;
   const CollisionMeter meter(builtin_body(), out.scene);
   out.key_collides = meter.colliding_frames(out.key_poses);
-  if (options.collisions) out.collides = meter.colliding_frames(out.motion);
+  std::vector<int64_t> colliding;
+  for (int64_t k = 0; k < out.key_collides.numel(); ++k)
+    if (out.key_collides[k].item<bool>()) colliding.push_back(k);
+  out.key_immersions = immersions_of(builtin_body(), out.scene, out.key_poses, colliding);
+  for (Immersion& immersion : out.key_immersions) immersion.frame = out.keys[static_cast<size_t>(immersion.frame)];
+  if (!options.collisions) return out;
+  out.collides = meter.colliding_frames(out.motion);
+  out.immersions = immersions_of_stretches(builtin_body(), out.scene, out.motion, out.collides);
   return out;
 }
 

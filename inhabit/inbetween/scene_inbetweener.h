@@ -8,6 +8,7 @@
 #include "inhabit/inbetween/controls.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/sampler.h"
+#include "inhabit/metrics/immersion.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
@@ -50,6 +51,8 @@ struct Result {
   std::vector<int64_t> unreached;  ///< frames of `keys` whose straight line is blocked and that no way leads to in time
   torch::Tensor key_collides;      ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
   torch::Tensor collides;          ///< (T) bool: the motion is; undefined unless asked for
+  std::vector<Immersion> key_immersions;  ///< of the keys that collide: `frame` is one of `keys`
+  std::vector<Immersion> immersions;      ///< of each stretch of `collides`
 };
 
 /// Scene-aware motion in-betweening: key frames and a room in, motion that respects both out. On the CPU. Safe to use

@@ -32,15 +32,6 @@ Mesh object_mesh(const Scene& scene, const std::string& name) {
   return merged_mesh(object);
 }
 
-std::vector<std::string> object_names(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const Mesh& mesh : scene.meshes) {
-    const std::string name = object_of_mesh(mesh.name);
-    if (!is_floor(mesh.name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  return names;
-}
-
 Eigen::Isometry3d seat_frame(const Vector2d& place, double floor, double heading) {
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   frame.linear() = Eigen::AngleAxisd(heading, Vector3d::UnitY()).toRotationMatrix();
@@ -106,6 +97,31 @@ Vector2d middle_of(const LevelArea& area) {
   Vector2d sum = Vector2d::Zero();
   for (const Vector2d& p : area.points) sum += p;
   return sum / static_cast<double>(area.points.size());
+}
+
+/// The first area and those that go on with it at its height, cushions with gaps between them: on one at the end of a
+/// sofa the arm rest is nearer than the back rest, which is behind all of them.
+LevelArea with_other_cushions(const std::vector<LevelArea>& areas) {
+  constexpr double kGap = 0.15, kSame = 0.04;  // metres
+  const auto box_of = [](const LevelArea& area) {
+    Eigen::AlignedBox2d box;
+    for (const Vector2d& p : area.points) box.extend(p);
+    return box;
+  };
+  LevelArea out = areas.front();
+  Eigen::AlignedBox2d all = box_of(out);
+  std::vector<char> taken(areas.size(), 0);
+  for (bool more = true; more;) {
+    more = false;
+    for (size_t k = 1; k < areas.size(); ++k) {
+      const Eigen::AlignedBox2d box = box_of(areas[k]);
+      if (taken[k] || std::abs(areas[k].height - out.height) > kSame || all.exteriorDistance(box) > kGap) continue;
+      taken[k] = more = true;
+      out.points.insert(out.points.end(), areas[k].points.begin(), areas[k].points.end());
+      all.extend(box);
+    }
+  }
+  return out;
 }
 
 /// Where along a heading the pelvis rests: between the edges of the seat near the line through its middle.
@@ -177,7 +193,7 @@ Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double hig
   for (int64_t i = 0; i < v.size(0); ++i) outline.emplace_back(v[i][0], v[i][2]);
   const double axis = rectangle_heading(outline);
   const Vector2d middle = middle_of(seat);
-  const Around around = around_seat(view, seat, middle, axis);
+  const Around around = around_seat(view, seat, middle_of(with_other_cushions(areas)), axis);
   if (around.upside_down && !force) throw Error(mesh.name, "stands upside down: its legs are in the air");
   const double heading = facing(scene, mesh, view, seat, middle, axis, around.back);
   return {mesh.name, mesh, seat_frame(resting_place(seat, middle, heading, view.cell), view.floor, heading),
@@ -185,6 +201,15 @@ Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double hig
 }
 
 }  // namespace
+
+std::vector<std::string> object_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Mesh& mesh : scene.meshes) {
+    const std::string name = object_of_mesh(mesh.name);
+    if (!is_floor(mesh.name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
 
 double Chair::heading() const { return heading_of(on_ground(frame.linear().col(2))); }
 Vector3d Chair::seat() const { return frame * Vector3d(0, seat_height, 0); }
@@ -247,7 +272,7 @@ std::vector<Chair> find_chairs(const Scene& scene) {
   return chairs;
 }
 
-Chair chair_at(const Scene& scene, const Vector3d& point, double heading) {
+Chair chair_at(const Scene& scene, const Vector3d& point, double heading, bool force) {
   const Scene furniture = obstacles_of(scene);
   const auto where = fmt::format("({:.2f}, {:.2f}, {:.2f})", point.x(), point.y(), point.z());
   if (furniture.meshes.empty()) throw Error("seat at " + where, "the scene has nothing to sit on");
@@ -260,7 +285,7 @@ Chair chair_at(const Scene& scene, const Vector3d& point, double heading) {
   const double floor = std::get<0>(chair.mesh.vertices.min(0))[1].item<double>();
   chair.frame = seat_frame({point.x(), point.z()}, floor, heading);
   chair.seat_height = hits.points[0][1].item<double>() - floor;
-  if (chair.seat_height < kLowestSeat || chair.seat_height > kHighestSeat)
+  if (!force && (chair.seat_height < kLowestSeat || chair.seat_height > kHighestSeat))
     throw Error("seat at " + where, fmt::format("{} is {:.2f} m high there, seats are {} to {} m", name,
                                                 chair.seat_height, kLowestSeat, kHighestSeat));
   return chair;

@@ -31,7 +31,7 @@ constexpr float kFeet = 0.12F;          // metres above the floor
 
 /// The chair that is meant, in a scene.
 Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
-  if (o.sit_at) return chair_at(scene, o.sit_at->head<3>(), (*o.sit_at)[3]);
+  if (o.sit_at) return chair_at(scene, o.sit_at->head<3>(), (*o.sit_at)[3], o.force);
   // On a sofa one sits where one comes to first, or where the hands are to go.
   Eigen::Vector2d towards = on_ground(from);
   if (!o.contacts.empty()) {
@@ -43,6 +43,18 @@ Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
   }
   if (!o.chair.empty() && o.chair != "auto") return nearest_place(find_chair(scene, o.chair, o.force), towards);
   std::vector<Chair> chairs = find_chairs(scene);
+  if (chairs.empty()) {
+    const std::vector<std::string> names = object_names(scene);
+    if (names.size() == 1) chairs.push_back(find_chair(scene, names[0], o.force));  // or says why not
+    for (const std::string& name : names) {
+      if (!o.force || !chairs.empty()) break;
+      try {
+        chairs.push_back(find_chair(scene, name, true));
+      } catch (const Error&) {
+        continue;  // nothing level in it
+      }
+    }
+  }
   if (chairs.empty()) throw Error(scene.name.empty() ? "scene" : scene.name, "holds nothing to sit on");
   for (Chair& chair : chairs) chair = nearest_place(chair, towards);
   return *std::min_element(chairs.begin(), chairs.end(), [&](const Chair& a, const Chair& b) {

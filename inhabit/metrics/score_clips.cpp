@@ -10,11 +10,13 @@
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/dynamics.h"
 #include "inhabit/metrics/foot_skating.h"
+#include "inhabit/metrics/immersion.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/floor.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/floor.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit {
 
@@ -61,9 +63,12 @@ JerkScore score_jerk(const std::vector<ScoredClip>& clips) {
   return out;
 }
 
-PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& scene) {
+PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& given) {
   if (clips.empty()) throw Error("penetration", "needs a motion");
   PenetrationScore out;
+  std::vector<torch::Tensor> roots;
+  for (const ScoredClip& of : clips) roots.push_back(of.clip.root_path());
+  const Scene scene = rooms_looking_in(given, torch::cat(roots));
   const CollisionMeter meter(builtin_body(), scene);
   double frames = 0;
   for (const ScoredClip& of : clips) {
@@ -78,9 +83,11 @@ PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const S
     out.penetration_max += found[0].penetration();
     out.exact_penetration_max += found[1].penetration();
     frames += count;
-    PenetrationScore::OfClip own{found[0].penetration(), -1, found[0].frame_ratio()};
-    if (own.depth > 0)
+    PenetrationScore::OfClip own{found[0].penetration(), -1, found[0].frame_ratio(), ""};
+    if (own.depth > 0) {
+      own.object = immersions_of(builtin_body(), scene, clip, {found[0].depth.argmax().item<int64_t>()})[0].object;
       own.frame = std::llround(static_cast<double>(found[0].depth.argmax().item<int64_t>()) / clip.rate * of.file_rate);
+    }
     out.by_clip.push_back(own);
   }
   for (double* sum : {&out.frame_ratio, &out.vertex_ratio, &out.exact_frame_ratio, &out.exact_vertex_ratio})

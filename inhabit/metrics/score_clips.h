@@ -56,6 +56,7 @@ struct PenetrationScore {
     double depth = 0;        ///< metres
     int64_t frame = -1;      ///< of the deepest place, counted in the file's own frames; -1 where none collides
     double frame_ratio = 0;  ///< fraction of its frames in which skin collides
+    std::string object;      ///< that the deepest place is in (scene/objects.h); empty where none collides
   };
   std::vector<OfClip> by_clip;  ///< in the order of the clips
 };

@@ -223,6 +223,7 @@ class Reconstruction {
     out.keys = std::move(filled.keys);
     out.key_poses = std::move(filled.key_poses);
     out.collides = filled.collides;
+    out.immersions = std::move(filled.immersions);
   }
 
   const Inputs& inputs_;

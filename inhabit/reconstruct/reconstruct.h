@@ -65,6 +65,7 @@ struct Result {
   double moved = 0;                   ///< metres, mean distance that key frames' roots were moved
   int64_t contacts = 0;               ///< vertices of key frames in contact
   torch::Tensor collides;             ///< (frames of `motion`) bool; undefined unless asked for
+  std::vector<Immersion> immersions;  ///< of each stretch of `collides`
   std::vector<std::string> notes;     ///< what the user should know, one clause each
 };
 

@@ -11,6 +11,7 @@ Page reconstruction_page(const Result& result, const std::string& motion) {
   person.keys = result.keys;
   person.given = result.key_poses;
   person.collides = result.collides;
+  for (const Immersion& in : result.immersions) person.collides_with.push_back(in.text());
   page.people.push_back(person);
   page.people.push_back({result.before, "estimate", PagePerson::Role::past});
   return page;

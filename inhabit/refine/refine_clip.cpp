@@ -19,6 +19,7 @@
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/weights.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit::refine {
 namespace {
@@ -403,7 +404,8 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
       throw Error("given", "a contact is of no joint, frame or place");
   for (const int joint : options.keep_joints)
     if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
-  Result out = Refinement(retarget(clip, options.name), scene, options).run();
+  const Clip standard = retarget(clip, options.name);
+  Result out = Refinement(standard, rooms_looking_in(scene, standard.root_path()), options).run();
   if (!options.standard) {
     std::vector<int64_t> all(static_cast<size_t>(clip.frames()));
     std::iota(all.begin(), all.end(), 0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 
 #include "inhabit/body/capsules.h"
@@ -262,16 +263,33 @@ Surroundings::Surroundings(const Scene& scene) {
 Surroundings::~Surroundings() = default;
 
 std::vector<double> Surroundings::floor_under(const Track& places) const {
-  constexpr double kAbove = 0.3, kBelow = 1;
+  constexpr double kAbove = 0.3, kJustAbove = 0.05, kBelow = 1;
   std::vector<double> out(places.size(), std::nan(""));
   if (ground_ == nullptr) return out;
-  torch::Tensor from = point_rows(places);
-  from.select(1, 1).add_(kAbove);
-  const torch::Tensor down = torch::tensor({0.F, -1.F, 0.F}).expand_as(from).contiguous();
-  const RayHits hits = ground_->cast(from, down, kAbove + kBelow);
+  const auto below = [&](double above) {
+    torch::Tensor from = point_rows(places);
+    from.select(1, 1).add_(above);
+    const torch::Tensor down = torch::tensor({0.F, -1.F, 0.F}).expand_as(from).contiguous();
+    const RayHits hits = ground_->cast(from, down, above + kBelow);
+    std::vector<double> heights(places.size(), std::nan(""));
+    for (size_t i = 0; i < heights.size(); ++i) {
+      const auto row = static_cast<int64_t>(i);
+      if (hits.hit[row].item<bool>()) heights[i] = hits.points[row][1].item<double>();
+    }
+    return heights;
+  };
+  out = below(kAbove);
+  std::vector<double> found;
+  std::copy_if(out.begin(), out.end(), std::back_inserter(found), [](double h) { return !std::isnan(h); });
+  if (found.empty()) return out;
+  std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2), found.end());
+  const double usual = found[found.size() / 2];
+  // Under a table's bar or the base of an office chair a foot is in the air: nothing that it is too low for.
+  std::vector<double> nearer;
   for (size_t i = 0; i < out.size(); ++i) {
-    const auto row = static_cast<int64_t>(i);
-    if (hits.hit[row].item<bool>()) out[i] = hits.points[row][1].item<double>();
+    if (!(out[i] > places[i].y() + kJustAbove && out[i] > usual + kJustAbove)) continue;
+    if (nearer.empty()) nearer = below(kJustAbove);
+    if (!std::isnan(nearer[i])) out[i] = nearer[i];
   }
   return out;
 }

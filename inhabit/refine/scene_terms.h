@@ -27,7 +27,8 @@ class Surroundings {
   ~Surroundings();
 
   /// Heights of the highest surface that is not above `places` by more than 0.3 m nor under them by more than 1 m; NaN
-  /// where there is none.
+  /// where there is none. What is above a place and above most of the floors is furniture: there it is the surface
+  /// below.
   std::vector<double> floor_under(const Track& places) const;
 
   /// One term a ball that is inside the scene or nearer to it than its radius and `reach`: to stay on the outer side

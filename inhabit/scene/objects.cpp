@@ -1,6 +1,9 @@
 #include "inhabit/scene/objects.h"
 
 #include <algorithm>
+#include <cctype>
+
+#include "inhabit/scene/query.h"
 
 namespace inhabit {
 namespace {
@@ -22,8 +25,10 @@ std::string object_of_mesh(const std::string& mesh_name) {
 bool is_floor(const std::string& mesh_name) {
   const size_t dot = mesh_name.rfind('.');
   const bool numbered = dot != std::string::npos && is_number(mesh_name.substr(dot + 1));
-  const std::string object = numbered ? mesh_name.substr(0, dot) : mesh_name;
-  return object == "floor" || object == "rug";
+  std::string object = numbered ? mesh_name.substr(0, dot) : mesh_name;
+  std::transform(object.begin(), object.end(), object.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return object == "floor" || object == "rug" || object == "ground" || object == "carpet";
 }
 
 Scene obstacles_of(const Scene& scene, const std::string& without) {
@@ -32,6 +37,23 @@ Scene obstacles_of(const Scene& scene, const std::string& without) {
   for (const Mesh& mesh : scene.meshes)
     if (!is_floor(mesh.name) && (without.empty() || object_of_mesh(mesh.name) != without)) out.meshes.push_back(mesh);
   return out;
+}
+
+Scene rooms_looking_in(Scene scene, const torch::Tensor& people) {
+  for (Mesh& mesh : scene.meshes) {
+    if (mesh.vertices.numel() == 0 || mesh.faces.numel() == 0) continue;
+    const torch::Tensor low = std::get<0>(mesh.vertices.min(0)), high = std::get<0>(mesh.vertices.max(0));
+    const auto most_of = [](const torch::Tensor& flags) {
+      return flags.to(torch::kFloat32).mean().item<double>() > 0.5;
+    };
+    if (!(high - low > torch::tensor({1.5F, 1.8F, 1.5F})).all().item<bool>()) continue;
+    if (!most_of(torch::logical_and(people > low, people < high).all(1))) continue;
+    Scene alone;
+    alone.meshes.push_back(mesh);
+    if (most_of(SceneQuery(alone).inside(people)))
+      mesh.faces = mesh.faces.index_select(1, torch::tensor({0, 2, 1})).contiguous();
+  }
+  return scene;
 }
 
 Scene without_ground(Scene scene, double floor) {

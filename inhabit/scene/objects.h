@@ -11,11 +11,17 @@ namespace inhabit {
 /// "chair_0" of "chair_0.2"; "chair.002" of itself.
 std::string object_of_mesh(const std::string& mesh_name);
 
-/// True for floors and rugs, which feet stand on and nothing collides with.
+/// True for floors, ground, rugs and carpets, however they are spelt ("Floor.001"), which feet stand on and nothing
+/// collides with.
 bool is_floor(const std::string& mesh_name);
 
 /// The scene without its floor, its points and, where one is named, an object.
 Scene obstacles_of(const Scene& scene, const std::string& without = "");
+
+/// The scene with its rooms looking in. A mesh as large as a room (1.5 x 1.8 x 1.5 m) whose faces look outwards, as
+/// those of a scaled cube do, holds all that is in it; where that is most of `people`, (N, 3) places of pelvises, it is
+/// turned inside out, and holds nothing (scene/solid.h).
+Scene rooms_looking_in(Scene scene, const torch::Tensor& people);
 
 /// The scene without the floor of a scan, which has no name: faces that look up from under 4 cm over `floor`, and
 /// points under that.

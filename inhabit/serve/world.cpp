@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/interact/standing_place.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
@@ -16,7 +17,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using torch::Tensor;
 
-constexpr float kShoulders = 0.28F;      // metres that a standing person needs about them
 constexpr double kFarthestPlace = 1000;  // metres: scenes beyond are cut off there
 
 /// Corners of the box around a scene.
@@ -55,17 +55,10 @@ Clip first_pose(const World& world) {
     seen = on_ground(chair.seat());
     wanted = seen + 2 * ahead_of(chair.heading());
   }
-  for (double radius = 0; radius < 12; radius += 0.2) {
-    const int steps = std::max(1, static_cast<int>(radius * 15));
-    for (int i = 0; i < steps; ++i) {
-      const Vector2d place = wanted + radius * ahead_of(2 * M_PI * i / steps);
-      if (world.free_at(place)) {
-        const Vector2d to = seen - place;
-        return interact::standing_clip(place, to.norm() > 0.1 ? heading_of(to) : 0);
-      }
-    }
-  }
-  throw Error(world.scene.name.empty() ? "scene" : world.scene.name, "has no free floor to stand on");
+  const auto place = interact::nearest_free(wanted, [&](const Vector2d& at) { return world.free_at(at); });
+  if (!place) throw Error(world.scene.name.empty() ? "scene" : world.scene.name, "has no free floor to stand on");
+  const Vector2d to = seen - *place;
+  return interact::standing_clip(*place, to.norm() > 0.1 ? heading_of(to) : 0);
 }
 
 std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor interactor) {
@@ -107,11 +100,7 @@ const Seat& World::seat(const std::string& name) const {
 
 bool World::free_at(const Vector2d& place) const {
   if ((place.array() < low.array()).any() || (place.array() > high.array()).any()) return false;
-  for (const float height : {0.2F, 0.6F, 1.0F, 1.4F})
-    if (around->distance({static_cast<float>(place.x()), height, static_cast<float>(place.y())}, kShoulders) <
-        kShoulders)
-      return false;
-  return true;
+  return interact::room_to_stand(*around, place);
 }
 
 Scene default_room() {

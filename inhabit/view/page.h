@@ -37,8 +37,9 @@ struct PagePerson {
   std::optional<Clip> given = {};   ///< poses of the keys, a frame each, where they are not the clip's own
   std::vector<int64_t> given_joints = {};  ///< joints that keys between the first and the last give; empty: all
   torch::Tensor collides = {};             ///< (T) bool, shown red: the body is inside the scene; undefined: not known
-  std::vector<PageTrack> tracks = {};      ///< shown of the first person that has any
-  bool joints_alone = false;               ///< no skin: what small figures need, `future` and `intention` anyway
+  std::vector<std::string> collides_with = {};  ///< "66 mm in table", of each stretch of `collides`; empty: not known
+  std::vector<PageTrack> tracks = {};           ///< shown of the first person that has any
+  bool joints_alone = false;                    ///< no skin: what small figures need, `future` and `intention` anyway
 };
 
 /// Intention labels of recordings, one strip each on a time axis of their own.

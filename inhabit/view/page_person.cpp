@@ -165,7 +165,11 @@ json describe_person(PageBlob& blob, PageBodies& bodies, const PagePerson& perso
   }
   if (person.collides.defined()) {
     if (person.collides.numel() != clip.frames()) throw Error(path, "collisions and frames differ in number");
-    out["collides"] = label_spans(person.collides);
+    json spans = label_spans(person.collides);
+    size_t stretch = 0;
+    for (json& span : spans)
+      if (span[1] != 0 && stretch < person.collides_with.size()) span.push_back(person.collides_with[stretch++]);
+    out["collides"] = std::move(spans);
   }
   for (const PageTrack& track : person.tracks)
     out["tracks"].push_back(describe_track(blob, track, clip.frames(), path));

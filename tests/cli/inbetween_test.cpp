@@ -174,7 +174,8 @@ TEST(Inbetween, WarnsOfKeyPosesInsideTheScene) {
       run_command("inbetween " + folder / "low.npz" + " --scene " + kSitRoom +
                   " --keyframes every:30 --steps 2 --model " + model_file(folder) + " -o " + folder / "out.npz");
   EXPECT_EQ(r.exit_code, 0);
-  EXPECT_THAT(r.err, HasSubstr("key poses are inside the scene"));
+  EXPECT_THAT(r.err, HasSubstr("key poses are inside the scene: at "));
+  EXPECT_THAT(r.err, HasSubstr(" mm in "));
   EXPECT_TRUE(std::filesystem::exists(folder / "out.npz"));
 }
 

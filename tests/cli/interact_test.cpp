@@ -127,8 +127,9 @@ TEST(Interact, BadInputIsRefusedInOneLine) {
                     to = " --model " + model + " -o " + out;
   const std::string base = "interact --scene " + kSitRoom;
   expect_refused("interact --start 0,0,0" + to, {"--scene"}, folder / "out");
-  expect_refused(base + to, {"--start"}, folder / "out");
   expect_refused(base + " --start 0,0" + to, {"--start", "3 are wanted"}, folder / "out");
+  expect_refused(base + " --samples 2 --left armrest" + to, {"--samples", "--left"}, folder / "out");
+  expect_refused(base + " --chair sofa_0 --sit-at 0,0.4,0,0" + to, {"--sit-at", "--chair"}, folder / "out");
   expect_refused(base + " --start 0,x,0" + to, {"--start", "'x' is no number"}, folder / "out");
   expect_refused(base + " --start 0,0,0 --chair throne_3" + to, {"throne_3"}, folder / "out");
   expect_refused(base + " --start 0,0,0 --left 0,9,0" + to, {"left contact", "in the air"}, folder / "out");

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "inhabit/math/heading.h"
+#include "inhabit/scene/shapes.h"
 #include "interact/chair_scene.h"
 #include "refusal_of.h"
 
@@ -26,6 +27,20 @@ TEST(Chair, SeatAndFacingOfEveryKindAreFoundWhereverItStands) {
     EXPECT_NEAR(own.x(), 0, 0.03) << piece.kind << " " << i;
     EXPECT_LT(std::abs(own.z() - seat.center.z()), seat.half_depth - 0.08) << piece.kind << " " << i;
     EXPECT_NEAR(chair.frame.translation().y(), 0, 1e-3);
+  }
+}
+
+/// Three cushions, arms and a back: from the cushion at an end the arm rest is nearer than the back rest is.
+TEST(Chair, ASofaOfSeveralCushionsIsFacedAwayFromItsBackAlone) {
+  for (const double gap : {0.0, 0.04, 0.1}) {
+    MeshBuilder builder;
+    for (int k = -1; k <= 1; ++k)
+      builder.box({k * 0.64, 0.35, 0.05}, {0.32 - gap / 2, 0.1, k == 1 ? 0.35 : 0.34});  // the last is the largest
+    builder.box({0, 0.4, -0.36}, {1.1, 0.4, 0.08});
+    for (const double side : {-1.0, 1.0}) builder.box({side * 1.03, 0.3, 0}, {0.07, 0.3, 0.4});
+    Scene scene;
+    scene.meshes.push_back(builder.mesh("sofa_0", {1, 1, 1}));
+    EXPECT_NEAR(find_chair(scene, "sofa_0").heading(), 0, 0.05) << gap;
   }
 }
 

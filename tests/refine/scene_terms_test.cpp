@@ -8,6 +8,7 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/shapes.h"
+#include "metrics/standing.h"
 
 namespace inhabit::refine {
 namespace {
@@ -93,6 +94,20 @@ TEST(Surroundings, WhatGoesThroughAThinBoardIsPushedPastItsEnd) {
     EXPECT_GT(std::abs(plane.normal.z()), 0.99) << "the end is too far away";
   for (const PlaneTerm& plane : past_the_end_of_a_board(0, -0.1))
     EXPECT_GT(std::abs(plane.normal.z()), 0.99) << "poses that do not follow one another";
+}
+
+/// A foot under a bar is not a foot that is too low; one that is as low everywhere is.
+TEST(Surroundings, TheFloorUnderAFootIsNoFurnitureOverIt) {
+  Scene scene;
+  scene.meshes = {block("floor", {0, -0.1, 0}, {3, 0.1, 3}), block("table_0", {1, 0.2, 0}, {0.5, 0.02, 1}),
+                  block("step_0", {-2, 0.1, 0}, {0.6, 0.1, 1})};
+  Track feet;
+  for (int k = -5; k <= 5; ++k) feet.push_back({0.5 * k, k < -3 ? 0.22 : 0.02, 0});
+  const std::vector<double> floor = Surroundings(scene).floor_under(feet);
+  for (size_t k = 0; k < feet.size(); ++k) EXPECT_NEAR(floor[k], feet[k].y() - 0.02, 1e-4) << feet[k].x();
+  for (Vector3d& foot : feet) foot.y() -= 0.15;  // the whole walk is too low: it stays so
+  const std::vector<double> low = Surroundings(scene).floor_under(feet);
+  EXPECT_NEAR(low[5], 0, 1e-4);
 }
 
 TEST(Surroundings, OnlyWhatIsSlowMayRest) {

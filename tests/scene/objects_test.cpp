@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "inhabit/scene/query.h"
 #include "scene/shapes.h"
 
 namespace inhabit {
@@ -18,6 +19,8 @@ TEST(Objects, GoByTheNamesOfTheirMeshes) {
   EXPECT_TRUE(is_floor("floor"));
   EXPECT_TRUE(is_floor("rug.1"));
   EXPECT_FALSE(is_floor("floor_lamp"));
+  EXPECT_TRUE(is_floor("Floor"));
+  EXPECT_TRUE(is_floor("Ground.001"));
 }
 
 TEST(Objects, ObstaclesAreWhatIsLeft) {
@@ -30,6 +33,19 @@ TEST(Objects, ObstaclesAreWhatIsLeft) {
   const Scene rest = obstacles_of(scene, "chair_0");
   ASSERT_EQ(rest.meshes.size(), 1U);
   EXPECT_EQ(rest.meshes[0].name, "wall_0");
+}
+
+/// A cube around people is a room, whichever way its faces look; a wardrobe beside them is none.
+TEST(Objects, ARoomThatPeopleAreInLooksIn) {
+  Scene scene = scene_of({box_mesh({0, 1.5, 0}, {6, 3, 6}), box_mesh({2, 1, 2}, {1.6, 1.9, 1.6})});
+  const torch::Tensor people = torch::tensor({{0.F, 1.F, 0.F}, {0.5F, 1.F, 0.F}, {2.F, 1.F, 2.F}});
+  EXPECT_TRUE(SceneQuery(scene).inside(people).all().item<bool>());
+  const Scene turned = rooms_looking_in(scene, people);
+  const torch::Tensor inside = SceneQuery(turned).inside(people);
+  EXPECT_FALSE(inside[0].item<bool>());
+  EXPECT_FALSE(inside[1].item<bool>());
+  EXPECT_TRUE(inside[2].item<bool>()) << "a wardrobe is solid for who goes through it now and then";
+  EXPECT_TRUE(torch::equal(rooms_looking_in(turned, people).meshes[0].faces, turned.meshes[0].faces));
 }
 
 TEST(Objects, TheGroundOfAScanIsWhatLooksUpFromTheFloor) {

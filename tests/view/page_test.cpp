@@ -197,6 +197,7 @@ TEST(PageInBrowser, ShowsMovesAndPaints) {
   between.keys = {0, 20, 59};
   between.collides = torch::zeros({60}, torch::kBool);
   between.collides.slice(0, 30, 40).fill_(true);
+  between.collides_with = {"66 mm in table_0"};
   filled.people.push_back(between);
   write_page(folder / "filled.html", filled);
   // The middle key gave a wrist 10 cm above where it came out, and nothing else.

@@ -46,7 +46,7 @@ export interface PersonData {
   keys?: number[]; // frames that were given
   given?: PersonData; // their poses, a frame each, where the motion's own are others
   only?: number[]; // joints of these that were given; all where it is missing
-  collides?: [number, number][]; // stretches: first frame, 1 where the body is inside the scene
+  collides?: [number, number, string?][]; // stretches: first frame, 1 where the body is inside the scene, how deep in what
   tracks?: TrackData[];
   hands?: { places: ArrayRef; on: ArrayRef }; // (T, 2, 3) and (T, 2)
   objects?: ObjectMotionData[];

@@ -5,7 +5,7 @@ import { Bodies, Person, Shape } from './person';
 
 const maxCopies = 40;
 
-/** One still key: the pose that was given, or marks where only some joints were. Red where the body is inside the scene. */
+/** One still key: the pose that was given, or marks where only some joints were. */
 class Key {
   readonly group = new Group();
   private readonly marks: Mesh[] = [];
@@ -14,7 +14,7 @@ class Key {
 
   constructor(data: Data, bodies: Bodies, of: Person, readonly time: number, index: number) {
     const { given, keys = [], ...filled } = of.data_;
-    const color = of.collides(time) ? collisionColor : keyColor;
+    const color = keyColor;
     this.at = given ? given.start + index / given.rate : time;
     if (given?.only && index > 0 && index < keys.length - 1) {
       const joints = data.floats(given.joints!);
@@ -60,9 +60,9 @@ export class Keys {
       i.style.background = css(color);
       spans.append(i);
     };
-    collides.forEach(([first, inside], k) => {
+    collides.forEach(([first, inside, where], k) => {
       const last = collides[k + 1]?.[0] ?? frames - 1;
-      if (inside) mark(share(first), share(last), collisionColor, 'collision', 'The body is inside the scene');
+      if (inside) mark(share(first), share(last), collisionColor, 'collision', where ? `The body is inside the scene: ${where}` : 'The body is inside the scene');
     });
     for (const key of keys) mark(share(key), share(key), keyColor, 'key', `Key frame ${key}`);
     // Keys close together would hide the motion between them, and every copy holds the whole motion.

@@ -170,8 +170,8 @@ export class Person {
   }
 
   private tint(t: number) {
-    if (this.collides(t)) return collisionColor;
-    return this.data_.keys?.includes(this.frame(t)) ? keyColor : this.color;
+    if (this.data_.keys?.includes(this.frame(t))) return keyColor; // what was asked for keeps its colour
+    return this.collides(t) ? collisionColor : this.color;
   }
 
   /** How much of it is seen, 0 to 1. */

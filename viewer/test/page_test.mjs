@@ -86,6 +86,7 @@ await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => 
     const track = await page.locator('#spans').boundingBox();
     assert.ok(Math.abs((box.x - track.x) / track.width - 30 / 59) < 0.02, 'the stretch begins at frame 30');
     assert.ok(Math.abs(box.width / track.width - 10 / 59) < 0.02, 'and has ten frames');
+    assert.match(await page.locator('#spans .collision').getAttribute('title'), /66 mm in table_0/);
     await look(page, 0.9);
     const red = await look(page, 1.1);
     assert.ok(red.painted > 100, `only ${red.painted} pixels turned red`);
