@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -27,6 +28,11 @@ std::string listed(const std::vector<std::string>& names) {
 std::string no_verb(const CLI::App& app, const std::string& unknown) {
   const std::vector<std::string> verbs = names_of(app);
   if (unknown.empty()) return "a verb is missing; there are " + listed(verbs);
+  if (unknown.front() == '-') {
+    const std::string option = meant_by(unknown, {"--help", "--version"});
+    return unknown + ": is no option of inhabit" + (option.empty() ? "" : ", did you mean " + option + "?") +
+           "; those of a verb come after it";
+  }
   const std::string meant = meant_by(unknown, verbs);
   return unknown + ": is no verb" + (meant.empty() ? "; there are " : ", did you mean " + meant + "? There are ") +
          listed(verbs);
@@ -38,6 +44,7 @@ std::string no_option(const CLI::App& verb, const std::string& path, const std::
   std::vector<std::string> known;
   for (const OptionFacts& option : facts_of(verb).options)
     if (!option.positional) known.insert(known.end(), option.names.begin(), option.names.end());
+  if (std::find(known.begin(), known.end(), name) != known.end()) return name + ": stands before its verb, " + path;
   const std::string meant = meant_by(name, known);
   return name + ": is no option of " + path +
          (meant.empty() ? "; `inhabit help" + path.substr(path.find(' ')) + "` lists them"

@@ -1,5 +1,7 @@
 #include "progress.h"
 
+#include <spdlog/spdlog.h>
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -84,6 +86,7 @@ void add_quiet(CLI::App& app) {
     if (below)
       add_quiet(*verb);
     else if (verb->get_option_no_throw("--quiet") == nullptr)
-      verb->add_flag("--quiet", quiet, "Say nothing of progress and of what was detected in files");
+      verb->add_flag("--quiet", quiet, "Say nothing of progress and of what was detected in files")
+          ->each([](const std::string&) { spdlog::set_level(spdlog::level::warn); });  // what trainings log
   }
 }

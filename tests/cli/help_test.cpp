@@ -38,6 +38,8 @@ TEST(Typos, OfVerbsAndOptionsGetASuggestion) {
   EXPECT_THAT(said("help inbetwen"), HasSubstr("did you mean inbetween?"));
   EXPECT_THAT(said("inbetween a.bvh --keyframe 3"),
               HasSubstr("--keyframe: is no option of inhabit inbetween; did you mean --keyframes?"));
+  EXPECT_THAT(said("--quiet convert a b"), HasSubstr("--quiet: stands before its verb, inhabit convert"));
+  EXPECT_THAT(said("--hlep"), HasSubstr("--hlep: is no option of inhabit, did you mean --help?"));
   EXPECT_THAT(said("convert a b --input-raet=30"), HasSubstr("did you mean --input-rate?"));
   // Said before what follows from it: that --motion is missing.
   EXPECT_THAT(said("score ndms --motoin a.bvh"), HasSubstr("did you mean --motion?"));
