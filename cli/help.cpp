@@ -4,6 +4,7 @@
 
 #include "command_facts.h"
 #include "completion.h"
+#include "examples.h"
 #include "inhabit/error.h"
 #include "man_page.h"
 #include "verbs.h"

@@ -42,6 +42,7 @@ Clip keys_at_other_times(InbetweenArguments& o, const Clip& clip) {
     throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
   const std::vector<int64_t> frames = inbetween::listed_frames(o.keys, clip.frames());
   std::vector<Clip> poses;
+  poses.reserve(frames.size());
   for (const int64_t frame : frames) poses.push_back(slice(clip, frame, frame + 1));
   inbetween::PosesInTime in_time =
       inbetween::poses_at_times(poses, o.times, clip.rate, std::vector<std::string>(frames.size(), o.motions[0]));
@@ -177,6 +178,7 @@ void add_inbetween(CLI::App& app) {
         },
         [&](const std::string& out) {
           std::vector<Clip> motions;
+          motions.reserve(results.size());
           for (const inbetween::Result& result : results)
             motions.push_back(o->options.standard ? result.motion : result.on_source);
           write_motions(out, motions, o->writing, {}, &r.scene);

@@ -140,7 +140,7 @@ ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) 
   if (names.empty()) set.missing.emplace_back("sequences/");
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
-    const std::string sequence = sequences + "/" + name;
+    const std::string sequence = (fs::path(sequences) / name).string();
     ImportRecording recording{.name = name};
     // BEHAVE's names are Date01_Sub01_chairwood_sit.
     if (const size_t at = name.find("Sub"); at != std::string::npos)

@@ -76,14 +76,16 @@ std::vector<FbxNumber> repairs_of(const std::vector<FbxProperty>& properties) {
       set(p.numbers[0], 0);
     if (rotation && limits && (p.name == "PreRotation" || p.name == "PostRotation"))
       for (const FbxNumber& number : p.numbers) set(number, 0);
-    if (!rotation || limits || p.name != "PostRotation") continue;
+    const auto finite = [](const FbxNumber& number) { return std::isfinite(number.value); };
+    if (!rotation || limits || p.name != "PostRotation" || !std::all_of(p.numbers.begin(), p.numbers.end(), finite))
+      continue;
     const std::array<double, 3> inverse = undone({p.numbers[0].value, p.numbers[1].value, p.numbers[2].value});
     for (size_t k = 0; k < 3; ++k) set(p.numbers[k], inverse[k]);
   }
   return out;
 }
 
-/// Goes through the nodes of a binary file; false where it cannot be followed.
+/// The properties of a binary file's models and takes, as far as it can be followed.
 class BinaryFbx {
  public:
   explicit BinaryFbx(const std::string& bytes) : bytes_(bytes) {

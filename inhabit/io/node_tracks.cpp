@@ -245,6 +245,7 @@ void sample(const Span& span, const Channels& channels, const std::vector<Node>&
   for (const int joint : joints)
     for (int up = joint; up >= 0 && needed.insert(up).second;) up = nodes[static_cast<size_t>(up)].parent;
   std::vector<Local> locals;
+  locals.reserve(needed.size());
   for (const int k : needed) locals.emplace_back(*nodes[static_cast<size_t>(k)].node, channels);
   std::vector<Affine3d> global(nodes.size());
   const int64_t frames = span.frames();

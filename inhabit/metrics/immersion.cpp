@@ -34,6 +34,7 @@ std::string Immersion::text() const {
 std::vector<Immersion> immersions_of(const BodyModel& body, const Scene& scene, const Clip& clip,
                                      const std::vector<int64_t>& frames) {
   std::vector<Immersion> out;
+  out.reserve(frames.size());
   for (const int64_t frame : frames) out.push_back({frame, 0, ""});
   if (frames.empty()) return out;
   const Clip poses = at_frames(clip, std::vector<double>(frames.begin(), frames.end()));

@@ -67,6 +67,7 @@ PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const S
   if (clips.empty()) throw Error("penetration", "needs a motion");
   PenetrationScore out;
   std::vector<torch::Tensor> roots;
+  roots.reserve(clips.size());
   for (const ScoredClip& of : clips) roots.push_back(of.clip.root_path());
   const Scene scene = rooms_looking_in(given, torch::cat(roots));
   const CollisionMeter meter(builtin_body(), scene);
