@@ -103,6 +103,23 @@ Page contacts_page(const std::vector<HandContacts>& drawn, const interact::Chair
   return page;
 }
 
+/// Says that nobody sat down, and of contacts that no hand left for. @param who "sample 2: "
+void warn_of_what_failed(const interact::Result& r, const std::string& who, double seconds) {
+  if (!r.seated)
+    std::fprintf(stderr, "inhabit: warning: %snobody sits on %s within %g s\n", who.c_str(), r.chair.name.c_str(),
+                 seconds);
+  size_t wanted = 0, begun = 0;
+  for (size_t k = 0; k < r.contacts.size(); ++k) {
+    const auto& [left, right] = r.contacts[k];
+    const auto& [left_error, right_error] = r.contact_error[k];
+    if (left || right) ++wanted;
+    if ((left && left_error) || (right && right_error)) ++begun;
+  }
+  if (begun < wanted)
+    std::fprintf(stderr, "inhabit: warning: %sof %zu contacts %zu were begun within %g s\n", who.c_str(), wanted, begun,
+                 seconds);
+}
+
 }  // namespace
 
 void add_interact(CLI::App& app) {
@@ -187,16 +204,8 @@ void add_interact(CLI::App& app) {
           if (errors[static_cast<size_t>(side)])
             std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
                         100 * *errors[static_cast<size_t>(side)]);
-    for (size_t i = 0; i < results.size(); ++i) {
-      const interact::Result& r = results[i];
-      const std::string who = results.size() > 1 ? fmt::format("sample {}: ", i + 1) : "";
-      if (!r.seated)
-        std::fprintf(stderr, "inhabit: warning: %snobody sits on %s within %g s\n", who.c_str(), r.chair.name.c_str(),
-                     o->options.seconds);
-      if (r.contact_error.size() < r.contacts.size())
-        std::fprintf(stderr, "inhabit: warning: %sof %zu contacts %zu were begun within %g s\n", who.c_str(),
-                     r.contacts.size(), r.contact_error.size(), o->options.seconds);
-    }
+    for (size_t i = 0; i < results.size(); ++i)
+      warn_of_what_failed(results[i], results.size() > 1 ? fmt::format("sample {}: ", i + 1) : "", o->options.seconds);
     std::vector<Clip> motions;
     motions.reserve(results.size());
     // From a file on its own skeleton: what follows on it.

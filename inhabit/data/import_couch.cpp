@@ -1,4 +1,3 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -38,15 +37,10 @@ std::vector<FrameFile> couch_frames(const std::string& sequence) {
 /// high, for who sits leans, then by the feet that stand.
 torch::Tensor upright_turn(Clip clip) {
   torch::Tensor turn = torch::eye(3);
-  const auto apply = [&](const torch::Tensor& by) {
+  const auto put_up = [&](const Eigen::Vector3d& up) {
+    const torch::Tensor by = rotation_upright(up);
     rotate_clip(clip, by);
     turn = by.matmul(turn);
-  };
-  const auto matrix = [](const Eigen::Matrix3d& m) {
-    torch::Tensor out = torch::empty({3, 3});
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) out[r][c] = m(r, c);
-    return out;
   };
   for (int pass = 0; pass < 2; ++pass) {
     Clip high = clip;
@@ -57,11 +51,10 @@ torch::Tensor upright_turn(Clip clip) {
     }
     const auto trunk = mean_trunk(high);
     if (!trunk) break;
-    apply(matrix(Eigen::Quaterniond::FromTwoVectors(*trunk, Eigen::Vector3d::UnitY()).toRotationMatrix()));
+    put_up(*trunk);
   }
   const FloorSlope slope = floor_slope(clip);
-  if (slope.stances >= FloorSlope::kLeastStances)
-    apply(matrix(Eigen::Quaterniond::FromTwoVectors(slope.normal, Eigen::Vector3d::UnitY()).toRotationMatrix()));
+  if (slope.stances >= FloorSlope::kLeastStances) put_up(slope.normal);
   return turn;
 }
 

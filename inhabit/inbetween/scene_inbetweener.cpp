@@ -249,11 +249,11 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::vector<int64_t> colliding;
   for (int64_t k = 0; k < out.key_collides.numel(); ++k)
     if (out.key_collides[k].item<bool>()) colliding.push_back(k);
-  out.key_immersions = immersions_of(builtin_body(), out.scene, out.key_poses, colliding);
+  out.key_immersions = immersions_of(meter, out.key_poses, colliding);
   for (Immersion& immersion : out.key_immersions) immersion.frame = out.keys[static_cast<size_t>(immersion.frame)];
   if (!options.collisions) return out;
   out.collides = meter.colliding_frames(out.motion);
-  out.immersions = immersions_of_stretches(builtin_body(), out.scene, out.motion, out.collides);
+  out.immersions = immersions_of_stretches(meter, out.motion, out.collides);
   return out;
 }
 

@@ -45,11 +45,10 @@ Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
   std::vector<Chair> chairs = find_chairs(scene);
   if (chairs.empty()) {
     const std::vector<std::string> names = object_names(scene);
-    if (names.size() == 1) chairs.push_back(find_chair(scene, names[0], o.force));  // or says why not
-    for (const std::string& name : names) {
-      if (!o.force || !chairs.empty()) break;
+    if (names.size() == 1) chairs.push_back(find_chair(scene, names[0], o.force));  // or says why it is none
+    for (size_t k = 0; o.force && chairs.empty() && k < names.size(); ++k) {
       try {
-        chairs.push_back(find_chair(scene, name, true));
+        chairs.push_back(find_chair(scene, names[k], true));
       } catch (const Error&) {
         continue;  // nothing level in it
       }

@@ -4,6 +4,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/interact/live_person.h"
+#include "inhabit/interact/route.h"
 #include "inhabit/interact/voxels.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/floor.h"
@@ -39,8 +40,9 @@ Clip standing_before(const Chair& chair, const Scene& scene) {
   constexpr double kBefore = 2;  // metres
   const Surroundings around(raised(scene, -chair.frame.translation().y()));
   const Eigen::Vector2d seat = on_ground(chair.seat());
-  const auto place = nearest_free(seat + kBefore * ahead_of(chair.heading()),
-                                  [&](const Eigen::Vector2d& at) { return room_to_stand(around, at); });
+  const auto place = nearest_free(seat + kBefore * ahead_of(chair.heading()), [&](const Eigen::Vector2d& at) {
+    return room_to_stand(around, at) && find_route(around.floor(), at, chair);
+  });
   if (!place) throw Error(chair.name, "has no free floor near it to start from");
   Clip out = standing_clip(*place, heading_of(seat - *place));
   const auto floor = static_cast<float>(chair.frame.translation().y());

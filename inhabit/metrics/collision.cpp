@@ -82,7 +82,10 @@ CollisionMeter::CollisionMeter(const BodyModel& body, const Scene& scene) : body
   counts.name = scene.name;
   counts.points = scene.points;
   for (const Mesh& mesh : scene.meshes)
-    if (!is_floor(mesh.name) && mesh.faces.size(0) > 0) counts.meshes.push_back(mesh);
+    if (!is_floor(mesh.name) && mesh.faces.size(0) > 0) {
+      counts.meshes.push_back(mesh);
+      objects_.push_back(object_of_mesh(mesh.name));
+    }
   if (counts.meshes.empty() && (!counts.points.defined() || counts.points.size(0) == 0)) return;
   query_ = std::make_unique<SceneQuery>(counts);
   const Solid& solid = query_->solid();
@@ -171,6 +174,7 @@ std::vector<Collision> CollisionMeter::measure(const Clip& clip,
   for (Collision& collision : out) {
     collision.depth = torch::zeros({clip.frames()});
     collision.vertices = torch::zeros({clip.frames()});
+    collision.deepest = torch::zeros({clip.frames(), 3});
   }
   if (!query_) return out;
   const float one = 1.F / static_cast<float>(supporting_.size(0));
@@ -186,14 +190,27 @@ std::vector<Collision> CollisionMeter::measure(const Clip& clip,
     std::iota(rows.begin(), rows.end(), 0);
     const std::vector<float> depth = depths(found, rows, least);
     const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
+    const auto* point = found.points.data_ptr<float>();
     for (size_t i = 0; i < rows.size(); ++i)
       for (size_t k = 0; k < tolerances.size(); ++k) {
         if (depth[i] <= allow[k][static_cast<size_t>(vertex[i])]) continue;
         float& deepest = out[k].depth.data_ptr<float>()[first + frame[i]];
-        deepest = std::max(deepest, depth[i]);
+        if (depth[i] > deepest) {
+          deepest = depth[i];
+          std::copy_n(point + 3 * i, 3, out[k].deepest.data_ptr<float>() + 3 * (first + frame[i]));
+        }
         out[k].vertices.data_ptr<float>()[first + frame[i]] += one;
       }
   }
+  return out;
+}
+
+std::vector<std::string> CollisionMeter::nearest_objects(const Tensor& points) const {
+  std::vector<std::string> out(static_cast<size_t>(points.size(0)));
+  if (!query_ || out.empty()) return out;
+  const Tensor mesh = query_->closest(points).mesh.contiguous();
+  for (size_t i = 0; i < out.size(); ++i)
+    if (const int64_t m = mesh.data_ptr<int64_t>()[i]; m >= 0) out[i] = objects_[static_cast<size_t>(m)];
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "inhabit/body/body_model.h"
@@ -34,6 +35,7 @@ torch::Tensor supporting_skin(const BodyModel& body);
 struct Collision {
   torch::Tensor depth;     ///< (T) metres that the deepest vertex that collides is inside; 0 where none does
   torch::Tensor vertices;  ///< (T) fraction of all vertices that collide
+  torch::Tensor deepest;   ///< (T, 3) metres, where that vertex is; 0 where none does
 
   /// Over the frames in `mask` (T) bool, over all where it is undefined; 0 where it has none.
   double frame_ratio(const torch::Tensor& mask = {}) const;   ///< fraction of frames with a vertex that collides
@@ -56,6 +58,9 @@ class CollisionMeter {
   Collision measure(const Clip& clip) const;
   /// The same by several tolerances, one after the other; little dearer than by one.
   std::vector<Collision> measure(const Clip& clip, const std::vector<CollisionTolerance>& tolerances) const;
+
+  /// The object (scene/objects.h) of the surface nearest to each of (N, 3) points; "" where nothing counts.
+  std::vector<std::string> nearest_objects(const torch::Tensor& points) const;
 
   /// (T) bool: the frames with a vertex that collides, those of measure(clip).depth > 0. Sooner: the vertex that the
   /// field says is deepest mostly decides about a frame.
@@ -82,6 +87,7 @@ class CollisionMeter {
   std::vector<std::vector<int64_t>> patches_;  ///< vertices that lie together on the body
   torch::Tensor supporting_;                   ///< (V) bool, of supporting_skin
   std::unique_ptr<SceneQuery> query_;          ///< none where nothing counts
+  std::vector<std::string> objects_;           ///< of each mesh that does
   std::optional<DistanceField> field_;         ///< where the boxes are
   std::vector<Eigen::AlignedBox3f> boxes_;     ///< around each body of the scene, then the cloud
 };

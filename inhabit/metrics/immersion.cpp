@@ -2,28 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
 
-#include "inhabit/metrics/collision.h"
 #include "inhabit/motion/resample.h"
-#include "inhabit/scene/objects.h"
 
 namespace inhabit {
 namespace {
 
-constexpr float kFlesh = 0.3F;           ///< metres from a joint that skin can be
 constexpr int64_t kFramesOfStretch = 8;  ///< that are looked at
-
-Eigen::AlignedBox3f box_of(const torch::Tensor& points) {
-  const torch::Tensor low = std::get<0>(points.reshape({-1, 3}).min(0)),
-                      high = std::get<0>(points.reshape({-1, 3}).max(0));
-  const auto corner = [](const torch::Tensor& t) {
-    return Eigen::Vector3f(t[0].item<float>(), t[1].item<float>(), t[2].item<float>());
-  };
-  return {corner(low), corner(high)};
-}
 
 }  // namespace
 
@@ -31,33 +17,21 @@ std::string Immersion::text() const {
   return depth > 0 ? fmt::format("{:.0f} mm in {}", depth * 1000, object) : std::string();
 }
 
-std::vector<Immersion> immersions_of(const BodyModel& body, const Scene& scene, const Clip& clip,
+std::vector<Immersion> immersions_of(const CollisionMeter& meter, const Clip& clip,
                                      const std::vector<int64_t>& frames) {
   std::vector<Immersion> out;
-  out.reserve(frames.size());
-  for (const int64_t frame : frames) out.push_back({frame, 0, ""});
   if (frames.empty()) return out;
-  const Clip poses = at_frames(clip, std::vector<double>(frames.begin(), frames.end()));
-  Eigen::AlignedBox3f person = box_of(poses.joints);
-  person.min().array() -= kFlesh;
-  person.max().array() += kFlesh;
-  std::map<std::string, Scene> objects;
-  for (const Mesh& mesh : scene.meshes)
-    if (!is_floor(mesh.name) && mesh.vertices.numel() > 0 && person.intersects(box_of(mesh.vertices)))
-      objects[object_of_mesh(mesh.name)].meshes.push_back(mesh);
-  for (const auto& [name, object] : objects) {
-    const torch::Tensor depth = CollisionMeter(body, object).measure(poses).depth;
-    for (size_t k = 0; k < out.size(); ++k) {
-      const auto own = depth[static_cast<int64_t>(k)].item<double>();
-      if (own <= out[k].depth) continue;
-      out[k].depth = own;
-      out[k].object = name;
-    }
+  out.reserve(frames.size());
+  const Collision found = meter.measure(at_frames(clip, std::vector<double>(frames.begin(), frames.end())));
+  const std::vector<std::string> objects = meter.nearest_objects(found.deepest);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const auto depth = found.depth[static_cast<int64_t>(k)].item<double>();
+    out.push_back({frames[k], depth, depth > 0 ? objects[k] : ""});
   }
   return out;
 }
 
-std::vector<Immersion> immersions_of_stretches(const BodyModel& body, const Scene& scene, const Clip& clip,
+std::vector<Immersion> immersions_of_stretches(const CollisionMeter& meter, const Clip& clip,
                                                const torch::Tensor& collides) {
   std::vector<int64_t> frames, stretch_of;
   const torch::Tensor flags = collides.to(torch::kBool).contiguous();
@@ -75,7 +49,7 @@ std::vector<Immersion> immersions_of_stretches(const BodyModel& body, const Scen
     ++stretches;
   }
   std::vector<Immersion> out(static_cast<size_t>(stretches));
-  const std::vector<Immersion> found = immersions_of(body, scene, clip, frames);
+  const std::vector<Immersion> found = immersions_of(meter, clip, frames);
   for (size_t k = 0; k < found.size(); ++k) {
     Immersion& deepest = out[static_cast<size_t>(stretch_of[k])];
     if (deepest.object.empty() || found[k].depth > deepest.depth) deepest = found[k];

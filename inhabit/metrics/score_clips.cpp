@@ -10,7 +10,6 @@
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/dynamics.h"
 #include "inhabit/metrics/foot_skating.h"
-#include "inhabit/metrics/immersion.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/floor.h"
 #include "inhabit/motion/resample.h"
@@ -86,8 +85,9 @@ PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const S
     frames += count;
     PenetrationScore::OfClip own{found[0].penetration(), -1, found[0].frame_ratio(), ""};
     if (own.depth > 0) {
-      own.object = immersions_of(builtin_body(), scene, clip, {found[0].depth.argmax().item<int64_t>()})[0].object;
-      own.frame = std::llround(static_cast<double>(found[0].depth.argmax().item<int64_t>()) / clip.rate * of.file_rate);
+      const auto frame = found[0].depth.argmax().item<int64_t>();
+      own.object = meter.nearest_objects(found[0].deepest.narrow(0, frame, 1))[0];
+      own.frame = std::llround(static_cast<double>(frame) / clip.rate * of.file_rate);
     }
     out.by_clip.push_back(own);
   }

@@ -190,12 +190,14 @@ void rotate_clip(Clip& clip, const Tensor& turn) {
   }
 }
 
-void level(Clip& clip, const FloorSlope& slope) {
-  const Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(slope.normal, Vector3d::UnitY()).toRotationMatrix();
+Tensor rotation_upright(const Vector3d& up) {
+  const Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitY()).toRotationMatrix();
   Tensor matrix = torch::empty({3, 3});
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) matrix[r][c] = turn(r, c);
-  rotate_clip(clip, matrix);
+  return matrix;
 }
+
+void level(Clip& clip, const FloorSlope& slope) { rotate_clip(clip, rotation_upright(slope.normal)); }
 
 }  // namespace inhabit

@@ -29,6 +29,9 @@ FloorSlope floor_slope(const Clip& clip);
 /// Rotates a clip about the origin, `turn` (3, 3) float32, with all that is annotated.
 void rotate_clip(Clip& clip, const torch::Tensor& turn);
 
+/// (3, 3) float32: the shortest rotation that takes a direction to +Y.
+torch::Tensor rotation_upright(const Eigen::Vector3d& up);
+
 /// Rotates a clip so that its floor is level.
 void level(Clip& clip, const FloorSlope& slope);
 

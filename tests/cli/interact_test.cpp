@@ -83,6 +83,17 @@ TEST(Interact, WritesEveryFormatAndSeveralSamples) {
       << "it begins with the last pose";
 }
 
+TEST(Interact, StartsBeforeTheChairAndSaysWhatWasNotDone) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), out = folder / "sit.npz", script = folder / "s.json";
+  write_atomically(script, R"([{"left": "front"}, {"right": "front"}])");
+  const CommandResult r = run_command("interact --scene " + kSitRoom + " --chair armchair_0 --seconds 1 --contacts " +
+                                      script + " --model " + model + " -o " + out);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.err, HasSubstr("nobody sits on armchair_0 within 1 s"));
+  EXPECT_THAT(r.err, HasSubstr("of 2 contacts 1 were begun within 1 s"));
+}
+
 TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
   const TempFolder folder;
   const std::string model = untrained_interaction(folder), out = folder / "off.npz", script = folder / "s.json";

@@ -14,11 +14,10 @@ class Key {
 
   constructor(data: Data, bodies: Bodies, of: Person, readonly time: number, index: number) {
     const { given, keys = [], ...filled } = of.data_;
-    const color = keyColor;
     this.at = given ? given.start + index / given.rate : time;
     if (given?.only && index > 0 && index < keys.length - 1) {
       const joints = data.floats(given.joints!);
-      const material = new MeshBasicMaterial({ color });
+      const material = new MeshBasicMaterial({ color: keyColor });
       for (const joint of given.only) {
         const mark = new Mesh(new SphereGeometry(0.045, 16, 12), material);
         mark.position.fromArray(joints, 3 * (index * given.names.length + joint));
@@ -27,7 +26,7 @@ class Key {
       this.group.add(...this.marks);
       return;
     }
-    this.pose = new Person(data, bodies, given ?? { ...filled, collides: undefined }, color, 0.38);
+    this.pose = new Person(data, bodies, given ?? { ...filled, collides: undefined }, keyColor, 0.38);
     this.group.add(this.pose.group);
     this.group.traverse((part) => (part.castShadow = false));
   }
