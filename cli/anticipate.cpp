@@ -6,6 +6,7 @@
 #include "inhabit/io/shipped_model.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace fs = std::filesystem;
@@ -58,6 +59,7 @@ void add_anticipate(CLI::App& app) {
     const Clip clip = read_motion(o->motion, o->reading, notes);
     const auto anticipator = anticipate::IntentionAnticipator::load(model_file(o->model, "anticipate-cmu.safetensors"));
     o->anticipate.name = o->motion;
+    o->anticipate.progress = progress_of("futures");
     const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
     say(notes);
     write_outputs(
@@ -65,8 +67,8 @@ void add_anticipate(CLI::App& app) {
         [&] { return anticipate::anticipation_page(a, "Futures of " + fs::path(o->motion).filename().string()); },
         [&](const std::string& out) {
           const bool standard = o->anticipate.standard;
-          write_motions(out, standard ? a.futures : a.on_source, o->writing,
-                        {{"intention", standard ? a.labels : a.labels_on_source}});
+          write_clips(out, standard ? a.futures : a.on_source, o->writing,
+                      {{"intention", standard ? a.labels : a.labels_on_source}});
         });
   });
 }

@@ -46,9 +46,10 @@ void add_controls(CLI::App& verb, inbetween::Controls& controls, ControlTexts& t
       ->delimiter(',');
   verb.add_option("--contact", texts.contacts,
                   "JOINT,FROM,TO,X,Y,Z: this joint, by its standard name or the file's, or the palm of left_hand or "
-                  "right_hand, is at this point between these seconds; may be repeated");
-  verb.add_option("--target", texts.targets,
-                  "JOINT@SECONDS=X,Y,Z: the joint, named likewise, goes through this point then; may be repeated");
+                  "right_hand, is at this point, metres, between these seconds; may be repeated");
+  verb.add_option(
+      "--target", texts.targets,
+      "JOINT@SECONDS=X,Y,Z: the joint, named likewise, goes through this point, metres, then; may be repeated");
   verb.add_option_function<std::vector<std::string>>(
       "--root-path",
       [&controls](const std::vector<std::string>& points) {

@@ -7,6 +7,7 @@
 
 #include "inhabit/error.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
 #include "verbs.h"
@@ -37,20 +38,22 @@ void convert_many(const Convert& o) {
     targets[each.in] = each.out;
   }
   inhabit::Notes notes;
-  const auto progress = progress_of("files");
-  int64_t done = 0;
-  const inhabit::FileCount count = inhabit::each_file(files, [&](const std::string& file) {
-    inhabit::Notes own;
-    std::error_code none;  // where it cannot be made, the file cannot be written, which is said
-    progress(done++, static_cast<int64_t>(files.size()));
-    std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), none);
-    const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
-    for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
-    end_progress();
-    std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
-  });
-  end_progress();
+  const GoesOnLater later("the files that are named above are written");
+  const inhabit::FileCount count = inhabit::each_file(
+      files,
+      [&](const std::string& file) {
+        inhabit::Notes own;
+        std::error_code none;  // where it cannot be made, the file cannot be written, which is said
+        std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), none);
+        const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
+        for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
+        end_progress();
+        std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
+      },
+      progress_of("files"));
   say(notes, 8);
+  std::error_code filled;
+  if (count.done == 0) std::filesystem::remove(out, filled);  // where it is empty
   end_of(count);
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/nn/used_settings.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
 #include "settings.h"
@@ -23,7 +25,7 @@
 namespace {
 
 struct AnticipateOptions {
-  std::string data, split = "test", json;
+  std::string data, split = "test", json, shard;
   std::vector<std::string> models, settings;
   inhabit::anticipate::Evaluation evaluation;
 };
@@ -72,15 +74,21 @@ void add_eval_anticipate(CLI::App& verb) {
   add_word_kind(*anticipate, o->evaluation.words);
   add_settings(*anticipate, o->settings);
   anticipate->add_option("--json", o->json, "Also write the table as JSON");
-  anticipate->callback([o] {
+  add_evaluation_shard(*anticipate, o->shard);
+  anticipate->callback([o, anticipate] {
     using namespace inhabit;
     if (!o->json.empty()) require_writable(o->json);
+    const MeasuredParts parts = measured_parts(*anticipate, o->shard, o->json);
+    const GoesOnLater later(kept_of(parts));
     Notes notes;
     const std::vector<anticipate::Fold> folds = folds_of(*o, notes);
     o->evaluation.progress = progress_of("rows of observations");
+    o->evaluation.parts = parts;
     const anticipate::Table table = anticipate::evaluate(folds, o->evaluation);
+    if (!table.whole) return say_part(parts);
     if (table.actions.empty()) throw Error(o->data, "has no recording long enough in split " + o->split);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
+    parts.remove();
     say(notes);
     std::printf("%s", table_text(table).c_str());
   });
@@ -88,37 +96,44 @@ void add_eval_anticipate(CLI::App& verb) {
 
 struct InteractOptions {
   std::vector<std::string> data, scenes, settings, models;
-  std::string split = "test", json;
+  std::string split = "test", json, shard;
   int64_t runs = 120, behind = 0, draws = 0;
   double seconds = 16;
   uint64_t seed = 1;
 };
 using InteractFiles = std::vector<std::pair<std::string, inhabit::interact::Networks>>;
 
-/// Starts all around each chair of scenes.
-inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFiles& files) {
+/// Starts all around each chair of scenes; no rows where other parts are still to come.
+inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFiles& files,
+                                     const inhabit::MeasuredParts& parts) {
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true}, {}});
   std::vector<interact::StartScores> scores;
+  bool whole = true;
+  size_t number = 0;
   for (const std::string& file : o.scenes) {
     const Scene scene = read_scene_file(file).scene;
     const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
     if (chairs.empty()) throw Error(file, "holds nothing to sit on");
-    for (const interact::Chair& chair : chairs)
-      for (interact::StartScores& s : interact::evaluate_starts(
-               chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed, progress_of("runs")))
-        scores.push_back(std::move(s));
+    for (const interact::Chair& chair : chairs) {
+      auto of_chair =
+          interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed,
+                                    progress_of("runs"), parts.of("chair" + std::to_string(number++)));
+      whole = whole && !of_chair.empty();
+      std::move(of_chair.begin(), of_chair.end(), std::back_inserter(scores));
+    }
   }
-  return interact::score_table(scores);
+  return interact::score_table(whole ? scores : std::vector<interact::StartScores>());
 }
 
 /// Starts behind the chairs of a data set, with and without a way planned.
 inhabit::ScoreTable starts_behind(const InteractOptions& o, const InteractFiles& files,
-                                  const std::vector<inhabit::interact::Trial>& trials) {
+                                  const std::vector<inhabit::interact::Trial>& trials,
+                                  const inhabit::MeasuredParts& parts) {
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true, .straight = true}, {.raw = true}});
   return interact::score_table(interact::evaluate_starts("behind", interact::behind_chairs(trials, o.behind, o.seed),
-                                                         methods, o.seed, progress_of("runs")));
+                                                         methods, o.seed, progress_of("runs"), parts));
 }
 
 void add_eval_interact(CLI::App& verb) {
@@ -155,11 +170,15 @@ void add_eval_interact(CLI::App& verb) {
   interact->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   add_settings(*interact, o->settings);
   interact->add_option("--json", o->json, "Also write the table as JSON");
-  interact->callback([o] {
+  add_evaluation_shard(*interact, o->shard);
+  interact->callback([o, interact] {
     using namespace inhabit;
     if (o->data.empty() && o->scenes.empty()) throw Error("eval interact", "needs --data or --scene");
     if (o->draws > 0 && o->models.size() > 1) throw Error("eval interact", "--draws takes one model");
+    if (o->draws > 0 && !o->shard.empty()) throw Error("--draws", "takes seconds and has no parts: leave out --shard");
     if (!o->json.empty()) require_writable(o->json);
+    const MeasuredParts parts = measured_parts(*interact, o->shard, o->json);
+    const GoesOnLater later(kept_of(parts));
     if (o->models.empty()) o->models = {shipped_model("interact-compact.safetensors")};
     InteractFiles files;
     for (const std::string& model : o->models) {
@@ -167,21 +186,25 @@ void add_eval_interact(CLI::App& verb) {
       inhabit::set_used(files.back().second.config, o->settings, {"inference."});
     }
     const auto write_table = [&](const ScoreTable& table) {
+      if (table.rows.empty()) return say_part(parts);
       if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+      parts.remove();
       std::printf("%s", text_of(table, true).c_str());
     };
-    if (!o->scenes.empty()) return write_table(starts_in_scenes(*o, files));
+    if (!o->scenes.empty()) return write_table(starts_in_scenes(*o, files, parts));
     // Contacts are few on each chair: all of the split are taken.
     const int64_t count = o->draws > 0 ? std::numeric_limits<int64_t>::max() : o->runs;
     const std::vector<interact::Trial> trials = interact::trials_of(o->data, o->split, count, o->seconds);
     if (trials.empty()) throw Error(o->data.front(), "has no clip in split " + o->split + " in which somebody sits");
-    if (o->behind > 0) return write_table(starts_behind(*o, files, trials));
+    if (o->behind > 0) return write_table(starts_behind(*o, files, trials, parts));
     if (o->draws > 0)
       return write_table(interact::score_table(
           interact::evaluate_contacts(trials, interact::ChairInteractor(files.front().second), o->draws, o->seed)));
     const interact::Table table = interact::evaluate(
-        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_of("runs"));
+        trials, interact::methods_of(files, o->seconds, {{.raw = true}, {}}), o->seed, progress_of("runs"), parts);
+    if (table.rows.empty()) return say_part(parts);
     if (!o->json.empty()) write_atomically(o->json, table_json(table).dump(1) + "\n");
+    parts.remove();
     std::printf("%s", table_text(table).c_str());
   });
 }

@@ -8,6 +8,7 @@
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/nn/used_settings.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
 #include "settings.h"
@@ -35,6 +36,7 @@ std::shared_ptr<ForecastEvaluation> add_options(CLI::App& verb) {
       ->capture_default_str();
   add_settings(verb, o->settings);
   verb.add_option("--json", o->json, "Also write the table as JSON");
+  add_evaluation_shard(verb, o->shard);
   return o;
 }
 
@@ -59,10 +61,10 @@ void add_eval_forecast(CLI::App& verb) {
       verb.add_subcommand("forecast", "Path and pose error of contact-aware forecasting and its baselines");
   const auto o = add_options(*forecast);
   forecast->add_flag("--intervals", o->intervals, "95 % intervals behind the means, by bootstrap over windows");
-  add_evaluation_shard(*forecast, o->shard);
   forecast->callback([o, forecast] {
     const inhabit::forecast::Networks model = model_of(*o);
     const inhabit::MeasuredParts parts = measured_parts(*forecast, o->shard, o->json);
+    const GoesOnLater later(kept_of(parts));
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
     const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"), parts);
@@ -77,15 +79,19 @@ void add_eval_contacts(CLI::App& verb) {
   CLI::App* contacts = verb.add_subcommand(
       "contacts", "Precision and recall of forecast contacts by joint and second, and what L and N cost");
   const auto o = add_options(*contacts);
-  contacts->callback([o] {
+  contacts->callback([o, contacts] {
     const inhabit::forecast::Networks model = model_of(*o);
+    const inhabit::MeasuredParts parts = measured_parts(*contacts, o->shard, o->json);
+    const GoesOnLater later(kept_of(parts));
     inhabit::forecast::Config dense = model.config;
     dense.points = inhabit::forecast::kDensePoints;
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
     require_windows(*o, data);
     const inhabit::ScoreTable table = inhabit::forecast::evaluate_contacts(
-        model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride), progress_of("windows"));
+        model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride), progress_of("windows"), parts);
+    if (table.rows.empty()) return say_part(parts);
     if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table).dump(2) + "\n");
+    parts.remove();
     std::printf("%s", inhabit::text_of(table).c_str());
   });
 }

@@ -15,6 +15,7 @@
 #include "inhabit/nn/used_settings.h"
 #include "inhabit/scene/floor.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
 #include "sampler_option.h"
@@ -223,6 +224,7 @@ void add_eval_inbetween(CLI::App& verb) {
   add_evaluation_shard(*inbetween, o->shard);
   inbetween->callback([o, inbetween] {
     o->evaluation.parts = measured_parts(*inbetween, o->shard, o->json);
+    const GoesOnLater later(kept_of(o->evaluation.parts));
     eval_inbetween(*o);
   });
 }
@@ -231,7 +233,7 @@ void add_eval_detour(CLI::App& verb) {
   struct Options {
     ModelRows rows;
     int64_t rooms = 50;
-    std::string json;
+    std::string json, shard;
     inbetween::DetourEvaluation evaluation;
   };
   CLI::App* detour = verb.add_subcommand(
@@ -251,15 +253,21 @@ void add_eval_detour(CLI::App& verb) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   detour->add_option("--json", o->json, "Also write the table as JSON");
-  detour->callback([o] {
+  add_evaluation_shard(*detour, o->shard);
+  detour->callback([o, detour] {
     if (!o->json.empty()) require_writable(o->json);
+    const MeasuredParts parts = measured_parts(*detour, o->shard, o->json);
+    const GoesOnLater later(kept_of(parts));
+    o->evaluation.parts = parts;
     inbetween::Config config;
     const std::vector<inbetween::Method> methods = methods_of(o->rows, config);
     const auto rooms = inbetween::blocked_rooms((o->rooms + 1) / 2, config.frames, config.rate, o->evaluation.seed);
     o->evaluation.progress = progress_of("runs");
-    const ScoreTable table =
-        inbetween::score_table(inbetween::evaluate_detour(rooms, methods, o->evaluation), rooms, o->evaluation);
+    const auto scores = inbetween::evaluate_detour(rooms, methods, o->evaluation);
+    if (scores.empty()) return say_part(parts);
+    const ScoreTable table = inbetween::score_table(scores, rooms, o->evaluation);
     if (!o->json.empty()) write_atomically(o->json, rows_json(table, true).dump(1) + "\n");
+    parts.remove();
     std::printf("%s", text_of(table, true).c_str());
   });
 }

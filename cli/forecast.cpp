@@ -61,7 +61,7 @@ void add_forecast(CLI::App& app) {
           return forecast::forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string());
         },
         [&](const std::string& out) {
-          write_motion(out, o->forecast.standard ? r.prediction : r.on_source, o->writing, &r.scene);
+          write_clips(out, {o->forecast.standard ? r.prediction : r.on_source}, o->writing, {}, &r.scene);
         });
   });
 }

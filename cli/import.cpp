@@ -6,6 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/smpl_model.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "progress.h"
 #include "verbs.h"
 
@@ -58,6 +59,7 @@ void add_import(CLI::App& app) {
     const auto set = inhabit::open_import_set(given->format, given->folder, given->body.empty() ? nullptr : &body);
     if (given->only_list) return list(set);
     given->options.progress = progress_of("recordings");
+    const GoesOnLater later("recordings that are imported are kept, and the same command imports the rest");
     const auto made = inhabit::import_dataset(set, given->out, given->options);
     double seconds = 0;
     for (const auto& clip : made.dataset.clips) seconds += static_cast<double>(clip.frames) / made.dataset.rate;
@@ -71,7 +73,9 @@ void add_import(CLI::App& app) {
                   made.dataset.split("val").size(), made.dataset.split("test").size());
     if (made.kept > 0) std::printf("%lld of them were there already\n", static_cast<long long>(made.kept));
     std::printf("splits: %s\n", set.splits.c_str());
-    for (const std::string& missing : set.missing) std::printf("missing: %s\n", missing.c_str());
+    inhabit::Notes missing;
+    for (const std::string& what : set.missing) missing.push_back("missing: " + what);
+    say(missing, 8);
     end_of({made.made + made.kept, made.skipped});
   });
 }

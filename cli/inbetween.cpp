@@ -85,6 +85,18 @@ void warn_of_collisions(const inbetween::Result& r) {
                r.key_immersions.size(), r.keys.size(), where.c_str(), kNamed < r.key_immersions.size() ? "; ..." : "");
 }
 
+/// Says which contacts and targets are missed, for nobody there could reach them.
+void warn_of_missed_contacts(const inbetween::Result& r, const ControlTexts& texts) {
+  constexpr double kMet = 0.03;
+  std::vector<std::string> given;
+  for (const std::string& text : texts.contacts) given.push_back("--contact " + text);
+  for (const std::string& text : texts.targets) given.push_back("--target " + text);
+  for (size_t k = 0; k < r.contact_gaps.size(); ++k)
+    if (r.contact_gaps[k] > kMet)
+      std::fprintf(stderr, "inhabit: warning: %s is missed by %.2f m: places are in metres, within reach\n",
+                   given[k].c_str(), r.contact_gaps[k]);
+}
+
 /// Says which keys are behind something that nobody gets around in time.
 void warn_of_blocked_keys(const inbetween::Result& r) {
   for (const int64_t key : r.unreached)
@@ -146,7 +158,7 @@ void add_inbetween(CLI::App& app) {
     const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
     set_contacts(o->options.controls, o->controls, clip.skeleton);
     const Scene scene = read_scene(o->scene, notes);
-    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints);
+    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints, clip.skeleton);
     o->options.name = o->motions[0];
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
                                         [](const std::string& out) { return extension_of(out) == "html"; });
@@ -168,6 +180,7 @@ void add_inbetween(CLI::App& app) {
                              : "the files hold no rotations on one skeleton: written on the standard one");
     warn_of_collisions(r);
     warn_of_blocked_keys(r);
+    warn_of_missed_contacts(r, o->controls);
     say(notes);
     write_outputs(
         o->outputs,
@@ -181,7 +194,7 @@ void add_inbetween(CLI::App& app) {
           motions.reserve(results.size());
           for (const inbetween::Result& result : results)
             motions.push_back(o->options.standard ? result.motion : result.on_source);
-          write_motions(out, motions, o->writing, {}, &r.scene);
+          write_clips(out, motions, o->writing, {}, &r.scene);
         });
   });
 }

@@ -88,6 +88,12 @@ inhabit::MeasuredParts measured_parts(const CLI::App& verb, const std::string& s
   return {inhabit::parse_shard(shard), json, job};
 }
 
+std::string kept_of(const inhabit::MeasuredParts& parts) {
+  if (!parts.shard().is_all())
+    return "shard " + parts.shard().name() + " is to be measured again; others that were finished are kept";
+  return "nothing was written; with --json FILE --shard I/N the parts that are finished are kept";
+}
+
 void say_part(const inhabit::MeasuredParts& parts) {
   std::printf("shard %s is measured; the others are still to come\n", parts.shard().name().c_str());
 }

@@ -3,6 +3,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/simd.h"
+#include "interrupted.h"
 #include "progress.h"
 #include "verbs.h"
 
@@ -39,6 +40,7 @@ int refused(const std::string& text) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  listen_for_interruptions();
   CLI::App app{"Human motion in 3D scenes", "inhabit"};
   app.require_subcommand(1);
   add_version(app);

@@ -69,7 +69,7 @@ std::string man_page(const VerbFacts& command) {
          "missed.\n"
          ".TP\n2\nRefused, with one line on stderr that names the file or argument and the reason.\n"
          ".TP\n3\nSomething went wrong that should not.\n"
-         ".TP\n130\nInterrupted.\n"
+         ".TP\n130, 143\nInterrupted by SIGINT or SIGTERM, with one line on stderr that says what is kept.\n"
          ".SH ENVIRONMENT\n"
          ".TP\nINHABIT_MODELS\nFolders, between colons, in which models are looked for first.\n"
          ".TP\nXDG_DATA_HOME, XDG_DATA_DIRS\nModels are looked for in inhabit/models of these too.\n"

@@ -10,7 +10,6 @@
 #include <fstream>
 
 #include "inhabit/error.h"
-#include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "verbs.h"
@@ -59,10 +58,10 @@ void write_outputs(const std::vector<std::string>& outputs, const std::function<
 
 void add_writing(CLI::App& verb, inhabit::WriteOptions& writing, bool loop) {
   verb.add_option("--from", writing.from, "Seconds of the motion from which on it is written")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative)
       ->option_text("SECONDS");
   verb.add_option("--to", writing.to, "Seconds of the motion up to which it is written")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative)
       ->option_text("SECONDS");
   verb.add_option("--rate", writing.rate, "Frames a second of the motion that is written")->check(frame_rate);
   verb.add_option("--out-up", writing.up, "Up axis of the motion that is written, y, or z (.bvh, .npz)")
@@ -78,30 +77,4 @@ void require_motion_written(const inhabit::WriteOptions& writing, const std::vec
   if (writing.any() && pages_alone(outputs))
     throw inhabit::Error("--from, --to, --rate, --out-up and --loop",
                          "are of motion files; a page shows the motion as it is");
-}
-
-void write_motion(const std::string& path, const inhabit::Clip& motion, const inhabit::WriteOptions& writing,
-                  const inhabit::Scene* scene) {
-  inhabit::write_clip(path, to_be_written(motion, writing, path), scene);
-}
-
-void write_motions(const std::string& path, const std::vector<inhabit::Clip>& motions,
-                   const inhabit::WriteOptions& writing, const std::map<std::string, torch::Tensor>& more,
-                   const inhabit::Scene* scene) {
-  if (motions.size() == 1 && more.empty()) return write_motion(path, motions.front(), writing, scene);
-  if (inhabit::extension_of(path) == "npz") {
-    std::vector<inhabit::Clip> written;
-    for (const inhabit::Clip& motion : motions) written.push_back(to_be_written(motion, writing, path));
-    std::map<std::string, torch::Tensor> rows = more;
-    if (writing.any())
-      for (auto& [name, array] : rows)
-        if (array.defined()) array = array.index_select(1, frames_written(motions.front(), writing));
-    return inhabit::write_clips_npz(path, written, rows);
-  }
-  const fs::path p(path);
-  for (size_t i = 0; i < motions.size(); ++i) {
-    const std::string number = motions.size() == 1 ? "" : fmt::format("_{:03}", i);
-    write_motion((p.parent_path() / (p.stem().string() + number + p.extension().string())).string(), motions[i],
-                 writing, scene);
-  }
 }

@@ -1,11 +1,10 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "inhabit/io/write_options.h"
+#include "inhabit/io/files.h"
 #include "inhabit/view/page.h"
 
 /// Throws inhabit::Error where a file cannot be written to `path` (no folder, a folder itself, no permission): for
@@ -29,14 +28,3 @@ void require_motion_written(const inhabit::WriteOptions& writing, const std::vec
 /// Writes every output, an .html by `page`, others by `write_motion`, and prints its name.
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
                    const std::function<void(const std::string& path)>& write_motion);
-
-/// One motion as it is asked for.
-void write_motion(const std::string& path, const inhabit::Clip& motion, const inhabit::WriteOptions& writing,
-                  const inhabit::Scene* scene = nullptr);
-
-/// Several motions of one person: all of them in one .npz, with `more` arrays (S, ...), else a file each,
-/// "out_000.bvh", "out_001.bvh", ... `more` has the frames of what is written. @param scene shown in a .glb, may be
-/// null
-void write_motions(const std::string& path, const std::vector<inhabit::Clip>& motions,
-                   const inhabit::WriteOptions& writing, const std::map<std::string, torch::Tensor>& more = {},
-                   const inhabit::Scene* scene = nullptr);

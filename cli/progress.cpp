@@ -65,7 +65,7 @@ struct ProgressLine {
 
 }  // namespace
 
-std::function<void(int64_t, int64_t)> progress_of(const std::string& what) {
+inhabit::Progress progress_of(const std::string& what) {
   if (quiet) return [](int64_t, int64_t) {};
   const auto progress = std::make_shared<ProgressLine>();
   progress->what = what;

@@ -1,12 +1,12 @@
 #pragma once
-#include <cstdint>
-#include <functional>
 #include <string>
+
+#include "inhabit/progress.h"
 
 /// Says on stderr how far a job is that may be long: on a terminal a bar with what is done, how fast and how long it
 /// will take; elsewhere a line every ten seconds; with --quiet nothing. May be called by several threads.
 /// @param what "rooms"
-std::function<void(int64_t done, int64_t all)> progress_of(const std::string& what);
+inhabit::Progress progress_of(const std::string& what);
 
 /// Removes a bar that stands: before anything else is said on the terminal.
 void end_progress();

@@ -14,6 +14,7 @@
 #include "inhabit/reconstruct/input_files.h"
 #include "inhabit/reconstruct/reconstruction_page.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
 #include "verbs.h"
@@ -82,7 +83,7 @@ void run_reconstruct(ReconstructArguments& o) {
       o.outputs,
       [&] { return reconstruct::reconstruction_page(r, std::filesystem::path(o.files.motion).filename().string()); },
       [&](const std::string& out) {
-        write_motion(out, o.options.standard ? r.motion : r.on_source, o.writing, &r.scene);
+        write_clips(out, {o.options.standard ? r.motion : r.on_source}, o.writing, {}, &r.scene);
       });
 }
 
@@ -134,7 +135,7 @@ void add_reconstruct(CLI::App& app) {
 void add_eval_reconstruct(CLI::App& eval) {
   struct Arguments {
     reconstruct::Evaluation evaluation;
-    std::string model, json;
+    std::string model, json, shard;
     bool no_objects = false;
   };
   CLI::App* verb = eval.add_subcommand("reconstruct", "Reconstruction of rendered rooms with known errors");
@@ -167,14 +168,20 @@ void add_eval_reconstruct(CLI::App& eval) {
   verb->add_option("--keep", e.keep,
                    "Folder that the first room's files are written to, as `inhabit reconstruct` reads them");
   verb->add_option("--json", o->json, "Also write the table as JSON");
-  verb->callback([o] {
+  add_evaluation_shard(*verb, o->shard);
+  verb->callback([o, verb] {
     if (!o->json.empty()) require_writable(o->json);
     reconstruct::Evaluation& evaluation = o->evaluation;
+    evaluation.parts = measured_parts(*verb, o->shard, o->json);
+    const GoesOnLater later(kept_of(evaluation.parts));
     evaluation.objects = !o->no_objects;
     evaluation.render.height = evaluation.render.width * 3 / 4;
     evaluation.progress = progress_of("rooms");
-    const ScoreTable table = reconstruct::table_of(reconstruct::evaluate(noise_aware(o->model), evaluation));
+    const std::vector<reconstruct::Errors> errors = reconstruct::evaluate(noise_aware(o->model), evaluation);
+    if (errors.empty()) return say_part(evaluation.parts);
+    const ScoreTable table = reconstruct::table_of(errors);
     if (!o->json.empty()) write_atomically(o->json, rows_json(table).dump(2) + "\n");
+    evaluation.parts.remove();
     std::printf("%s", text_of(table).c_str());
   });
 }

@@ -9,6 +9,7 @@
 #include "inhabit/view/refined_page.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -34,7 +35,7 @@ void write_refined(const RefineArguments& o, const inhabit::Clip& before, const 
       [&] {
         return refined_page(before, after, scene, "Refined: " + std::filesystem::path(o.motion).filename().string());
       },
-      [&](const std::string& out) { write_motion(out, o.standard ? after : on_source, o.writing, &scene); });
+      [&](const std::string& out) { write_clips(out, {o.standard ? after : on_source}, o.writing, {}, &scene); });
 }
 
 void run_on_depth(const RefineArguments& o) {
@@ -80,8 +81,9 @@ void add_refine(CLI::App& app) {
                    "auto: feet stay where they are found to stand; none: they are left alone")
       ->transform(one_of<bool>({{"auto", true}, {"none", false}}))
       ->option_text("auto|none [auto]");
-  verb->add_option("--keep", o->keep,
-                   "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names");
+  verb->add_option(
+      "--keep", o->keep,
+      "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names or the file's");
   verb->add_option("--smooth", o->smooth, "Factor on the smoothing; 0: none")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
@@ -118,9 +120,10 @@ void add_refine(CLI::App& app) {
     refine::Options options;
     options.contacts = o->contacts;
     options.smooth = o->smooth;
-    refine::add_kept(o->keep, clip.frames(), options);
+    refine::add_kept(o->keep, clip, options);
     options.name = o->motion;
     options.standard = o->standard;
+    options.progress = progress_of("stretches");
     const refine::Result result = refine::refine(clip, scene, options);
     say(notes);
     std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",

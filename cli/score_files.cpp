@@ -2,6 +2,7 @@
 
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
+#include "progress.h"
 #include "score.h"
 
 using namespace inhabit;
@@ -18,9 +19,12 @@ std::vector<ScoredClip> score_clips(Score& given, const std::string& file, const
 std::vector<ScoredClip> score_clips(Score& given, const std::vector<std::string>& named, const ClipReadOptions& reading,
                                     double rate, int64_t least) {
   std::vector<ScoredClip> out;
-  const FileCount count = each_file(motion_files(named), [&](const std::string& file) {
-    for (ScoredClip& clip : score_clips(given, file, reading, rate, least)) out.push_back(std::move(clip));
-  });
+  const FileCount count = each_file(
+      motion_files(named),
+      [&](const std::string& file) {
+        for (ScoredClip& clip : score_clips(given, file, reading, rate, least)) out.push_back(std::move(clip));
+      },
+      progress_of("files"));
   given.files.done += count.done;
   given.files.skipped.insert(given.files.skipped.end(), count.skipped.begin(), count.skipped.end());
   return out;

@@ -12,6 +12,7 @@
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/generate.h"
 #include "inputs.h"
+#include "interrupted.h"
 #include "progress.h"
 #include "verbs.h"
 
@@ -19,6 +20,8 @@ namespace {
 
 using inhabit::Bar;
 using inhabit::Dataset;
+
+const char* const kGoOn = "what is made is kept, and the same command makes the rest";
 
 void print_summary(const Dataset& dataset) {
   if (!dataset.whole) {
@@ -54,6 +57,7 @@ void add_rooms(CLI::App& synth) {
   verb->callback([given] {
     given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
+    const GoesOnLater later(kGoOn);
     print_summary(inhabit::generate_rooms(given->out, given->options));
   });
 }
@@ -74,6 +78,7 @@ void add_chairs(CLI::App& synth) {
   verb->callback([given] {
     given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
+    const GoesOnLater later(kGoOn);
     print_summary(inhabit::generate_chairs(given->out, given->options));
   });
 }
@@ -108,6 +113,7 @@ void add_reseat(CLI::App& synth) {
       given->options.chairs = NewChairs::files;
       given->options.files = given->chairs;
     }
+    const GoesOnLater later(kGoOn);
     const auto result = inhabit::interact::reseat_dataset(given->data, given->out, given->options);
     print_summary(result.dataset);
     std::printf("%s\n", summary(result).c_str());
@@ -162,6 +168,7 @@ void add_fit(CLI::App& synth) {
     for (auto* kept : {&given->options.val, &given->options.test}) *kept = inhabit::motion_files(*kept);
     std::tie(given->options.chords.shortest, given->options.chords.longest) = given->chord_frames;
     given->options.progress = progress_of("recording");
+    const GoesOnLater later(kGoOn);
     const Dataset made = inhabit::fit_recordings(given->out, given->options);
     print_summary(made);
     std::printf("%.1f minutes were recorded, %.1f of them have rooms\n",

@@ -14,6 +14,12 @@ inline std::string positive_number(const std::string& text) {
   return CLI::detail::lexical_cast(text, value) && value > 0 && value < 1e12 ? "" : text + " is not a number over 0";
 }
 
+inline std::string not_negative(const std::string& text) {
+  double value = 0;
+  return CLI::detail::lexical_cast(text, value) && value >= 0 && value < 1e12 ? ""
+                                                                              : text + " is not a number from 0 on";
+}
+
 /// For check(): whole numbers from 0 on, and from 1 on.
 inline std::string whole_number(const std::string& text) {
   uint64_t value = 0;

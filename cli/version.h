@@ -1,4 +1,4 @@
 #pragma once
 #include <torch/version.h>
 
-inline constexpr const char* kVersions = "inhabit 0.1.0, LibTorch " TORCH_VERSION;
+inline constexpr const char* kVersions = "inhabit " INHABIT_VERSION ", LibTorch " TORCH_VERSION;

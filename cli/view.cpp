@@ -14,6 +14,8 @@
 
 namespace {
 
+constexpr size_t kBodies = 4;  // of a file with more motions small figures are shown
+
 struct ViewArguments {
   std::vector<std::string> motions;
   std::string out = "page.html", title, note;
@@ -65,16 +67,21 @@ void add_view(CLI::App& app) {
     inhabit::Notes notes;
     inhabit::Page page;
     for (const std::string& path : motions) {
-      inhabit::PagePerson person;
-      person.clip = read_for_view(path, options->reading, notes);
-      person.name = std::filesystem::path(path).stem().string();
-      page.people.push_back(std::move(person));
+      const std::string name = std::filesystem::path(path).stem().string();
+      std::vector<inhabit::Clip> clips = read_for_view(path, options->reading, notes);
+      for (size_t k = 0; k < clips.size(); ++k) {
+        inhabit::PagePerson person;
+        person.clip = std::move(clips[k]);
+        person.name = clips.size() == 1 ? name : name + " " + std::to_string(k);
+        if (clips.size() > kBodies) person.role = inhabit::PagePerson::Role::future;
+        page.people.push_back(std::move(person));
+      }
     }
     const inhabit::Scene scene = read_scene(options->scene, notes);
     if (!options->scene.file.empty()) page.scene = &scene;
     for (inhabit::PagePerson& person : page.people) person.tracks = inhabit::interact::label_tracks(person.clip);
     page.title = options->title;
-    if (page.title.empty() && !page.people.empty()) page.title = page.people.front().name;
+    if (page.title.empty() && !page.people.empty()) page.title = std::filesystem::path(motions.front()).stem().string();
     if (page.title.empty() && page.scene != nullptr) page.title = std::filesystem::path(scene.name).stem().string();
     page.note = options->note;
     inhabit::write_page(options->out, page);

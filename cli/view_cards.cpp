@@ -74,7 +74,10 @@ PageCard card_of(const std::string& path, const std::string& name, const ClipRea
   const bool motion = is_clip_file(path);
   if (!motion && is_scene_extension(extension)) return scene_card(read_scene_file(path).scene, name);
   if (!motion) throw Error(path, "is no motion, scene, training log or evaluation");
-  return motion_card(read_for_view(path, reading, notes), name);
+  const std::vector<Clip> clips = read_for_view(path, reading, notes);
+  PageCard card = motion_card(clips.front(), name);
+  if (clips.size() > 1) card.note += ", the first of " + std::to_string(clips.size());
+  return card;
 }
 
 /// Whether a file in a folder is worth a try: what else lies there needs no word.
@@ -143,13 +146,18 @@ bool is_shown_as_cards(const std::string& path) {
          (extension == "json" && fs::exists(path) && is_score_table(path));
 }
 
-Clip read_for_view(const std::string& path, const ClipReadOptions& reading, Notes& notes) {
-  const Clip clip = read_motion(path, reading, notes);
-  try {
-    return retarget(clip, path);
-  } catch (const Error&) {
-    return clip;
+std::vector<Clip> read_for_view(const std::string& path, const ClipReadOptions& reading, Notes& notes) {
+  Notes own;
+  std::vector<Clip> clips = read_clips(path, reading, &own);
+  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  for (Clip& clip : clips) {
+    try {
+      clip = retarget(clip, path);
+    } catch (const Error&) {
+      continue;
+    }
   }
+  return clips;
 }
 
 std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes) {

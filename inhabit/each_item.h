@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <exception>
-#include <functional>
 
 #include "inhabit/interruption.h"
+#include "inhabit/progress.h"
 
 namespace inhabit {
 
@@ -14,8 +14,7 @@ namespace inhabit {
 /// and what has not begun by then is left out.
 /// @param threads at most; 0: as many as OpenMP has
 template <class Work>
-void each_item(int64_t count, const std::function<void(int64_t done, int64_t all)>& progress, const Work& work,
-               int threads = 0) {
+void each_item(int64_t count, const Progress& progress, const Work& work, int threads = 0) {
   const int team = threads > 0 ? threads : omp_get_max_threads();
   std::exception_ptr failed;
   int64_t done = 0;

@@ -102,7 +102,7 @@ inhabit_result run(const Refiner&, const Clip& clip, const Scene& scene, Options
   text.take("smooth", options.smooth);
   text.take("standard", options.standard);
   text.finish();
-  if (!keep.empty()) refine::add_kept(keep, clip.frames(), options);
+  if (!keep.empty()) refine::add_kept(keep, clip, options);
   refine::Result r = refine::refine(clip, scene, options);
   return with_arrays({r.clip}, {r.on_source}, {{"moved", torch::tensor(static_cast<float>(r.moved))}});
 }

@@ -1,7 +1,10 @@
 #include "inhabit/anticipate/evaluate.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "inhabit/anticipate/futures.h"
@@ -52,12 +55,79 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   return out;
 }
 
+constexpr int64_t kMostMethods = 8;
+
+/// What every observation is measured for, over all folds, a row each.
+class Observations {
+ public:
+  Observations(int64_t count, const std::vector<double>& horizons, int64_t samples)
+      : horizons_(static_cast<int64_t>(horizons.size())),
+        scores_(torch::zeros({count, kMostMethods, kCurves * horizons_ + static_cast<int64_t>(kNumbers.size())},
+                             torch::kDouble)),
+        spectra_(torch::zeros({count, kMostMethods, samples, 2}, torch::kDouble)) {}
+
+  void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum) {
+    double* out = scores_[row][column(method)].data_ptr<double>();
+    visit_curves([&](auto curve) { out = std::copy((scores.*curve).begin(), (scores.*curve).end(), out); });
+    for (const auto number : kNumbers) *out++ = scores.*number;
+    spectra_[row][column(method)].narrow(0, 0, spectrum.size(0)).copy_(spectrum);
+  }
+
+  /// A method's place, the next one where it is new: the same in every part, for all go through all folds.
+  int64_t column(const FutureMethod& method) {
+    const auto found = std::find(methods_.begin(), methods_.end(), method.name);
+    if (found != methods_.end()) return found - methods_.begin();
+    methods_.push_back(method.name);
+    samples_.push_back(method.random ? spectra_.size(2) : 1);
+    return static_cast<int64_t>(methods_.size()) - 1;
+  }
+
+  bool complete(const MeasuredParts& parts) {
+    std::vector<int64_t> rows(static_cast<size_t>(scores_.size(0)));
+    std::iota(rows.begin(), rows.end(), 0);
+    std::map<std::string, Tensor> all = {{"scores", scores_}, {"spectra", spectra_}};
+    return parts.complete(rows, all);  // fills them in place
+  }
+
+  const std::vector<std::string>& methods() const { return methods_; }
+
+  /// Means over rows of a method.
+  Scores mean(const std::string& method, const std::vector<int64_t>& rows) const {
+    const auto column = std::find(methods_.begin(), methods_.end(), method) - methods_.begin();
+    std::vector<Scores> each(rows.size());
+    for (size_t k = 0; k < rows.size(); ++k) {
+      const double* in = scores_[rows[k]][column].data_ptr<double>();
+      visit_curves([&](auto curve) {
+        (each[k].*curve).assign(in, in + horizons_);
+        in += horizons_;
+      });
+      for (const auto number : kNumbers) each[k].*number = *in++;
+    }
+    std::vector<const Scores*> same;
+    for (const Scores& scores : each) same.push_back(&scores);
+    Scores out = mean_scores(same);
+    out.method = method;
+    out.npss = npss_of(spectra_.select(1, column)
+                           .index_select(0, torch::tensor(rows))
+                           .narrow(1, 0, samples_[static_cast<size_t>(column)]));
+    return out;
+  }
+
+ private:
+  static constexpr std::array kNumbers = {&Scores::sequence_apd, &Scores::speed_ratio};
+  static constexpr int64_t kCurves = 7;  // visit_curves
+
+  int64_t horizons_;
+  std::vector<std::string> methods_;  // in the order of the first fold
+  std::vector<int64_t> samples_;      // futures of each
+  Tensor scores_, spectra_;           // (rows, methods, curves x horizons + numbers), (rows, methods, S, 2)
+};
+
 /// What was found of one action, over all folds.
 struct Collected {
-  int64_t windows = 0, words = 0;
-  std::vector<std::string> methods;  // in the order of the first fold
-  std::map<std::string, std::vector<Scores>> scores;
-  std::map<std::string, SpectrumBatch> spectra;
+  int64_t words = 0;
+  std::vector<int64_t> rows;             // of its observations
+  std::set<std::string> methods;         // that observed them
   double real_ndms = 0, real_coded = 0;  // sums over the words of other recordings
   int64_t real_words = 0;
   Mean real_speed;
@@ -70,10 +140,10 @@ std::set<std::string> actions_of(const std::vector<Fold>& folds) {
   return out;
 }
 
-/// Adds one fold's windows of an action. @param windows of the action
+/// Adds one fold's windows of an action. @param windows of the action. @param first row of them
 void collect(const Fold& fold, const std::string& action, const std::vector<Cut>& windows,
              const std::vector<FutureMethod>& methods, const std::vector<double>& horizons, const Evaluation& options,
-             const std::function<void()>& done, Collected& out) {
+             const std::function<void()>& done, int64_t first, Observations& observations, Collected& out) {
   const Config& c = fold.networks.config;
   const WordIndex database(action_database(fold.test, action, c.kappa, options.words));
   Mean speed;
@@ -89,31 +159,30 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
       if (s.action == action) out.real_speed.add(joint_speed(feature_poses(s.features), c.rate) / speed.value());
   }
   out.words += database.words().size(0);
-  out.windows += static_cast<int64_t>(windows.size());
+  for (size_t w = 0; w < windows.size(); ++w) out.rows.push_back(first + static_cast<int64_t>(w));
   const Measure by{database, horizons, c, options.words, speed.value()};
   for (const FutureMethod& method : methods) {
-    if (out.scores.count(method.name) == 0) out.methods.push_back(method.name);
-    for (const Cut& window : windows) {
+    out.methods.insert(method.name);
+    observations.column(method);
+    for (size_t w = 0; w < windows.size(); ++w) {
+      const int64_t row = first + static_cast<int64_t>(w);
+      if (!options.parts.shard().has(row)) continue;
+      const Cut& window = windows[w];
       const Tensor& features = fold.test[window.sequence].features;
       const Tensor past = observation(features, window.now, c.observed), truth = features.slice(0, window.now);
       const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
       const Tensor futures = method.run(past, seed);
-      out.scores[method.name].push_back(measure(past, futures, truth, by));
-      out.spectra[method.name].add(futures, truth, c.rate);
+      observations.put(row, method, measure(past, futures, truth, by), spectrum_terms(futures, truth, c.rate));
       done();
     }
   }
 }
 
-Table::Action action_of(const std::string& name, const Collected& found, const std::vector<double>& horizons) {
-  Table::Action out{name, found.windows, found.words, found.real_words, {}};
-  for (const std::string& method : found.methods) {
-    std::vector<const Scores*> same;
-    for (const Scores& scores : found.scores.at(method)) same.push_back(&scores);
-    out.rows.push_back(mean_scores(same));
-    out.rows.back().method = method;
-    out.rows.back().npss = found.spectra.at(method).npss();
-  }
+Table::Action action_of(const std::string& name, const Collected& found, const Observations& observations,
+                        const std::vector<double>& horizons) {
+  Table::Action out{name, static_cast<int64_t>(found.rows.size()), found.words, found.real_words, {}};
+  for (const std::string& method : observations.methods())
+    if (found.methods.count(method) != 0) out.rows.push_back(observations.mean(method, found.rows));
   if (found.real_words > 0) {
     Scores real;
     real.method = "real motion";
@@ -153,36 +222,45 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
   table.samples = options.samples;
   for (const double horizon : {0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0, 10.0, 20.0, 30.0})
     if (horizon <= options.seconds + 1e-9) table.horizons.push_back(horizon);
+  std::vector<std::map<std::string, std::vector<Cut>>> windows(folds.size());  // of each fold, by action
+  int64_t count = 0;
+  for (size_t f = 0; f < folds.size(); ++f)
+    for (const Cut& window : test_windows(folds[f].test, folds[f].networks.config, options.windows)) {
+      windows[f][folds[f].test[window.sequence].action].push_back(window);
+      ++count;
+    }
+  Observations observations(count, table.horizons, options.samples);
   std::map<std::string, Collected> found;
   bool compared = false;
-  int64_t done = 0, all = 0;
+  int64_t mine = 0, done = 0, all = 0, first = 0;
+  for (int64_t row = 0; row < count; ++row) mine += options.parts.shard().has(row) ? 1 : 0;
   const auto one_more = [&] {
     if (options.progress) options.progress(++done, all);
   };
-  for (const Fold& fold : folds) {
-    const Config& c = fold.networks.config;
-    const auto frames = static_cast<int64_t>(std::lround(table.horizons.back() * c.rate));
+  for (size_t f = 0; f < folds.size(); ++f) {
+    const Fold& fold = folds[f];
+    const auto frames = static_cast<int64_t>(std::lround(table.horizons.back() * fold.networks.config.rate));
     const std::vector<FutureMethod> methods = methods_of(fold, options, frames);
     compared = compared || !fold.training.empty();
-    std::map<std::string, std::vector<Cut>> windows;
-    for (const Cut& window : test_windows(fold.test, c, options.windows))
-      windows[fold.test[window.sequence].action].push_back(window);
-    // How many the folds to come have is not known yet: they are alike.
-    int64_t observations = 0;
-    for (const auto& [action, own] : windows) observations += static_cast<int64_t>(own.size());
-    const auto left = static_cast<int64_t>(folds.size() - static_cast<size_t>(&fold - folds.data()));
-    all = done + left * observations * static_cast<int64_t>(methods.size());
-    for (const auto& [action, own] : windows)
-      collect(fold, action, own, methods, table.horizons, options, one_more, found[action]);
+    all = mine * static_cast<int64_t>(methods.size());  // the same in all folds
+    for (const auto& [action, own] : windows[f]) {
+      collect(fold, action, own, methods, table.horizons, options, one_more, first, observations, found[action]);
+      first += static_cast<int64_t>(own.size());
+    }
+  }
+  if (!observations.complete(options.parts)) {
+    Table waits;
+    waits.whole = false;
+    return waits;
   }
   for (const std::string& action : actions_of(folds)) {
     const auto of = found.find(action);
     if (of == found.end())
       table.left_out.push_back(action);
     else if (compared && of->second.real_words == 0)
-      table.apart.push_back(action_of(action, of->second, table.horizons));
+      table.apart.push_back(action_of(action, of->second, observations, table.horizons));
     else
-      table.actions.push_back(action_of(action, of->second, table.horizons));
+      table.actions.push_back(action_of(action, of->second, observations, table.horizons));
   }
   if (!table.actions.empty()) table.actions.push_back(mean_of(table.actions, table.horizons));
   return table;

@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -7,8 +6,10 @@
 
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/metrics/motion_words.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::anticipate {
 
@@ -33,6 +34,7 @@ struct Scores {
 
 /// Scores of all methods.
 struct Table {
+  bool whole = true;             ///< false: other parts are still to come, and there is nothing in it
   std::vector<double> horizons;  ///< seconds
   int64_t samples = 0;           ///< futures of each observation
   /// One action, or their mean.
@@ -50,12 +52,13 @@ struct Table {
 
 /// How methods are compared.
 struct Evaluation {
-  int64_t samples = 50;                                          ///< futures of each observation
-  int64_t windows = 8;                                           ///< of each action
-  double seconds = 30;                                           ///< longest horizon
-  uint64_t seed = 1;                                             ///< of the futures
-  WordKind words = WordKind::poses;                              ///< the package's take futures in the world
-  std::function<void(int64_t done, int64_t all)> progress = {};  ///< told how many observations' rows are done
+  int64_t samples = 50;              ///< futures of each observation
+  int64_t windows = 8;               ///< of each action
+  double seconds = 30;               ///< longest horizon
+  uint64_t seed = 1;                 ///< of the futures
+  WordKind words = WordKind::poses;  ///< the package's take futures in the world
+  Progress progress = {};            ///< told how many observations' rows are done
+  MeasuredParts parts = {};          ///< of the observations
 };
 
 /// What is scored together: networks, the recordings that they are tested on, and all others, which rows that remember

@@ -1,5 +1,7 @@
 #include "inhabit/anticipate/intention_anticipator.h"
 
+#include <mutex>
+
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/body/fit.h"
@@ -80,6 +82,8 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   out.futures.resize(static_cast<size_t>(options.samples));
   if (!options.standard) out.on_source.resize(out.futures.size());
   const int64_t first = options.start < 0 ? clip.frames() : options.start;
+  std::mutex counting;
+  int64_t done = 0;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     interruption_point();
     const torch::NoGradGuard none;
@@ -87,6 +91,8 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
     const Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
     out.futures[i] = slice(whole, 1, whole.frames());
     if (!options.standard) out.on_source[i] = going_on(clip, first, slice(whole, 0, 1), out.futures[i]);
+    const std::lock_guard<std::mutex> lock(counting);
+    if (options.progress) options.progress(++done, options.samples);
   });
   if (!options.standard && out.labels.defined()) out.labels_on_source = labels_going_on(out.labels, c.rate, clip.rate);
   return out;

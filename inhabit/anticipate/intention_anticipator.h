@@ -5,6 +5,7 @@
 
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/progress.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::anticipate {
@@ -18,6 +19,7 @@ struct Options {
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< futures are wanted on the standard skeleton alone
   bool solve = false;           ///< rotations by fit_body(), a second each, instead of fit_rotations()
+  Progress progress = {};       ///< futures; may be empty
 };
 
 /// Futures of one observation, in its world, at the model's rate.

@@ -92,21 +92,20 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
   return out;
 }
 
-void SpectrumBatch::add(const Tensor& futures, const Tensor& truth, double rate) {
+Tensor spectrum_terms(const Tensor& futures, const Tensor& truth, double rate) {
   const auto two = static_cast<int64_t>(2 * rate), four = static_cast<int64_t>(4 * rate);
-  if (std::min(truth.size(0), futures.size(1)) < four) return;
+  if (std::min(truth.size(0), futures.size(1)) < four)
+    return torch::full({futures.size(0), 2}, Scores::kNone, torch::kDouble);
   const auto part = [&](const Tensor& features) {  // without the root, which stands at the origin
     return feature_poses(features.slice(-2, two, four)).slice(-2, 1).flatten(-2);
   };
-  futures_.push_back(part(futures));
-  truths_.push_back(part(truth));
+  return npss_terms(part(truth).unsqueeze(0).expand({futures.size(0), -1, -1}), part(futures));
 }
 
-double SpectrumBatch::npss() const {
-  if (truths_.empty()) return Scores::kNone;
-  const Tensor truth = torch::stack(truths_), futures = torch::stack(futures_, 1);  // (S, B, T, D)
+double npss_of(const Tensor& terms) {
+  const Tensor known = terms.index({terms.select(2, 0).isnan().any(1).logical_not()}).sum(0);  // (S, 2)
   Mean mean;
-  for (int64_t s = 0; s < futures.size(0); ++s) mean.add(inhabit::npss(truth, futures[s]));
+  for (int64_t s = 0; s < known.size(0); ++s) mean.add((known[s][0] / known[s][1]).item<double>());
   return mean.value();
 }
 

@@ -49,16 +49,11 @@ struct Measure {
 /// One method's futures (S, T, F) of one window, measured at the horizons; npss is left open.
 Scores measure(const torch::Tensor& past, const torch::Tensor& futures, const torch::Tensor& truth, const Measure& by);
 
-/// Windows of one action as the batch that NPSS is of: their seconds 2 to 4, where they are known.
-class SpectrumBatch {
- public:
-  /// Futures (S, T, F) of a window with what came true (T', F).
-  void add(const torch::Tensor& futures, const torch::Tensor& truth, double rate);
-  double npss() const;  ///< mean over the samples; NaN where no window is known for so long
-
- private:
-  std::vector<torch::Tensor> futures_, truths_;  // (S, T, D), (T, D)
-};
+/// What one window adds to the NPSS of all of an action, their seconds 2 to 4 as one batch: npss_terms (S, 2) of
+/// futures (S, T, F) with what came true (T', F); NaN where the window is not known for so long.
+torch::Tensor spectrum_terms(const torch::Tensor& futures, const torch::Tensor& truth, double rate);
+/// NPSS of windows (W, S, 2), mean over the samples; NaN where none is known.
+double npss_of(const torch::Tensor& terms);
 
 /// Calls visit(member) for every curve of scores.
 template <class Visit>

@@ -1,7 +1,14 @@
 #include "inhabit/data/dataset_items.h"
 
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <sstream>
 
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/json_text.h"
@@ -15,29 +22,86 @@ std::string part_path(const std::string& folder, const Shard& shard) {
   return folder + "/shards/" + shard.name() + ".json";
 }
 
-json to_json(const DatasetItems& items) {
-  json out = json::array();
-  for (const auto& [item, made] : items) {
-    json clips = json::array();
-    for (const DatasetClip& c : made.clips) clips.push_back({c.file, c.scene, c.split, c.frames, c.source});
-    out.push_back({{"item", item}, {"clips", std::move(clips)}, {"facts", made.facts}});
-  }
-  return out;
+json to_json(int64_t item, const DatasetItem& made) {
+  json clips = json::array();
+  for (const DatasetClip& c : made.clips) clips.push_back({c.file, c.scene, c.split, c.frames, c.source});
+  return {{"item", item}, {"clips", std::move(clips)}, {"facts", made.facts}};
+}
+
+void read_item(const json& one, DatasetItems& items) {
+  DatasetItem& item = items[one.at("item").get<int64_t>()];
+  item.facts = one.at("facts");
+  for (const json& c : one.at("clips"))
+    item.clips.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>(), c.at(2).get<std::string>(),
+                          c.at(3).get<int64_t>(), c.at(4).get<std::string>()});
 }
 
 void read_part(const std::string& path, DatasetItems& items) {
   try {
-    for (const json& one : parse_json(read_whole_file(path, uint64_t{1} << 28), path)) {
-      DatasetItem& item = items[one.at("item").get<int64_t>()];
-      item.facts = one.at("facts");
-      for (const json& c : one.at("clips"))
-        item.clips.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>(), c.at(2).get<std::string>(),
-                              c.at(3).get<int64_t>(), c.at(4).get<std::string>()});
-    }
+    for (const json& one : parse_json(read_whole_file(path, uint64_t{1} << 28), path)) read_item(one, items);
   } catch (const json::exception&) {
     throw Error(path, "is no list of a shard's clips; remove it and make that shard again");
   }
 }
+
+/// The items that an unfinished run has made: a first line with its job, then a line for each.
+class Unfinished {
+ public:
+  Unfinished(const Dataset& dataset, const json& job)
+      : path_(dataset.folder + "/unfinished" + (dataset.shard.is_all() ? "" : "-" + dataset.shard.name()) + ".jsonl"),
+        head_(job.dump()) {
+    if (std::filesystem::exists(path_)) read(dataset.folder);
+  }
+
+  const DatasetItems& items() const { return items_; }
+
+  /// From several threads at once.
+  void add(int64_t item, const DatasetItem& made) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!file_.is_open()) {  // what was read, without a line that was not written to its end
+      std::string lines = head_ + "\n";
+      for (const auto& [number, known] : items_) lines += to_json(number, known).dump() + "\n";
+      write_atomically(path_, lines);
+      file_.open(path_, std::ios::app);
+    }
+    errno = 0;
+    file_ << to_json(item, made).dump() << std::endl;
+    if (!file_) throw Error(path_, std::string("cannot be written: ") + std::strerror(errno));
+    items_[item] = made;
+  }
+
+  void remove() {
+    file_.close();
+    std::filesystem::remove(path_);
+  }
+
+ private:
+  void read(const std::string& folder) {
+    std::istringstream lines(read_whole_file(path_, uint64_t{1} << 30));
+    std::string line;
+    std::getline(lines, line);
+    if (line != head_)
+      throw Error(path_,
+                  "is of a run with other settings that was not finished: give those again, or remove " + folder);
+    DatasetItems found;
+    try {
+      while (std::getline(lines, line) && !lines.eof()) read_item(json::parse(line), found);
+    } catch (const json::exception&) {
+      throw Error(path_, "is damaged; remove " + folder);
+    }
+    const auto there = [&](const DatasetClip& clip) {
+      return std::filesystem::exists(folder + "/" + clip.file) &&
+             (clip.scene.empty() || std::filesystem::exists(folder + "/" + clip.scene));
+    };
+    for (auto& [item, made] : found)
+      if (std::all_of(made.clips.begin(), made.clips.end(), there)) items_[item] = std::move(made);
+  }
+
+  std::string path_, head_;
+  DatasetItems items_;
+  std::ofstream file_;
+  std::mutex mutex_;
+};
 
 }  // namespace
 
@@ -46,7 +110,9 @@ DatasetItems gather_items(Dataset& dataset, DatasetItems items) {
   const std::string& folder = dataset.folder;
   dataset.whole = true;
   if (!shard.is_all()) {
-    write_atomically(part_path(folder, shard), to_json(items).dump(1) + "\n");
+    json part = json::array();
+    for (const auto& [item, made] : items) part.push_back(to_json(item, made));
+    write_atomically(part_path(folder, shard), part.dump(1) + "\n");
     for (Shard other{1, shard.of}; other.number <= shard.of; ++other.number)
       if (!std::filesystem::exists(part_path(folder, other))) dataset.whole = false;
     for (Shard other{1, shard.of}; dataset.whole && other.number <= shard.of; ++other.number)
@@ -56,6 +122,21 @@ DatasetItems gather_items(Dataset& dataset, DatasetItems items) {
   for (const auto& [item, made] : items)
     dataset.clips.insert(dataset.clips.end(), made.clips.begin(), made.clips.end());
   return items;
+}
+
+DatasetItems make_items(Dataset& dataset, const json& job, const std::vector<int64_t>& shard_items,
+                        const Progress& progress, const std::function<DatasetItem(int64_t item)>& make) {
+  Unfinished unfinished(dataset, job);
+  std::vector<int64_t> left;
+  std::copy_if(shard_items.begin(), shard_items.end(), std::back_inserter(left),
+               [&](int64_t item) { return unfinished.items().count(item) == 0; });
+  each_item(static_cast<int64_t>(left.size()), progress, [&](int64_t k) {
+    const int64_t item = left[static_cast<size_t>(k)];
+    unfinished.add(item, make(item));
+  });
+  DatasetItems gathered = gather_items(dataset, unfinished.items());
+  unfinished.remove();
+  return gathered;
 }
 
 }  // namespace inhabit

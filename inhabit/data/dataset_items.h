@@ -1,9 +1,11 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "inhabit/data/native.h"
+#include "inhabit/progress.h"
 
 namespace inhabit {
 
@@ -20,5 +22,15 @@ using DatasetItems = std::map<int64_t, DatasetItem>;
 /// and which clips are known: of all of them then, of this shard before. The last shard writes the index.
 /// @return the items that the clips are of
 DatasetItems gather_items(Dataset& dataset, DatasetItems items);
+
+/// Makes the items of a shard on all threads and gathers them. Each is kept in FOLDER/unfinished.jsonl
+/// (unfinished-2-of-8.jsonl) as soon as it is made, so that a run that was ended goes on where it was when it is
+/// started again; the file is removed when all are made.
+/// @param job all that the items depend on. @param shard_items their places in the whole job. @param make called with
+/// such a place, from several threads at once
+/// @return what gather_items does. Throws Error(FOLDER/unfinished.jsonl, ...) where the run that was ended had another
+/// job
+DatasetItems make_items(Dataset& dataset, const nlohmann::json& job, const std::vector<int64_t>& shard_items,
+                        const Progress& progress, const std::function<DatasetItem(int64_t item)>& make);
 
 }  // namespace inhabit

@@ -53,6 +53,7 @@ ImportedMotion prepared_motion(const ImportSet& set, const ImportRecording& reco
     rows.push_back(std::llround(static_cast<double>(t) * before / kImportRate));
   const torch::Tensor at = torch::tensor(rows);
   for (auto& [name, tensor] : motion.more) tensor = tensor.index_select(0, at.clamp_max(tensor.size(0) - 1));
+  motion.more["source_rate"] = torch::tensor(before, torch::kFloat64);
   return motion;
 }
 

@@ -1,18 +1,18 @@
 #pragma once
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "inhabit/data/import_set.h"
 #include "inhabit/data/native.h"
+#include "inhabit/progress.h"
 
 namespace inhabit {
 
 /// How an import runs.
 struct ImportOptions {
-  int jobs = 0;                                             ///< recordings at once; 0: as many as there are cores
-  Shard shard;                                              ///< of scenes with all that was recorded in them
-  std::function<void(int64_t done, int64_t all)> progress;  ///< counts recordings
+  int jobs = 0;       ///< recordings at once; 0: as many as there are cores
+  Shard shard;        ///< of scenes with all that was recorded in them
+  Progress progress;  ///< counts recordings
 };
 
 /// What came of an import.

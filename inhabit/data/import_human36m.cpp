@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <memory>
 
@@ -7,7 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/pickle.h"
 #include "inhabit/io/upright.h"
-#include "inhabit/motion/usual_skeleton.h"
+#include "inhabit/motion/human36m_joints.h"
 
 namespace fs = std::filesystem;
 
@@ -16,52 +15,9 @@ namespace {
 
 constexpr double kHuman36mRate = 50;
 
-struct Human36mJoint {
-  int64_t row;  ///< of the 32
-  const char* name;
-  int parent;  ///< among these 17
-};
-
-// The 17 joints of the 32 that move, with the tree that they hang in.
-constexpr std::array<Human36mJoint, 17> kHuman36mJoints = {{{0, "Hips", -1},
-                                                            {1, "RightUpLeg", 0},
-                                                            {2, "RightLeg", 1},
-                                                            {3, "RightFoot", 2},
-                                                            {6, "LeftUpLeg", 0},
-                                                            {7, "LeftLeg", 4},
-                                                            {8, "LeftFoot", 5},
-                                                            {12, "Spine", 0},
-                                                            {13, "Spine1", 7},
-                                                            {14, "Neck", 8},
-                                                            {15, "Head", 9},
-                                                            {17, "LeftArm", 8},
-                                                            {18, "LeftForeArm", 11},
-                                                            {19, "LeftHand", 12},
-                                                            {25, "RightArm", 8},
-                                                            {26, "RightForeArm", 14},
-                                                            {27, "RightHand", 15}}};
-
 ImportedMotion positions_motion(const torch::Tensor& given, const std::string& subject) {
-  if (given.dim() != 3 || given.size(2) != 3 || (given.size(1) != 32 && given.size(1) != 17) || given.size(0) == 0)
-    throw Error(subject, "is not (T, 32, 3) or (T, 17, 3)");
-  std::vector<int64_t> rows;
-  std::vector<std::string> names;
-  std::vector<int> parents;
-  for (const Human36mJoint& joint : kHuman36mJoints) {
-    rows.push_back(given.size(1) == 32 ? joint.row : static_cast<int64_t>(rows.size()));
-    names.emplace_back(joint.name);
-    parents.push_back(joint.parent);
-  }
-  const UsualSkeleton usual = usual_skeleton(names, parents, subject);
-  ImportedMotion out;
-  Clip& clip = out.clip;
-  clip.skeleton = usual.skeleton;
-  clip.rate = kHuman36mRate;
-  const std::vector<int64_t> order(usual.order.begin(), usual.order.end());
-  clip.joints =
-      given.to(torch::kFloat32).index_select(1, torch::tensor(rows)).index_select(1, torch::tensor(order)).contiguous();
-  validate(clip, subject);
-  turn_upright(clip);
+  ImportedMotion out{human36m_clip(given, kHuman36mRate, subject), {}};
+  turn_upright(out.clip);
   return out;
 }
 

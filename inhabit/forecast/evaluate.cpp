@@ -117,8 +117,7 @@ Scores scores_of(const std::string& method, const std::string& data, const torch
 
 }  // namespace
 
-Table evaluate(const Networks& model, const Data& data, const std::function<void(int64_t done, int64_t all)>& progress,
-               const MeasuredParts& shared) {
+Table evaluate(const Networks& model, const Data& data, const Progress& progress, const MeasuredParts& shared) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   const int64_t P = config.past, T = config.future;

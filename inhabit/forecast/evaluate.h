@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +7,7 @@
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::forecast {
 
@@ -37,8 +37,8 @@ struct Table {
 /// root at its last velocity with the last pose), and LTD, on every window of `data`. @param progress told how many
 /// windows are done; may be empty. @param parts only batches of its shard are measured; without rows, other parts are
 /// still to come
-Table evaluate(const Networks& networks, const Data& data,
-               const std::function<void(int64_t done, int64_t all)>& progress = {}, const MeasuredParts& parts = {});
+Table evaluate(const Networks& networks, const Data& data, const Progress& progress = {},
+               const MeasuredParts& parts = {});
 
 /// Laid out as the paper's Tables 1 and 2, with seam and bones behind.
 ScoreTable score_table(const Table& table);

@@ -4,7 +4,9 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
+#include <numeric>
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
@@ -60,27 +62,23 @@ Tensor on_floor(const Tensor& contacts, double floor) {
   return feet & ((contacts.select(3, 1) - floor).abs() < kOnFloor);
 }
 
-/// Counts (4: right, wrong, missed, metres apart; 2: on the floor, others; seconds; J) of one source.
-struct Counts {
-  Tensor sums;
-
-  void add(const Tensor& got, const Tensor& real, double floor, int64_t second) {
-    const Tensor says = got.select(3, 3) > 0.5, is = real.select(3, 3) > 0.5;
-    const Tensor apart = (got.narrow(3, 0, 3) - real.narrow(3, 0, 3)).norm(2, {3});
-    std::vector<Tensor> kinds;
-    for (const bool of_floor : {true, false}) {
-      const Tensor real_kind = on_floor(real, floor) == of_floor, got_kind = on_floor(got, floor) == of_floor;
-      const std::vector<Tensor> each = {
-          (says & is & real_kind).to(torch::kDouble), (says & ~is & got_kind).to(torch::kDouble),
-          (is & ~says & real_kind).to(torch::kDouble), (apart * (says & is & real_kind)).to(torch::kDouble)};
-      std::vector<Tensor> seconds;
-      for (const Tensor& part : torch::stack(each).select(1, 0).split(second, 1)) seconds.push_back(part.sum(1));
-      kinds.push_back(torch::stack(seconds, 1));  // (4, seconds, J)
-    }
-    const Tensor all = torch::stack(kinds, 1);
-    sums = sums.defined() ? sums + all : all;
+/// Counts (4: right, wrong, missed, metres apart; 2: on the floor, others; seconds; J) of the contacts (1, T, J, 4)
+/// that a source says, against the real ones.
+Tensor counts_of(const Tensor& got, const Tensor& real, double floor, int64_t second) {
+  const Tensor says = got.select(3, 3) > 0.5, is = real.select(3, 3) > 0.5;
+  const Tensor apart = (got.narrow(3, 0, 3) - real.narrow(3, 0, 3)).norm(2, {3});
+  std::vector<Tensor> kinds;
+  for (const bool of_floor : {true, false}) {
+    const Tensor real_kind = on_floor(real, floor) == of_floor, got_kind = on_floor(got, floor) == of_floor;
+    const std::vector<Tensor> each = {
+        (says & is & real_kind).to(torch::kDouble), (says & ~is & got_kind).to(torch::kDouble),
+        (is & ~says & real_kind).to(torch::kDouble), (apart * (says & is & real_kind)).to(torch::kDouble)};
+    std::vector<Tensor> seconds;
+    for (const Tensor& part : torch::stack(each).select(1, 0).split(second, 1)) seconds.push_back(part.sum(1));
+    kinds.push_back(torch::stack(seconds, 1));  // (4, seconds, J)
   }
-};
+  return torch::stack(kinds, 1);
+}
 
 /// Cells of a row from counts (4, seconds).
 std::vector<Estimate> cells_of(const Tensor& counts) {
@@ -100,25 +98,34 @@ std::vector<Estimate> cells_of(const Tensor& counts) {
 
 }  // namespace
 
-ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense,
-                             const std::function<void(int64_t done, int64_t all)>& progress) {
+ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense, const Progress& progress,
+                             const MeasuredParts& parts) {
   torch::NoGradGuard no_grad;
   const Config& config = model.config;
   if (config.joints != kStandardJoints) throw Error("eval contacts", "needs a model of the standard 22 joints");
   if (data.size() == 0 || data.size() != dense.size()) throw Error("eval contacts", "has no window");
   const std::vector<Source> sources = sources_of(model);
-  std::vector<Counts> counts(sources.size());
   const auto second = std::min<int64_t>(config.future, std::llround(config.rate));
-  for (int64_t i = 0; i < data.size(); ++i) {
+  const int64_t seconds = (config.future + second - 1) / second;
+  std::map<std::string, Tensor> measured = {
+      {"counts", torch::zeros({data.size(), static_cast<int64_t>(sources.size()), 4, 2, seconds, config.joints},
+                              torch::kDouble)}};
+  std::vector<int64_t> windows(static_cast<size_t>(data.size()));
+  std::iota(windows.begin(), windows.end(), 0);
+  for (const int64_t i : windows) {
+    if (!parts.shard().has(i)) continue;
     const Sample s = data.sample(i, 0, false), d = dense.sample(i, 0, false);
     const Touching w{s.points.unsqueeze(0), d.points.unsqueeze(0), s.joints.unsqueeze(0)};
     const double floor = d.points.select(1, 1).contiguous().quantile(kFloorShare).item<double>();
     const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
-    for (size_t k = 0; k < sources.size(); ++k) counts[k].add(sources[k].contacts(w), real, floor, second);
+    for (size_t k = 0; k < sources.size(); ++k)
+      measured["counts"][i][static_cast<int64_t>(k)].copy_(counts_of(sources[k].contacts(w), real, floor, second));
     if (progress) progress(i + 1, data.size());
   }
 
   ScoreTable out;
+  if (!parts.complete(windows, measured)) return out;
+  const Tensor counts = measured["counts"].sum(0);  // (sources, 4, 2, seconds, J)
   out.labels = {"contacts", "of"};
   for (int64_t first = 0; first < config.future; first += second) {
     const std::string group = fmt::format("second {}", first / second + 1),
@@ -128,14 +135,14 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     out.columns.push_back({group, "apart (mm)", key + "/apart", 0});
   }
   for (size_t k = 0; k < sources.size(); ++k) {
-    const Tensor joints = counts[k].sums.sum(3);  // (4, 2, seconds)
+    const Tensor joints = counts[static_cast<int64_t>(k)].sum(3);  // (4, 2, seconds)
     out.rows.push_back({{sources[k].name, "feet on the floor"}, cells_of(joints.select(1, 0))});
     out.rows.push_back({{sources[k].name, "all others"}, cells_of(joints.select(1, 1))});
   }
   if (!model.contact.is_empty())
     for (int j = 0; j < kStandardJoints; ++j)
       out.rows.push_back({{sources.back().name, standard_joint_names()[static_cast<size_t>(j)]},
-                          cells_of(counts.back().sums.sum(1).select(2, j))});
+                          cells_of(counts[-1].sum(1).select(2, j))});
   out.notes = {fmt::format("{} windows; real: contacts among {} scene points", data.size(), kDensePoints)};
   return out;
 }

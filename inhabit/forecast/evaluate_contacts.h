@@ -1,9 +1,10 @@
 #pragma once
-#include <functional>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::forecast {
 
@@ -16,9 +17,10 @@ inline constexpr int kDensePoints = 20000;
 /// observed map kept, and what the contact network predicts (where there is one), each for feet (ankles and balls of
 /// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint.
 /// @param data windows with config.points scene points; @param dense the same windows with kDensePoints.
-/// @param progress told how many windows are done; may be empty
-/// Throws Error where the data have no window or the model is not of the standard joints.
+/// @param progress told how many windows are done; may be empty. @param parts of the windows: a part measures its own,
+/// and there are no rows where others are still to come Throws Error where the data have no window or the model is not
+/// of the standard joints.
 ScoreTable evaluate_contacts(const Networks& networks, const Data& data, const Data& dense,
-                             const std::function<void(int64_t done, int64_t all)>& progress = {});
+                             const Progress& progress = {}, const MeasuredParts& parts = {});
 
 }  // namespace inhabit::forecast

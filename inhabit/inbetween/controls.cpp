@@ -11,6 +11,7 @@
 #include "inhabit/math/natural_spline.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/landmarks.h"
+#include "inhabit/motion/pose_track.h"
 
 namespace inhabit::inbetween {
 
@@ -32,6 +33,29 @@ JointContact joint_contact(const std::string& name, double from, double to, cons
   out.from = from;
   out.to = to;
   out.place = place;
+  return out;
+}
+
+std::vector<double> contact_gaps(const std::vector<JointContact>& contacts, const Clip& motion) {
+  std::vector<double> out;
+  if (contacts.empty()) return out;
+  out.reserve(contacts.size());
+  const PoseTrack track = pose_track(motion);
+  const std::vector<Eigen::Quaterniond> rotations = global_rotations(track, motion.skeleton.parents);
+  const Tensor joints = motion.joints.to(torch::kFloat64).contiguous();
+  const auto at = joints.accessor<double, 3>();
+  const auto frame = [&](double seconds) {
+    return std::clamp<int64_t>(std::llround(seconds * motion.rate), 0, motion.frames() - 1);
+  };
+  for (const JointContact& c : contacts) {
+    double gap = 0;
+    for (int64_t t = frame(c.from); t <= frame(c.to); ++t) {
+      const Eigen::Vector3d joint(at[t][c.joint][0], at[t][c.joint][1], at[t][c.joint][2]);
+      const Eigen::Quaterniond& rotation = rotations[static_cast<size_t>(t * kStandardJoints + c.joint)];
+      gap = std::max(gap, (joint + rotation * c.offset - c.place).norm());
+    }
+    out.push_back(gap);
+  }
   return out;
 }
 

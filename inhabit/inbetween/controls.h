@@ -23,6 +23,10 @@ struct JointContact {
 JointContact joint_contact(const std::string& name, double from, double to, const Eigen::Vector3d& place,
                            const Skeleton& file = {});
 
+/// How far what touches is from its place at most while each contact lasts, metres: over a centimetre or two where it
+/// cannot be reached. @param motion on the standard skeleton, from the first key on
+std::vector<double> contact_gaps(const std::vector<JointContact>& contacts, const Clip& motion);
+
 /// Where the root is above the floor at a time.
 struct PathPoint {
   double seconds = 0;                               ///< from the first key, between it and the last

@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
@@ -51,11 +53,13 @@ std::vector<DetourScores> evaluate_detour(const std::vector<BlockedRoom>& rooms,
   int64_t all = 0, done = 0;
   for (const Method& method : methods) {
     out.push_back({method.name, method.random ? options.seeds : 1, std::vector<double>(rooms.size())});
-    all += out.back().runs * static_cast<int64_t>(rooms.size());
+    for (size_t r = 0; r < rooms.size(); ++r)
+      all += options.parts.shard().has(static_cast<int64_t>(r)) ? out.back().runs : 0;
   }
   std::mutex mutex;
   const auto measure_room = [&](int64_t index) {
     const torch::NoGradGuard no_gradients;
+    if (!options.parts.shard().has(index)) return;
     const auto r = static_cast<size_t>(index);
     const BlockedRoom& room = rooms[r];
     const CollisionMeter meter(builtin_body(), room.scene);
@@ -79,6 +83,16 @@ std::vector<DetourScores> evaluate_detour(const std::vector<BlockedRoom>& rooms,
   } else {
     for (int64_t r = 0; r < count; ++r) measure_room(r);
   }
+  std::vector<Tensor> columns;
+  std::vector<int64_t> room(rooms.size());
+  std::iota(room.begin(), room.end(), 0);
+  for (const DetourScores& scores : out) columns.push_back(torch::tensor(scores.succeeded, torch::kDouble));
+  std::map<std::string, Tensor> measured = {{"succeeded", columns.empty() ? Tensor() : torch::stack(columns, 1)}};
+  if (columns.empty()) return out;
+  if (!options.parts.complete(room, measured)) return {};
+  for (size_t m = 0; m < out.size(); ++m)
+    for (size_t r = 0; r < rooms.size(); ++r)
+      out[m].succeeded[r] = measured["succeeded"][static_cast<int64_t>(r)][static_cast<int64_t>(m)].item<double>();
   return out;
 }
 

@@ -1,13 +1,14 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/inbetween/blocked_rooms.h"
 #include "inhabit/inbetween/methods.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::inbetween {
 
@@ -15,12 +16,13 @@ namespace inhabit::inbetween {
 /// vertex of the skin is inside the scene by more than `tolerance`, and the joints of both keys are within `key_error`
 /// of where they were given, in the mean.
 struct DetourEvaluation {
-  int64_t seeds = 10;       ///< runs of what depends on a seed, in each room
-  uint64_t seed = 1;        ///< what methods draw in each room and run follows from it, and the bootstrap
-  double tolerance = 0.02;  ///< metres that skin may be inside the scene
-  double key_error = 0.02;  ///< metres, of the mean distance of a key's 22 joints
-  bool parallel = true;     ///< methods are called on all of LibTorch's threads
-  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each run, once at a time
+  int64_t seeds = 10;        ///< runs of what depends on a seed, in each room
+  uint64_t seed = 1;         ///< what methods draw in each room and run follows from it, and the bootstrap
+  double tolerance = 0.02;   ///< metres that skin may be inside the scene
+  double key_error = 0.02;   ///< metres, of the mean distance of a key's 22 joints
+  bool parallel = true;      ///< methods are called on all of LibTorch's threads
+  Progress progress;         ///< called after each run, once at a time
+  MeasuredParts parts = {};  ///< of the rooms: nothing is returned where others are still to come
 };
 
 /// What a method does in the rooms.

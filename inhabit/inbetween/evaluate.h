@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,6 +9,7 @@
 #include "inhabit/inbetween/methods.h"
 #include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::inbetween {
 
@@ -75,8 +75,8 @@ struct Evaluation {
                          ///< MPJE Key is the distance from the recording's poses (Table 4)
   std::string against;   ///< row that differences are taken from; empty: the first method's
   bool parallel = true;  ///< methods are called on all of LibTorch's threads
-  std::function<void(int64_t done, int64_t of)> progress;  ///< called after each filled window, once at a time
-  MeasuredParts parts;  ///< only windows of its shard are filled, those in one scene together
+  Progress progress;     ///< called after each filled window, once at a time
+  MeasuredParts parts;   ///< only windows of its shard are filled, those in one scene together
 };
 
 /// The clip with noise of `level` on its poses: `level` degrees on every component of the joints' rotations and `level`

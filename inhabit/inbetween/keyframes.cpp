@@ -104,16 +104,15 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   return out;
 }
 
-torch::Tensor key_groups(const std::string& joints) {
+torch::Tensor key_groups(const std::string& joints, const Skeleton& file) {
   if (joints.empty()) return torch::ones({kKeyGroups});
   torch::Tensor groups = torch::zeros({kKeyGroups});
-  const std::vector<std::string>& names = standard_joint_names();
   for (const std::string_view part : parts(joints)) {
-    const auto found = part == "root" ? names.begin() : std::find(names.begin(), names.end(), part);
-    if (found == names.end())
+    const int joint = part == "root" ? 0 : standard_joint_called(std::string(part), file);
+    if (joint < 0)
       throw Error("--joints " + joints,
-                  "\"" + std::string(part) + "\" is no joint of the standard skeleton: root, " + joint_names_for({}));
-    groups[kJointGroups + (found - names.begin())] = 1;
+                  "\"" + std::string(part) + "\" is no joint; there are root, " + joint_names_for(file));
+    groups[kJointGroups + joint] = 1;
   }
   groups[kRootTranslationGroup] = groups[kJointGroups];
   return groups;

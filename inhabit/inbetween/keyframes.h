@@ -46,7 +46,7 @@ static_assert(kKeyGroups == kJointGroups + kStandardJoints);
 /// (25) float: 1 for the groups that `joints` constrain. "pelvis,left_wrist": the positions of these joints; the pelvis
 /// includes the root translation, which is the same point. "root" is another name of the pelvis. An empty text: whole
 /// poses. Throws Error("--joints TEXT", ...) for a name that is no standard joint's.
-torch::Tensor key_groups(const std::string& joints);
+torch::Tensor key_groups(const std::string& joints, const Skeleton& file = {});
 
 /// The joints whose positions groups (25) constrain, standard order; none where `groups` is undefined (whole poses).
 std::vector<int64_t> key_joints_of(const torch::Tensor& groups);

@@ -240,6 +240,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
     if (std::binary_search(out.keys.begin(), out.keys.end(), key)) out.unreached.push_back(key);
   f.motion.betas = clip.betas;
   out.motion = std::move(f.motion);
+  out.contact_gaps = contact_gaps(options.controls.contacts, out.motion);
   if (!options.standard)
     out.on_source =
         on_source_skeleton(out.motion, with_exact_keys(asked.source, options, noisy), asked.source.frames.back() + 1);

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/metrics/immersion.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/progress.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::inbetween {
@@ -27,16 +27,16 @@ struct Options {
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
   double noise = 0;   ///< level of noise on whole keys between the ends, so many degrees and cm, which are cleaned
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
-  Sampler sampler = Sampler::dpm_solver;                    ///< how the evaluations are put together
-  uint64_t seed = 1;                                        ///< what the noise follows from that motion begins as
-  Controls controls;                                        ///< for models of residual motion
-  bool refine = true;                                       ///< feet stand, nobody is inside the scene (refine/)
-  Stage stage = Stage::finished;                            ///< how far the model's work is done
-  bool way_around = true;                                   ///< the baseline goes around obstacles (A*)
-  bool collisions = false;                                  ///< Result::collides is found
-  std::string name = "motion";                              ///< what errors call the clip
-  bool standard = false;                                    ///< the motion is wanted on the standard skeleton alone
-  std::function<void(int64_t done, int64_t all)> progress;  ///< evaluations; may be empty
+  Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together
+  uint64_t seed = 1;                      ///< what the noise follows from that motion begins as
+  Controls controls;                      ///< for models of residual motion
+  bool refine = true;                     ///< feet stand, nobody is inside the scene (refine/)
+  Stage stage = Stage::finished;          ///< how far the model's work is done
+  bool way_around = true;                 ///< the baseline goes around obstacles (A*)
+  bool collisions = false;                ///< Result::collides is found
+  std::string name = "motion";            ///< what errors call the clip
+  bool standard = false;                  ///< the motion is wanted on the standard skeleton alone
+  Progress progress;                      ///< evaluations; may be empty
 };
 
 /// The motion that was made, and what was found out on the way.
@@ -49,8 +49,9 @@ struct Result {
   Scene scene;                     ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;      ///< `scene` is that assumed floor
   std::vector<int64_t> unreached;  ///< frames of `keys` whose straight line is blocked and that no way leads to in time
-  torch::Tensor key_collides;      ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
-  torch::Tensor collides;          ///< (T) bool: the motion is; undefined unless asked for
+  std::vector<double> contact_gaps;  ///< metres that each contact of the controls is missed by, at most
+  torch::Tensor key_collides;        ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
+  torch::Tensor collides;            ///< (T) bool: the motion is; undefined unless asked for
   std::vector<Immersion> key_immersions;  ///< of the keys that collide: `frame` is one of `keys`
   std::vector<Immersion> immersions;      ///< of each stretch of `collides`
 };

@@ -4,7 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <set>
 
 #include "inhabit/body/body_model.h"
@@ -70,31 +73,53 @@ double closest_approach(const Recording& recording, int side, const Vector3d& po
   return least;
 }
 
-Scores score(const std::string& method, const std::vector<Trial>& trials, const std::vector<Clip>& motions) {
+/// What is measured of one motion; NaN where there is no such number.
+struct Run {
+  enum Number { kLeft, kRight, kSeated, kFrames, kSkating, kJerk, kDepth, kNumbers };
+  std::array<double, kNumbers> numbers{};  ///< metres to the contacts, seconds, frames, sums over frames, metres
+  Tensor approach, sit;                    ///< (frames, 22 x 12) poses while walking and while sitting
+};
+
+Run measured(const Trial& trial, const Clip& motion, const std::string& method) {
+  Run out;
+  const Recording recording = record(motion, label(motion, std::nullopt), method);
+  for (int side = 0; side < 2; ++side) {
+    const auto& contact = trial.contacts[static_cast<size_t>(side)];
+    out.numbers.at(static_cast<size_t>(side)) = contact ? closest_approach(recording, side, *contact) : std::nan("");
+  }
+  const std::optional<int64_t> seated = seated_from(motion, trial);
+  const auto frames = static_cast<double>(motion.frames());
+  out.numbers[Run::kSeated] = seated ? static_cast<double>(*seated) / motion.rate : std::nan("");
+  out.numbers[Run::kFrames] = frames;
+  out.numbers[Run::kSkating] = frames * foot_skating(motion).fraction();
+  out.numbers[Run::kJerk] = frames * dynamics(motion).jerk;
+  out.numbers[Run::kDepth] = CollisionMeter(builtin_body(), trial.scene).measure(motion).penetration();
+  const Tensor features = pose_features(recording);
+  out.approach = features.index({frames_of_action(motion, "walk")});
+  out.sit = features.index({frames_of_action(motion, "sit")});
+  return out;
+}
+
+Scores scores_of(const std::string& method, const std::vector<Run>& runs) {
   std::vector<double> errors, success, seconds, depth;
   std::array<std::vector<double>, 4> near;
   std::vector<Tensor> approach, sit;
   double skating = 0, jerk = 0, frames = 0;
-  for (size_t i = 0; i < trials.size(); ++i) {
-    const Trial& trial = trials[i];
-    const Clip& motion = motions[i];
-    const Recording recording = record(motion, label(motion, std::nullopt), method);
-    for (int side = 0; side < 2; ++side)
-      if (const auto& contact = trial.contacts[static_cast<size_t>(side)]) {
-        errors.push_back(closest_approach(recording, side, *contact));
-        for (size_t k = 0; k < 4; ++k) near[k].push_back(errors.back() < kPrecision[k] ? 1 : 0);
-      }
-    const std::optional<int64_t> seated = seated_from(motion, trial);
-    success.push_back(seated ? 1 : 0);
-    if (seated) seconds.push_back(static_cast<double>(*seated) / motion.rate);
-    const auto count = static_cast<double>(motion.frames());
-    skating += count * foot_skating(motion).fraction();
-    jerk += count * dynamics(motion).jerk;
-    frames += count;
-    depth.push_back(CollisionMeter(builtin_body(), trial.scene).measure(motion).penetration());
-    const Tensor features = pose_features(recording);
-    approach.push_back(features.index({frames_of_action(motion, "walk")}));
-    sit.push_back(features.index({frames_of_action(motion, "sit")}));
+  for (const Run& run : runs) {
+    const auto& n = run.numbers;
+    for (const double error : {n[Run::kLeft], n[Run::kRight]}) {
+      if (std::isnan(error)) continue;
+      errors.push_back(error);
+      for (size_t k = 0; k < 4; ++k) near[k].push_back(error < kPrecision[k] ? 1 : 0);
+    }
+    success.push_back(std::isnan(n[Run::kSeated]) ? 0 : 1);
+    if (!std::isnan(n[Run::kSeated])) seconds.push_back(n[Run::kSeated]);
+    skating += n[Run::kSkating];
+    jerk += n[Run::kJerk];
+    frames += n[Run::kFrames];
+    depth.push_back(n[Run::kDepth]);
+    approach.push_back(run.approach);
+    sit.push_back(run.sit);
   }
   Scores out{method,
              estimate(errors),
@@ -108,6 +133,35 @@ Scores score(const std::string& method, const std::vector<Trial>& trials, const 
              pairwise_distance(sit)};
   for (size_t k = 0; k < 4; ++k) out.precision[k] = estimate(near[k]);
   return out;
+}
+
+/// With the runs of trials that other parts measured, of one method; false where some are still to come.
+bool complete(const MeasuredParts& parts, int64_t most_frames, std::vector<Run>& runs) {
+  if (parts.shard().is_all()) return true;
+  const auto count = static_cast<int64_t>(runs.size());
+  std::vector<int64_t> trials(runs.size());
+  std::iota(trials.begin(), trials.end(), 0);
+  std::map<std::string, Tensor> all = {{"numbers", torch::zeros({count, Run::kNumbers}, torch::kDouble)},
+                                       {"frames", torch::zeros({count, 2}, torch::kInt64)},
+                                       {"poses", torch::zeros({count, 2, most_frames, kJoints * 12})}};
+  for (const int64_t i : trials) {
+    if (!parts.shard().has(i)) continue;
+    const Run& run = runs[static_cast<size_t>(i)];
+    std::copy(run.numbers.begin(), run.numbers.end(), all["numbers"][i].data_ptr<double>());
+    for (const int64_t k : {0, 1}) {
+      const Tensor& rows = k == 0 ? run.approach : run.sit;
+      all["frames"][i][k] = rows.size(0);
+      all["poses"][i][k].narrow(0, 0, rows.size(0)).copy_(rows);
+    }
+  }
+  if (!parts.complete(trials, all)) return false;
+  for (const int64_t i : trials) {
+    Run& run = runs[static_cast<size_t>(i)];
+    std::copy_n(all["numbers"][i].data_ptr<double>(), run.numbers.size(), run.numbers.begin());
+    for (const int64_t k : {0, 1})
+      (k == 0 ? run.approach : run.sit) = all["poses"][i][k].narrow(0, 0, all["frames"][i][k].item<int64_t>()).clone();
+  }
+  return true;
 }
 
 /// Idle, walk or sit of every frame, as generated motion has them.
@@ -206,26 +260,34 @@ std::vector<InteractMethod> methods_of(const std::vector<std::pair<std::string, 
 }
 
 Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMethod>& methods, uint64_t seed,
-               const std::function<void(int64_t done, int64_t all)>& progress) {
+               const Progress& progress, const MeasuredParts& parts) {
   const torch::NoGradGuard no_gradients;
   Table out;
   out.trials = static_cast<int64_t>(trials.size());
   for (const Trial& trial : trials)
     for (const auto& contact : trial.contacts) out.contacts += contact ? 1 : 0;
-  std::vector<Clip> truth;
-  truth.reserve(trials.size());
-  for (const Trial& trial : trials) truth.push_back(trial.truth);
-  out.rows.push_back(score("data", trials, truth));
-  int64_t done = 0;
-  const int64_t all = out.trials * static_cast<int64_t>(methods.size());
-  for (const InteractMethod& method : methods) {
-    std::vector<Clip> motions;
+  int64_t mine = 0, done = 0, most_frames = 0;
+  for (int64_t i = 0; i < out.trials; ++i) mine += parts.shard().has(i) ? 1 : 0;
+  for (const Trial& trial : trials) most_frames = std::max(most_frames, trial.truth.frames());
+  std::vector<Run> data;
+  data.reserve(trials.size());
+  for (const Trial& trial : trials) data.push_back(measured(trial, trial.truth, "data"));
+  out.rows.push_back(scores_of("data", data));
+  bool whole = true;
+  for (size_t m = 0; m < methods.size(); ++m) {
+    std::vector<Run> runs(trials.size());
+    int64_t frames = most_frames;
     for (size_t i = 0; i < trials.size(); ++i) {
-      motions.push_back(method.run(trials[i], item_seed(seed, i)));
-      if (progress) progress(++done, all);
+      if (!parts.shard().has(static_cast<int64_t>(i))) continue;
+      const Clip motion = methods[m].run(trials[i], item_seed(seed, i));
+      frames = std::max(frames, motion.frames());
+      runs[i] = measured(trials[i], motion, methods[m].name);
+      if (progress) progress(++done, mine * static_cast<int64_t>(methods.size()));
     }
-    out.rows.push_back(score(method.name, trials, motions));
+    whole = complete(parts.of("method" + std::to_string(m)), frames, runs) && whole;
+    if (whole) out.rows.push_back(scores_of(methods[m].name, runs));
   }
+  if (!whole) out.rows.clear();
   return out;
 }
 

@@ -1,13 +1,14 @@
 #pragma once
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/interact/chair_interactor.h"
 #include "inhabit/metrics/method.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::interact {
 
@@ -68,9 +69,10 @@ struct Table {
   int64_t contacts = 0;      ///< of hands, in all trials
 };
 
-/// The recordings themselves, then each method. Intervals are over trials.
+/// The recordings themselves, then each method. Intervals are over trials. @param parts of the trials: a part measures
+/// its own, and there are no rows where others are still to come
 Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMethod>& methods, uint64_t seed,
-               const std::function<void(int64_t done, int64_t all)>& progress = {});
+               const Progress& progress = {}, const MeasuredParts& parts = {});
 
 ScoreTable score_table(const Table& table);
 std::string table_text(const Table& table);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <numeric>
 #include <random>
 
 #include "inhabit/body/body_model.h"
@@ -93,25 +96,39 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
 
 std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
                                          const std::vector<InteractMethod>& methods, uint64_t seed,
-                                         const std::function<void(int64_t done, int64_t all)>& progress) {
+                                         const Progress& progress, const MeasuredParts& parts) {
   const torch::NoGradGuard no_gradients;
-  std::vector<StartScores> out;
+  const auto count = static_cast<int64_t>(starts.size()), each = static_cast<int64_t>(methods.size());
+  std::vector<int64_t> all(starts.size()), mine;
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(mine), [&](int64_t i) { return parts.shard().has(i); });
+  // Of each start and method whether they sit, whether they went through the chair, and how deep.
+  std::map<std::string, torch::Tensor> measured = {{"starts", torch::zeros({count, each, 3}, torch::kDouble)}};
+  auto of = measured["starts"].accessor<double, 3>();
   int64_t done = 0;
-  for (const InteractMethod& method : methods) {
-    std::vector<double> seated, through, around, depth;
-    for (size_t i = 0; i < starts.size(); ++i) {
-      const Trial& trial = starts[i];
-      const Clip motion = method.run(trial, item_seed(seed, i));
+  for (int64_t m = 0; m < each; ++m)
+    for (const int64_t i : mine) {
+      const Trial& trial = starts[static_cast<size_t>(i)];
+      const Clip motion = methods[static_cast<size_t>(m)].run(trial, item_seed(seed, static_cast<uint64_t>(i)));
       const Clip approach = slice(motion, 0, std::max<int64_t>(1, approach_end(motion)));
-      depth.push_back(CollisionMeter(builtin_body(), trial.scene).measure(approach).penetration());
-      const bool sits = seated_from(motion, trial).has_value();
-      const bool hits = depth.back() > kThrough || over_chair(approach, trial.chair);
-      seated.push_back(sits ? 1 : 0);
-      through.push_back(hits ? 1 : 0);
-      around.push_back(sits && !hits ? 1 : 0);
-      if (progress) progress(++done, static_cast<int64_t>(methods.size() * starts.size()));
+      const double depth = CollisionMeter(builtin_body(), trial.scene).measure(approach).penetration();
+      of[i][m][0] = seated_from(motion, trial) ? 1 : 0;
+      of[i][m][1] = depth > kThrough || over_chair(approach, trial.chair) ? 1 : 0;
+      of[i][m][2] = depth;
+      if (progress) progress(++done, each * static_cast<int64_t>(mine.size()));
     }
-    out.push_back({name, method.name, estimate(seated), estimate(through), estimate(around), estimate(depth)});
+  std::vector<StartScores> out;
+  if (!parts.complete(all, measured)) return out;
+  for (int64_t m = 0; m < each; ++m) {
+    std::vector<double> seated, through, around, depth;
+    for (const int64_t i : all) {
+      seated.push_back(of[i][m][0]);
+      through.push_back(of[i][m][1]);
+      around.push_back(of[i][m][0] * (1 - of[i][m][1]));
+      depth.push_back(of[i][m][2]);
+    }
+    out.push_back({name, methods[static_cast<size_t>(m)].name, estimate(seated), estimate(through), estimate(around),
+                   estimate(depth)});
   }
   return out;
 }

@@ -24,10 +24,11 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
 
 /// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through
 /// the chair whose skin was over 5 cm in the scene, or whose pelvis was over the chair as seen from above,
-/// elsewhere than before its seat.
+/// elsewhere than before its seat. @param parts of the starts: a part measures its own, and nothing is returned where
+/// others are still to come
 std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
                                          const std::vector<InteractMethod>& methods, uint64_t seed,
-                                         const std::function<void(int64_t done, int64_t all)>& progress = {});
+                                         const Progress& progress = {}, const MeasuredParts& parts = {});
 
 ScoreTable score_table(const std::vector<StartScores>& rows);
 

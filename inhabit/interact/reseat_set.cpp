@@ -3,10 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
-#include "inhabit/each_item.h"
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/seated.h"
 #include "inhabit/io/scene_file.h"
@@ -77,6 +79,37 @@ struct Made {
   FootSkating before, after;
 };
 
+/// ReseatFit's, in order.
+constexpr std::array kFit = {&ReseatFit::hand_gap, &ReseatFit::pelvis_gap, &ReseatFit::depth, &ReseatFit::elsewhere,
+                             &ReseatFit::slide,    &ReseatFit::beyond,     &ReseatFit::bent};
+
+DatasetItem to_item(const Made& made) {
+  DatasetItem out;
+  if (!made.nobody_sits && made.fault.empty()) out.clips = {made.entry};
+  nlohmann::json fit = nlohmann::json::array();
+  for (const auto member : kFit) fit.push_back(made.fit.*member);
+  out.facts = {{"nobody_sits", made.nobody_sits},
+               {"fault", made.fault},
+               {"contacts", made.contacts},
+               {"fit", fit},
+               {"before", {made.before.frames, made.before.skating}},
+               {"after", {made.after.frames, made.after.skating}}};
+  return out;
+}
+
+Made from_item(const DatasetItem& item) {
+  const nlohmann::json& facts = item.facts;
+  Made out;
+  out.nobody_sits = facts.at("nobody_sits");
+  out.fault = facts.at("fault");
+  out.contacts = facts.at("contacts");
+  for (size_t k = 0; k < kFit.size(); ++k) out.fit.*kFit[k] = facts.at("fit").at(k);
+  out.before = {facts.at("before").at(0), facts.at("before").at(1)};
+  out.after = {facts.at("after").at(0), facts.at("after").at(1)};
+  if (!item.clips.empty()) out.entry = item.clips.front();
+  return out;
+}
+
 class ReseatJob {
  public:
   ReseatJob(const Dataset& from, const Dataset& out, const ReseatOptions& options)
@@ -146,9 +179,10 @@ nlohmann::json provenance_of(const Dataset& source, const ReseatOptions& options
           {"of", source.provenance}};
 }
 
-void collect(std::vector<Made>& made, ReseatResult& result) {
+void collect(const DatasetItems& made, ReseatResult& result) {
   FootSkating before, after;
-  for (Made& one : made) {
+  for (const auto& [index, item] : made) {
+    const Made one = from_item(item);
     ++result.clips;
     result.nobody_sits += one.nobody_sits ? 1 : 0;
     if (one.nobody_sits) continue;
@@ -160,7 +194,6 @@ void collect(std::vector<Made>& made, ReseatResult& result) {
     result.fits.push_back(one.fit);
     before.frames += one.before.frames, before.skating += one.before.skating;
     after.frames += one.after.frames, after.skating += one.after.skating;
-    result.dataset.clips.push_back(std::move(one.entry));
   }
   result.skating_before = before.fraction();
   result.skating = after.fraction();
@@ -177,12 +210,16 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
   result.dataset = create_dataset(folder, source.actions);
   result.dataset.rate = source.rate;
   result.dataset.provenance = provenance_of(source, options);
-  std::vector<Made> made(clips.size());
-  each_item(static_cast<int64_t>(clips.size()), options.progress, [&](int64_t i) {
-    const torch::NoGradGuard no_gradient;
-    made[static_cast<size_t>(i)] = job.make(clips[static_cast<size_t>(i)], i);
-  });
-  collect(made, result);
+  nlohmann::json work = result.dataset.provenance;
+  work["from"] = from;
+  std::vector<int64_t> all(clips.size());
+  std::iota(all.begin(), all.end(), 0);
+  collect(make_items(result.dataset, work, all, options.progress,
+                     [&](int64_t i) {
+                       const torch::NoGradGuard no_gradient;
+                       return to_item(job.make(clips[static_cast<size_t>(i)], i));
+                     }),
+          result);
   if (result.dataset.clips.empty()) {
     std::error_code ignored;
     for (const char* part : {"clips", "scenes", ""})  // where these are empty

@@ -8,6 +8,7 @@
 #include "inhabit/io/joint_array.h"
 #include "inhabit/io/upright.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/motion/human36m_joints.h"
 
 namespace inhabit {
 namespace {
@@ -297,28 +298,57 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
   return clip;
 }
 
-/// A file of positions alone: `joints` (T, 22+, 3), the first 22 in SMPL's order.
+/// Metres per unit of joint positions: of centimetres and millimetres where these are what a person is as high in.
+double unit_of_person(const Tensor& joints, const std::vector<int>& parents, Notes* notes) {
+  constexpr double kLeast = 0.5, kMost = 2.6;  // metres, from pelvis or root to the farthest leaf along the bones
+  double reach = 0;
+  std::vector<double> along(parents.size(), 0);
+  for (size_t j = 0; j < along.size(); ++j) {
+    const int parent = parents[j];
+    if (parent < 0) continue;
+    const Tensor bone = (joints.select(1, static_cast<int64_t>(j)) - joints.select(1, parent)).norm(2, {1}).mean();
+    along[j] = along[static_cast<size_t>(parent)] + bone.item<double>();
+    reach = std::max(reach, along[j]);
+  }
+  for (const auto& [metres, name] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")})
+    if (reach > kMost && reach * metres > kLeast && reach * metres < kMost) {
+      note(notes, std::string("lengths taken for ") + name + " by the size of the person");
+      return metres;
+    }
+  return 1;
+}
+
+/// A file of positions alone: `joints` (T, 22+, 3), the first 22 in SMPL's order, or Human3.6M's 17 or 32.
 Clip positions_clip(const Npz& npz, const std::string& subject, const ClipReadOptions& options, Notes* notes) {
   const Tensor joints = as_float(npz.at("joints", subject));
   if (joints.dim() != 3 || joints.size(2) != 3) throw Error(subject, "its joint positions are not (T, J, 3)");
-  if (joints.size(1) < kStandardJoints)
-    throw Error(subject, "its joint positions are of " + std::to_string(joints.size(1)) +
-                             " joints: without joint_names, parents and offsets SMPL's first 22 are needed");
   if (joints.size(0) == 0) throw Error(subject, "no frames");
+  if (!torch::isfinite(joints).all().item<bool>()) throw Error(subject, "joints has a value that is not finite");
+  const bool human36m = in_human36m_order(joints);
+  if (!human36m && joints.size(1) < kStandardJoints)
+    throw Error(subject, "its joint positions are of " + std::to_string(joints.size(1)) +
+                             " joints: without joint_names, parents and offsets SMPL's first 22 are needed, or "
+                             "Human3.6M's 17 in their order");
   Clip clip;
-  clip.joints = joints.narrow(1, 0, kStandardJoints).contiguous();
-  if (options.scale > 0) clip.joints = clip.joints * options.scale;
-  if (!torch::isfinite(clip.joints).all().item<bool>()) throw Error(subject, "joints has a value that is not finite");
-  clip.skeleton = measured_skeleton(clip.joints);
-  clip.rate = rate_of(npz, subject, options, notes);
+  const double rate = rate_of(npz, subject, options, notes);
+  if (human36m) {
+    clip = human36m_clip(joints, rate, subject);
+  } else {
+    clip.rate = rate;
+    clip.joints = joints.narrow(1, 0, kStandardJoints).contiguous();
+    clip.skeleton.parents = standard_parents();
+  }
+  note(notes, human36m ? "joint positions without rotations, taken for Human3.6M's 17 joints"
+                       : "joint positions without rotations, taken for SMPL's first 22 joints");
+  clip.joints =
+      clip.joints * (options.scale > 0 ? options.scale : unit_of_person(clip.joints, clip.skeleton.parents, notes));
+  if (!human36m) clip.skeleton = measured_skeleton(clip.joints);
   clip.gender = gender_of(npz);
-  note(notes, "joint positions without rotations, taken for SMPL's first 22 joints");
   read_annotations(npz, clip);
   validate(clip, subject);
-  const Tensor trunk = (clip.joints.select(1, 12) - clip.joints.select(1, 0)).mean(0);
-  check_told_up(mean_trunk(clip), options.up, subject, notes);
-  const bool z_up =
-      options.up == UpAxis::z || (options.up == UpAxis::automatic && trunk[2].item<float>() > trunk[1].item<float>());
+  const std::optional<Eigen::Vector3d> trunk = mean_trunk(clip);
+  check_told_up(trunk, options.up, subject, notes);
+  const bool z_up = options.up == UpAxis::z || (options.up == UpAxis::automatic && trunk && trunk->z() > trunk->y());
   clip.file.format = "npz";
   clip.file.z_up = z_up;
   if (z_up) turn_upright(clip);

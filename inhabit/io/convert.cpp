@@ -23,18 +23,23 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
     body = read_smpl_model(given.body);
     options.body = &body;
   }
-  Clip clip = read_clip(in, options, notes);
-  clip.file = {};
-  if (given.retarget) clip = retarget(clip, in);
-  clip = to_be_written(clip, given.writing, out);
+  // Of an .fbx, .dae or .glb the first: others may be of other skeletons and lengths.
+  std::vector<Clip> clips = read_clips(in, options, notes);
+  if (extension_of(in) != "npz") clips.resize(1);
+  for (Clip& clip : clips) {
+    clip.file = {};
+    if (given.retarget) clip = retarget(clip, in);
+  }
   SceneFile scene;
   if (!given.scene.empty()) {
     if (extension_of(out) != "glb") throw Error(out, "only .glb holds a scene beside the motion");
     scene = read_scene_file(given.scene);
   }
-  write_clip(out, clip, given.scene.empty() ? nullptr : &scene.scene);
-  return fmt::format("{} frames at {:g} a second ({:.2f} s), {} joints", clip.frames(), clip.rate, clip.seconds(),
-                     clip.skeleton.size());
+  write_clips(out, clips, given.writing, {}, given.scene.empty() ? nullptr : &scene.scene);
+  const Clip clip = to_be_written(clips.front(), given.writing, out);
+  return fmt::format("{}{} frames at {:g} a second ({:.2f} s), {} joints",
+                     clips.size() == 1 ? "" : fmt::format("{} motions of ", clips.size()), clip.frames(), clip.rate,
+                     clip.seconds(), clip.skeleton.size());
 }
 
 std::string convert_scene(const std::string& in, const std::string& out, const ConvertOptions& given) {
@@ -70,6 +75,7 @@ std::vector<Conversion> conversions(const std::vector<std::string>& named, const
       const fs::path relative = folder ? fs::path(file).lexically_relative(name) : fs::path(file).filename();
       const std::string target = ((fs::path(out) / relative).replace_extension(format)).string();
       const auto [before, fresh] = sources.emplace(target, file);
+      if (!fresh && fs::equivalent(before->second, file, none)) continue;  // named twice
       if (!fresh) throw Error(target, "would be written of both " + before->second + " and " + file);
       if (fs::equivalent(file, target, none)) throw Error(target, "would be written over what it is made of");
       all.push_back({file, target});

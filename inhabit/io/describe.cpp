@@ -31,10 +31,12 @@ Json numbers(const Tensor& t) {
 
 Json describe_motion(const std::string& path, const ClipReadOptions& options) {
   Notes notes;
-  const Clip clip = read_clip(path, options, &notes);
+  const std::vector<Clip> clips = read_clips(path, options, &notes);
+  const Clip& clip = clips.front();
   const Tensor flat = clip.joints.reshape({-1, 3});
   Json out;
   out["kind"] = "motion";
+  if (clips.size() > 1) out["motions"] = std::to_string(clips.size()) + "; what follows is of the first";
   out["frames"] = clip.frames();
   out["rate"] = clip.rate;
   out["seconds"] = rounded(clip.seconds());

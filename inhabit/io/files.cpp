@@ -1,5 +1,7 @@
 #include "inhabit/io/files.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cstdio>
 #include <filesystem>
 
@@ -146,6 +148,25 @@ void write_clip(const std::string& path, const Clip& clip, const Scene* scene) {
   if (extension == "bvh") return write_bvh(path, posed);
   const bool standard = posed.skeleton.names == standard_joint_names();
   write_glb(path, {{&posed, standard ? &builtin_body() : nullptr}}, scene);
+}
+
+void write_clips(const std::string& path, const std::vector<Clip>& clips, const WriteOptions& writing,
+                 const std::map<std::string, torch::Tensor>& more, const Scene* scene) {
+  std::vector<Clip> written;
+  written.reserve(clips.size());
+  for (const Clip& clip : clips) written.push_back(to_be_written(clip, writing, path));
+  if (extension_of(path) == "npz" && (written.size() != 1 || !more.empty())) {
+    std::map<std::string, torch::Tensor> rows = more;
+    if (writing.any())
+      for (auto& [name, array] : rows)
+        if (array.defined()) array = array.index_select(1, frames_written(clips.front(), writing));
+    return write_clips_npz(path, written, rows);
+  }
+  const fs::path p(path);
+  for (size_t i = 0; i < written.size(); ++i) {
+    const std::string number = written.size() == 1 ? "" : fmt::format("_{:03}", i);
+    write_clip((p.parent_path() / (p.stem().string() + number + p.extension().string())).string(), written[i], scene);
+  }
 }
 
 void write_scene(const std::string& path, const Scene& scene) {

@@ -1,8 +1,10 @@
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
 #include "inhabit/io/read_options.h"
+#include "inhabit/io/write_options.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
@@ -28,6 +30,12 @@ bool is_clip_file(const std::string& path);
 /// else the bones, and `scene` with it; the other formats hold no scene. Throws Error(path, ...) where the file cannot
 /// be written or its extension is no motion format.
 void write_clip(const std::string& path, const Clip& clip, const Scene* scene = nullptr);
+
+/// Writes motions of one skeleton and length, cut and resampled as `writing` says: several, or with `more`, into one
+/// .npz (write_clips_npz), into other formats one file each, NAME_000.bvh and so on; one motion as write_clip does.
+/// @param more arrays of an .npz with a row a motion and a column a frame
+void write_clips(const std::string& path, const std::vector<Clip>& clips, const WriteOptions& writing = {},
+                 const std::map<std::string, torch::Tensor>& more = {}, const Scene* scene = nullptr);
 
 /// Writes a scene as .glb (meshes with names and colours, points) or .ply (one mesh, or the points).
 void write_scene(const std::string& path, const Scene& scene);

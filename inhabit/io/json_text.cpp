@@ -13,11 +13,15 @@ Json parse_json(std::string_view text, const std::string& subject) {
     return Json::parse(text.begin(), text.end());
   } catch (const nlohmann::json::parse_error& e) {
     const std::string_view before = text.substr(0, std::min<size_t>(e.byte == 0 ? 0 : e.byte - 1, text.size()));
-    const std::string line = "line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n'));
-    if (before.size() == text.size()) throw Error(subject, "is JSON that is cut short, at " + line);
+    // Of a text of one line, which may be one of many of a stream, no line is named.
+    const bool lines = text.substr(0, text.size() - 1).find('\n') != std::string_view::npos;
+    const std::string line =
+        lines ? "line " + std::to_string(1 + std::count(before.begin(), before.end(), '\n')) + " " : "";
+    if (before.size() == text.size())
+      throw Error(subject, "is JSON that is cut short" + (lines ? ", at " + line.substr(0, line.size() - 1) : ""));
     const std::string_view rest = text.substr(before.size());
     const bool number = rest.rfind("NaN", 0) == 0 || rest.rfind("Infinity", 0) == 0;
-    throw Error(subject, line + (number ? " has NaN or Infinity, which are no JSON" : " is not JSON"));
+    throw Error(subject, line + (number ? "has NaN or Infinity, which are no JSON" : "is not JSON"));
   } catch (const nlohmann::json::out_of_range&) {
     throw Error(subject, "has a number that is too large");
   }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 
@@ -66,9 +67,13 @@ std::vector<std::string> motion_files(const std::vector<std::string>& named) {
   return out;
 }
 
-FileCount each_file(const std::vector<std::string>& files, const std::function<void(const std::string&)>& work) {
+FileCount each_file(const std::vector<std::string>& files, const std::function<void(const std::string&)>& work,
+                    const Progress& progress) {
   FileCount out;
+  const auto all = static_cast<int64_t>(files.size());
   for (const std::string& file : files) {
+    interruption_point();
+    if (progress) progress(out.done + static_cast<int64_t>(out.skipped.size()), all);
     try {
       work(file);
       ++out.done;
@@ -77,6 +82,7 @@ FileCount each_file(const std::vector<std::string>& files, const std::function<v
       out.skipped.emplace_back(e.what());
     }
   }
+  if (progress) progress(all, all);
   if (out.done == 0 && !out.skipped.empty())
     throw Error("none of " + std::to_string(files.size()) + " files can be used; of the first: " + out.skipped.front());
   return out;

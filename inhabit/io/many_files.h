@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/progress.h"
+
 namespace inhabit {
 
 /// What a pattern with * ? [ ] matches, in alphabetical order. Throws Error where that is nothing.
@@ -20,7 +22,8 @@ struct FileCount {
 };
 
 /// Calls `work` for every file; one that throws Error is skipped. Throws the Error where it is the only file, or one
-/// that says so where none worked.
-FileCount each_file(const std::vector<std::string>& files, const std::function<void(const std::string& path)>& work);
+/// that says so where none worked. @param progress counts files; may be empty
+FileCount each_file(const std::vector<std::string>& files, const std::function<void(const std::string& path)>& work,
+                    const Progress& progress = {});
 
 }  // namespace inhabit

@@ -6,7 +6,7 @@ namespace inhabit {
 
 using torch::Tensor;
 
-double npss(const Tensor& truth, const Tensor& forecast, NpssForm form) {
+Tensor npss_terms(const Tensor& truth, const Tensor& forecast, NpssForm form) {
   if (truth.dim() != 3 || truth.sizes() != forecast.sizes())
     throw Error("NPSS compares sequences of one shape (B, T, D)");
   const auto power = [&](const Tensor& x) {
@@ -22,8 +22,13 @@ double npss(const Tensor& truth, const Tensor& forecast, NpssForm form) {
   };
   const Tensor distance = (share(a, total_a) - share(b, total_b)).abs().sum(1);
   const Tensor weight = total_a * known.to(torch::kFloat64);
-  if (weight.sum().item<double>() <= 0) throw Error("NPSS: nothing moves in the sequences");
-  return ((distance * weight).sum() / weight.sum()).item<double>();
+  return torch::stack({(distance * weight).sum(1), weight.sum(1)}, 1);
+}
+
+double npss(const Tensor& truth, const Tensor& forecast, NpssForm form) {
+  const Tensor terms = npss_terms(truth, forecast, form).sum(0);
+  if (terms[1].item<double>() <= 0) throw Error("NPSS: nothing moves in the sequences");
+  return (terms[0] / terms[1]).item<double>();
 }
 
 }  // namespace inhabit

@@ -15,4 +15,9 @@ enum class NpssForm {
 /// @param truth, forecast (B, T, D)
 double npss(const torch::Tensor& truth, const torch::Tensor& forecast, NpssForm form = NpssForm::published);
 
+/// What it is the ratio of, of each sequence: (B, 2) double, the distances times their weights and the weights, summed
+/// over the features.
+torch::Tensor npss_terms(const torch::Tensor& truth, const torch::Tensor& forecast,
+                         NpssForm form = NpssForm::published);
+
 }  // namespace inhabit

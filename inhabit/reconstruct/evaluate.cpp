@@ -1,8 +1,11 @@
 #include "inhabit/reconstruct/evaluate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <numeric>
 
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/dynamics.h"
@@ -109,14 +112,63 @@ Rendered rendered_room(const Evaluation& evaluation, int64_t index) {
   return out;
 }
 
+namespace {
+
+constexpr std::array kNumbers = {&Errors::scale,        &Errors::depth,          &Errors::root_before,
+                                 &Errors::root_keys,    &Errors::root_after,     &Errors::joints_before,
+                                 &Errors::joints_after, &Errors::skating_before, &Errors::skating_after,
+                                 &Errors::jerk_before,  &Errors::jerk_after,     &Errors::jerk_true};
+constexpr int64_t kMostObjects = 64, kLongestName = 64;
+
+/// With the rooms that other parts measured; false where some are still to come.
+bool complete(const MeasuredParts& parts, std::vector<Errors>& rooms) {
+  if (parts.shard().is_all()) return true;
+  const auto count = static_cast<int64_t>(rooms.size());
+  std::map<std::string, torch::Tensor> all = {
+      {"numbers", torch::zeros({count, static_cast<int64_t>(kNumbers.size())}, torch::kDouble)},
+      {"objects", torch::full({count, kMostObjects, 3}, std::nan(""), torch::kDouble)},
+      {"names", torch::zeros({count, kMostObjects, kLongestName}, torch::kUInt8)}};
+  std::vector<int64_t> room(rooms.size());
+  std::iota(room.begin(), room.end(), 0);
+  for (const int64_t i : room) {
+    const Errors& of = rooms[static_cast<size_t>(i)];
+    for (size_t k = 0; k < kNumbers.size(); ++k) all["numbers"][i][static_cast<int64_t>(k)] = of.*kNumbers[k];
+    for (size_t k = 0; k < of.objects.size() && static_cast<int64_t>(k) < kMostObjects; ++k) {
+      const auto row = static_cast<int64_t>(k);
+      const Errors::Object& object = of.objects[k];
+      all["objects"][i][row].copy_(torch::tensor({object.place, object.yaw, object.scale}, torch::kDouble));
+      std::copy_n(object.name.begin(), std::min<size_t>(object.name.size(), kLongestName - 1),
+                  all["names"][i][row].data_ptr<uint8_t>());
+    }
+  }
+  if (!parts.complete(room, all)) return false;
+  for (const int64_t i : room) {
+    Errors& of = rooms[static_cast<size_t>(i)];
+    for (size_t k = 0; k < kNumbers.size(); ++k)
+      of.*kNumbers[k] = all["numbers"][i][static_cast<int64_t>(k)].item<double>();
+    of.objects.clear();
+    for (int64_t row = 0; row < kMostObjects; ++row) {
+      const double* object = all["objects"][i][row].data_ptr<double>();
+      if (std::isnan(object[0])) break;
+      const std::string name(reinterpret_cast<const char*>(all["names"][i][row].data_ptr<uint8_t>()));
+      of.objects.push_back({name, object[0], object[1], object[2]});
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 std::vector<Errors> evaluate(const inbetween::SceneInbetweener& inbetweener, const Evaluation& evaluation) {
-  std::vector<Errors> out;
+  std::vector<Errors> out(static_cast<size_t>(evaluation.rooms));
   for (int64_t i = 0; i < evaluation.rooms; ++i) {
+    if (!evaluation.parts.shard().has(i)) continue;
     const Rendered rendered = rendered_room(evaluation, i);
     if (i == 0 && !evaluation.keep.empty()) write_rendered(rendered, evaluation.keep);
-    out.push_back(errors_of(rendered, run(rendered.inputs, inbetweener, evaluation.options)));
+    out[static_cast<size_t>(i)] = errors_of(rendered, run(rendered.inputs, inbetweener, evaluation.options));
     if (evaluation.progress) evaluation.progress(i + 1, evaluation.rooms);
   }
+  if (!complete(evaluation.parts, out)) out.clear();
   return out;
 }
 

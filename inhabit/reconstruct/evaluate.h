@@ -1,10 +1,11 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/metrics/score_table.h"
+#include "inhabit/progress.h"
 #include "inhabit/reconstruct/rendered.h"
 
 namespace inhabit::reconstruct {
@@ -39,20 +40,21 @@ Errors errors_of(const Rendered& rendered, const Result& result);
 
 /// Which rooms are rendered, and how they are reconstructed.
 struct Evaluation {
-  int64_t rooms = 10;    ///< how many
-  uint64_t seed = 1;     ///< what rooms, motions and images follow from
-  double seconds = 6;    ///< of motion in each room
-  bool objects = true;   ///< furniture is given as objects that are to be placed; else it is depth alone
-  RenderOptions render;  ///< size of the images, and what is wrong with them
-  Options options;       ///< of run()
-  std::string keep;      ///< folder that the first room's inputs are written to; empty: none
-  std::function<void(int64_t done, int64_t all)> progress;  ///< rooms; may be empty
+  int64_t rooms = 10;        ///< how many
+  uint64_t seed = 1;         ///< what rooms, motions and images follow from
+  double seconds = 6;        ///< of motion in each room
+  bool objects = true;       ///< furniture is given as objects that are to be placed; else it is depth alone
+  RenderOptions render;      ///< size of the images, and what is wrong with them
+  Options options;           ///< of run()
+  std::string keep;          ///< folder that the first room's inputs are written to; empty: none
+  Progress progress;         ///< rooms; may be empty
+  MeasuredParts parts = {};  ///< of the rooms
 };
 
 /// A room and somebody's life in it, made as data sets of rooms are, and rendered. @param index of the room
 Rendered rendered_room(const Evaluation& evaluation, int64_t index);
 
-/// Reconstructs rendered rooms and returns their errors, one a room.
+/// Reconstructs rendered rooms and returns their errors, one a room; none where other parts are still to come.
 std::vector<Errors> evaluate(const inbetween::SceneInbetweener& inbetweener, const Evaluation& evaluation);
 
 /// A row for each room and their mean, and in the notes the objects' errors.

@@ -1,11 +1,11 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
+#include "inhabit/progress.h"
 #include "inhabit/reconstruct/align_depth.h"
 #include "inhabit/reconstruct/camera.h"
 #include "inhabit/reconstruct/images.h"
@@ -46,7 +46,7 @@ struct Options {
   std::string name = "motion";      ///< what errors call the motion
   bool standard = false;            ///< the motion is wanted on the standard skeleton alone
   bool collisions = false;          ///< Result::collides is found
-  std::function<void(int64_t done, int64_t all)> progress;  ///< depth maps read; may be empty
+  Progress progress;                ///< depth maps read; may be empty
 };
 
 /// The motion, the room, and what was found out on the way. World, +Y up, metres.

@@ -6,12 +6,14 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 #include <sstream>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/math/smooth_step.h"
+#include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/refine/contacts.h"
@@ -335,7 +337,7 @@ class Refinement {
 
   /// Long motions in windows that overlap: every second one first, side by side, then those between, which keep the
   /// outer halves of their overlaps as the others left them.
-  Trajectory solve_windows(const SolveOptions& options) const {
+  Trajectory solve_windows(const SolveOptions& options) {
     Trajectory found = problem_.initial.empty() ? problem_.start : problem_.initial;
     const std::vector<std::array<int64_t, 2>> windows = windows_of(problem_.frames());
     const auto count = static_cast<int64_t>(windows.size());
@@ -348,9 +350,16 @@ class Refinement {
           if (parity == 1 && i + 1 < count) std::fill_n(window.fixed.rbegin(), kOverlap / 2, 1);
           const Trajectory solved = solve(window, options).trajectory;
           std::copy(solved.begin(), solved.end(), found.begin() + first);
+          one_solved(count);
         }
       });
     return found;
+  }
+
+  void one_solved(int64_t windows) {
+    if (!options_.progress) return;
+    const std::lock_guard<std::mutex> lock(counting_);
+    options_.progress(++solved_, windows * (kRounds + (smoothed_ ? 1 : 0)));
   }
 
   Clip clip_;
@@ -361,25 +370,28 @@ class Refinement {
   Problem problem_;
   Levels levels_;
   bool smoothed_ = false;  // there is noise to be taken away
+  std::mutex counting_;
+  int64_t solved_ = 0;  // windows, over all rounds
   std::vector<Foot> feet_;
 };
 
 }  // namespace
 
-void add_kept(const std::string& what, int64_t frames, Options& options) {
+void add_kept(const std::string& what, const Clip& clip, Options& options) {
+  const int64_t frames = clip.frames();
   std::stringstream parts(what);
   for (std::string part; std::getline(parts, part, ',');) {
-    const auto& names = standard_joint_names();
-    const auto name = std::find(names.begin(), names.end(), part);
+    const int joint = standard_joint_called(part, clip.skeleton);
     const bool every = part.rfind("every:", 0) == 0;
     const std::string digits = every ? part.substr(6) : part;
-    if (name != names.end()) {
-      options.keep_joints.push_back(static_cast<int>(name - names.begin()));
+    if (joint >= 0) {
+      options.keep_joints.push_back(joint);
       continue;
     }
     if (digits.empty() || digits.size() > 9 ||
         !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }))
-      throw Error("keep", "'" + part + "' is no frame, no every:N and no joint of the standard skeleton");
+      throw Error("keep",
+                  "'" + part + "' is no frame, no every:N and no joint; there are " + joint_names_for(clip.skeleton));
     const int64_t number = std::stoll(digits);
     if (!every) {
       options.keep_frames.push_back(number);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "inhabit/motion/clip.h"
+#include "inhabit/progress.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::refine {
@@ -32,11 +33,13 @@ struct Options {
   double smooth = 1;            ///< factor on how smooth the motion is; 0: no smoothing, contacts alone
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the motion is wanted on the standard skeleton alone
+  Progress progress = {};       ///< solves of stretches of the motion; may be empty
 };
 
-/// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints of the standard skeleton
-/// by name ("left_wrist"), mixed as one likes, between commas. Throws Error naming the part that is none of these.
-void add_kept(const std::string& what, int64_t frames, Options& options);
+/// Adds what --keep names: frames ("0,60,90"), every so many and the last ("every:60"), joints by their
+/// standard names or those of the clip's skeleton ("left_wrist"), mixed as one likes, between commas. Throws Error
+/// naming the part that is none of these, with the joints that there are.
+void add_kept(const std::string& what, const Clip& clip, Options& options);
 
 /// What was found and done.
 struct Result {

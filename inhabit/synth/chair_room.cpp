@@ -54,7 +54,8 @@ Furniture draw_chair(std::mt19937_64& random) {
   Furniture chair = draw < 0.26   ? make_chair(random, height(0.38, 0.55))
                     : draw < 0.50 ? make_armchair(random, height(0.38, 0.52))
                     : draw < 0.63 ? make_stool(random, height(0.39, 0.55))
-                    : draw < 0.77 ? make_sofa(random, uniform_int(random, 1, 3), height(0.38, 0.47))
+                    : draw < 0.73 ? make_sofa(random, uniform_int(random, 1, 3), height(0.33, 0.47))
+                    : draw < 0.77 ? make_bed(random, height(0.36, 0.52))
                     : draw < 0.90 ? make_office_chair(random, height(0.40, 0.55))
                                   : make_solid_chair(random, height(0.38, 0.52));
   chair.rescale({uniform(random, chair.kind == "stool" ? 1.0 : 0.94, 1.12), 1, uniform(random, 0.94, 1.08)});

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "inhabit/data/dataset_items.h"
-#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 #include "inhabit/synth/person.h"
@@ -183,14 +182,9 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < static_cast<int64_t>(jobs.size()); ++i)
     if (options.shard.has(i)) mine.push_back(i);
-  std::vector<DatasetClip> made(mine.size());
-  each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t k) {
-    const int64_t i = mine[static_cast<size_t>(k)];
-    made[static_cast<size_t>(k)] = make_clip(out, subjects, options, jobs[static_cast<size_t>(i)], i, chairs);
+  make_items(out, out.provenance, mine, options.progress, [&](int64_t i) {
+    return DatasetItem{{make_clip(out, subjects, options, jobs[static_cast<size_t>(i)], i, chairs)}, {}};
   });
-  DatasetItems items;
-  for (size_t k = 0; k < mine.size(); ++k) items[mine[k]].clips = {made[k]};
-  gather_items(out, items);
   if (out.whole) write_index(out);
   return out;
 }

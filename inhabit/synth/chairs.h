@@ -39,8 +39,8 @@ ChairSource parse_chair_source(const std::string& text);
 /// The split of chair `index`.
 std::string split_of_chair(int64_t index);
 
-/// A straight chair, an armchair, a stool, a sofa, an office chair or a closed seat of random size, seats 0.38 to 0.55
-/// m high.
+/// A straight chair, an armchair, a stool, a sofa, a bed, an office chair or a closed seat of random size, seats 0.38
+/// to 0.55 m high, of sofas from 0.33 and of beds from 0.36.
 Furniture draw_chair(std::mt19937_64& random);
 /// Such a chair at a place near the middle of a floor without walls, sometimes with other pieces around it.
 Room make_chair_room(std::mt19937_64& random);

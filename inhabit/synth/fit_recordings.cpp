@@ -1,10 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <filesystem>
 
 #include "inhabit/data/dataset_items.h"
-#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/random.h"
@@ -28,13 +26,6 @@ constexpr double kHardestMove = 350;  // m/s^2 of a joint: kicks, throws and lan
 
 struct Recording {
   std::string file, split;
-};
-
-/// What became of a recording.
-struct Furnished {
-  std::vector<DatasetClip> clips;
-  double seconds = 0, kept = 0;  // of the recording, and of its pieces that have a room at least
-  std::string skipped;           // why, where it could not be used
 };
 
 /// (T) bool: frames that a flat floor at y = 0 explains.
@@ -95,18 +86,20 @@ std::vector<Clip> stretches_of(const Clip& piece, std::mt19937_64& random) {
   return out;
 }
 
-void furnish_recording(const Dataset& out, const Recording& recording, size_t number, const FittingOptions& options,
-                       Furnished& made) {
+/// The pieces of a recording in their rooms, put into `clips`, and as facts how many seconds were recorded and how many
+/// of them have a room.
+nlohmann::json furnish_recording(const Dataset& out, const Recording& recording, size_t number,
+                                 const FittingOptions& options, std::vector<DatasetClip>& clips) {
   const std::string name = std::filesystem::path(recording.file).filename().string();
   const bool train = recording.split == "train";
   const Clip source = read_clip(recording.file, options.reading);
-  made.seconds = source.seconds();
+  double kept = 0;
   std::mt19937_64 random(item_seed(options.seed, number));
   const auto furnish = [&](const Clip& motion, const std::string& id) {
     const std::optional<FittedRoom> fitted = fit_room(motion, builtin_body(), random, options.chords);
     if (!fitted || (train && options.only_on_chords && fitted->on_chords == 0)) return false;
     DatasetClip& entry =
-        made.clips.emplace_back(DatasetClip{"clips/" + id + ".npz", "scenes/" + id + ".glb", recording.split, 0, name});
+        clips.emplace_back(DatasetClip{"clips/" + id + ".npz", "scenes/" + id + ".glb", recording.split, 0, name});
     write_scene(out, entry.scene, fitted->room.scene());
     write_clip(out, entry, fitted->clip);
     return true;
@@ -122,17 +115,38 @@ void furnish_recording(const Dataset& out, const Recording& recording, size_t nu
       if (parts.empty()) any |= furnish(motion, id);
       for (size_t k = 0; k < parts.size(); ++k) any |= furnish(parts[k], id + "_" + std::to_string(k));
     }
-    if (any) made.kept += pieces[p].seconds();
+    if (any) kept += pieces[p].seconds();
   }
+  return {{"seconds", source.seconds()}, {"kept", kept}, {"skipped", ""}};
 }
 
-/// Removes what was written of a data set that will not be.
-void remove_clips(const Dataset& dataset) {
-  const std::filesystem::path folder = dataset.folder;
-  std::error_code kept;  // where there was something before
-  for (const DatasetClip& clip : dataset.clips)
-    for (const std::string& file : {clip.file, clip.scene}) std::filesystem::remove(folder / file, kept);
-  for (const char* sub : {"clips", "scenes", ""}) std::filesystem::remove(folder / sub, kept);
+void remove_clips(const Dataset& dataset, const std::vector<DatasetClip>& clips) {
+  for (const DatasetClip& clip : clips)
+    for (const std::string& file : {clip.file, clip.scene})
+      std::filesystem::remove(std::filesystem::path(dataset.folder) / file);
+}
+
+/// The folders of a data set that will not be, where nothing is in them.
+void remove_folders(const Dataset& dataset) {
+  std::error_code filled;
+  for (const char* sub : {"clips", "scenes", ""})
+    std::filesystem::remove(std::filesystem::path(dataset.folder) / sub, filled);
+}
+
+/// All that rooms depend on.
+nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& recordings) {
+  nlohmann::json files = nlohmann::json::array();
+  for (const Recording& r : recordings) files.push_back({r.file, r.split});
+  const ClipReadOptions& reading = o.reading;
+  return {{"recordings", files},
+          {"seed", o.seed},
+          {"rooms_per_clip", o.rooms_per_clip},
+          {"seconds", o.seconds},
+          {"mirrored", o.mirrored},
+          {"stretches", o.stretches},
+          {"only_on_chords", o.only_on_chords},
+          {"chords", {o.chords.share, o.chords.shortest, o.chords.longest}},
+          {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
 }
 
 }  // namespace
@@ -178,38 +192,31 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   check_chords(options.chords);
   const std::vector<Recording> recordings = split_recordings(options);
   Dataset out = create_dataset(folder, fitted_actions(), options.shard);
-  std::vector<Furnished> made(recordings.size());
-  std::vector<size_t> mine;
-  for (size_t i = 0; i < recordings.size(); ++i)
-    if (options.shard.has(static_cast<int64_t>(i))) mine.push_back(i);
-  std::exception_ptr failed;
+  std::vector<int64_t> mine;
+  for (int64_t i = 0; i < static_cast<int64_t>(recordings.size()); ++i)
+    if (options.shard.has(i)) mine.push_back(i);
+  DatasetItems made;
   try {
-    each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t i) {
-      const size_t recording = mine[static_cast<size_t>(i)];
+    made = make_items(out, job_of(options, recordings), mine, options.progress, [&](int64_t i) {
+      DatasetItem item;
       try {
-        furnish_recording(out, recordings[recording], recording, options, made[recording]);
+        item.facts =
+            furnish_recording(out, recordings[static_cast<size_t>(i)], static_cast<size_t>(i), options, item.clips);
       } catch (const Error& e) {
+        remove_clips(out, item.clips);  // nothing half-written
         if (recordings.size() == 1) throw;
-        made[recording] = {};
-        made[recording].skipped = e.what();
+        item.clips.clear();
+        item.facts = {{"seconds", 0}, {"kept", 0}, {"skipped", e.what()}};
       }
+      return item;
     });
-  } catch (...) {
-    failed = std::current_exception();
-  }
-  DatasetItems items;
-  for (const size_t i : mine) {
-    out.clips.insert(out.clips.end(), made[i].clips.begin(), made[i].clips.end());
-    items[static_cast<int64_t>(i)] = {
-        made[i].clips, {{"seconds", made[i].seconds}, {"kept", made[i].kept}, {"skipped", made[i].skipped}}};
-  }
-  if (failed) {  // nothing half-written
-    remove_clips(out);
-    std::rethrow_exception(failed);
+  } catch (const Error&) {
+    remove_folders(out);
+    throw;
   }
   double seconds = 0, kept = 0;
   nlohmann::json sources = nlohmann::json::array(), skipped = sources;
-  for (const auto& [i, item] : gather_items(out, items)) {
+  for (const auto& [i, item] : made) {
     if (!item.facts.at("skipped").get<std::string>().empty()) {
       skipped.push_back(item.facts.at("skipped"));
       continue;
@@ -218,7 +225,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     seconds += item.facts.at("seconds").get<double>(), kept += item.facts.at("kept").get<double>();
   }
   if (out.whole && out.clips.empty()) {
-    remove_clips(out);
+    remove_folders(out);
     if (sources.empty()) throw Error("no recording can be used; of the first: " + skipped.front().get<std::string>());
     throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
   }

@@ -213,12 +213,12 @@ Furniture make_table(std::mt19937_64& random, double width, double depth, double
   return b.finish();
 }
 
-Furniture make_bed(std::mt19937_64& random) {
+Furniture make_bed(std::mt19937_64& random, std::optional<double> height) {
   Builder b("bed");
   const Color& wood = pick(random, kWoods);
   const Color& blanket = pick(random, kFabrics);
   const double w = chance(random, 0.5) ? uniform(random, 0.90, 1.05) : uniform(random, 1.40, 1.80);
-  const double length = uniform(random, 1.98, 2.08), top = uniform(random, 0.42, 0.54);
+  const double length = uniform(random, 1.98, 2.08), top = height.value_or(uniform(random, 0.42, 0.54));
   const double frame = top - uniform(random, 0.16, 0.22), head = uniform(random, 0.85, 1.15);
   const double z0 = -length / 2, z1 = length / 2, x = w / 2;
   corner_legs(b, wood, x - 0.02, length / 2 - 0.02, 0, frame - 0.12, 0.03, false);

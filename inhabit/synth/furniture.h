@@ -58,7 +58,8 @@ Furniture make_solid_chair(std::mt19937_64& random, double seat_height);
 Furniture make_sofa(std::mt19937_64& random, int seats, std::optional<double> seat_height = {});
 /// @param width, depth of the top, metres.
 Furniture make_table(std::mt19937_64& random, double width, double depth, double height);
-Furniture make_bed(std::mt19937_64& random);
+/// @param height of the blanket, metres; drawn where it is not given.
+Furniture make_bed(std::mt19937_64& random, std::optional<double> height = {});
 /// Boards between two sides, some bare and some full; only the bare ones are surfaces.
 Furniture make_shelf(std::mt19937_64& random, std::optional<double> board_height = {});
 Furniture make_post(std::mt19937_64& random);   ///< a lamp, a coat stand, a column: thin and high

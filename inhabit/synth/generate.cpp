@@ -2,7 +2,6 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/data/dataset_items.h"
-#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
 #include "inhabit/synth/layout.h"
@@ -53,17 +52,17 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < options.clips; ++i)
     if (options.shard.has(i / options.clips_per_room)) mine.push_back(i);
-  std::vector<DatasetClip> made(mine.size());
   const BodyModel& body = builtin_body();
-  each_item(static_cast<int64_t>(mine.size()), options.progress, [&](int64_t k) {
-    const int64_t i = mine[static_cast<size_t>(k)], number = i / options.clips_per_room;
+  nlohmann::json job = out.provenance;
+  job["clips"] = options.clips;
+  job["chords"] = {options.chords.shortest, options.chords.longest};
+  make_items(out, job, mine, options.progress, [&](int64_t i) {
+    const int64_t number = i / options.clips_per_room;
     std::mt19937_64 room_random(item_seed(options.seed, 2 * static_cast<uint64_t>(number)));
     std::mt19937_64 random(item_seed(options.seed, 2 * static_cast<uint64_t>(i) + 1));
     const Room room = make_room(room_random);
-    DatasetClip& entry = made[static_cast<size_t>(k)];
-    entry.file = numbered("clips/", i, ".npz");
-    entry.scene = numbered("scenes/room_", number, ".glb");
-    entry.split = split_of_room(number, rooms);
+    DatasetClip entry{numbered("clips/", i, ".npz"), numbered("scenes/room_", number, ".glb"),
+                      split_of_room(number, rooms), 0, ""};
     if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
     const Clip life = live(room, body, random, {options.seconds});
     if (options.chords.share > 0) {
@@ -75,10 +74,8 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
       }
     }
     write_clip(out, entry, life);
+    return DatasetItem{{entry}, {}};
   });
-  DatasetItems items;
-  for (size_t k = 0; k < mine.size(); ++k) items[mine[k]].clips = {made[k]};
-  gather_items(out, items);
   if (out.whole) write_index(out);
   return out;
 }

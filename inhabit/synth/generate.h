@@ -1,15 +1,12 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <string>
 
 #include "inhabit/data/native.h"
+#include "inhabit/progress.h"
 #include "inhabit/synth/chords.h"
 
 namespace inhabit {
-
-/// Called with the number of clips written so far and in all, from one thread at a time.
-using Progress = std::function<void(int64_t done, int64_t total)>;
 
 /// How much is made.
 struct GenerateOptions {

@@ -7,6 +7,7 @@ scripts/dependencies.sh, with and without build isolation (PEP 517).
 import base64
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -15,7 +16,9 @@ import tempfile
 import zipfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-NAME, VERSION = "inhabit", "0.1.0"
+NAME = "inhabit"
+with open(os.path.join(ROOT, "CMakeLists.txt"), encoding="utf-8") as project:
+    VERSION = re.search(r"project\(inhabit VERSION ([0-9.]+)", project.read())[1]
 METADATA = f"""Metadata-Version: 2.1
 Name: {NAME}
 Version: {VERSION}

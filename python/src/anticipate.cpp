@@ -29,13 +29,13 @@ void add_anticipate(py::module_& m) {
           "(S, T') int64 intentions of on_source.")
       .def("__len__", [](const Futures& r) { return r.futures.size(); });
 
-  py::class_<IntentionAnticipator>(
+  py::class_<IntentionAnticipator, std::shared_ptr<IntentionAnticipator>>(
       m, "Anticipator",
       "Intention-driven anticipation: a motion in, many plausible futures of any length out.\n"
       "Safe to use from several threads.")
       .def(py::init([](const std::optional<Path>& model) {
              const std::string file = model_file(model, "anticipate-cmu.safetensors");
-             return released([&] { return std::make_unique<IntentionAnticipator>(IntentionAnticipator::load(file)); });
+             return released([&] { return std::make_shared<IntentionAnticipator>(IntentionAnticipator::load(file)); });
            }),
            "model"_a = py::none(), "model: a model file; left out, the one that ships.")
       .def_property_readonly(

@@ -5,7 +5,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "arrays.h"
 #include "inhabit/interruption.h"
 #include "inhabit/io/read_options.h"
+#include "inhabit/progress.h"
 
 namespace inhabit::python {
 
@@ -34,8 +34,6 @@ auto released(Work&& work) {
   const Interruptible here(check_signals);
   return work();
 }
-
-using Progress = std::function<void(int64_t done, int64_t all)>;
 
 /// A Python function, or None, as what library code calls from any thread, without the GIL. What it raises ends the
 /// work, and so does Ctrl-C.
@@ -83,5 +81,7 @@ void add_synth(py::module_& m);
 void add_train(py::module_& m);
 void add_evaluate(py::module_& m);
 void add_page(py::module_& m);
+void add_stream(py::module_& m);
+void add_import(py::module_& m);
 
 }  // namespace inhabit::python

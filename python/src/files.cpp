@@ -43,9 +43,30 @@ constexpr const char* kReading =
     "file.\n"
     "What was detected is logged to logging.getLogger('inhabit').";
 
+WriteOptions writing_of(double start, Number end, Number rate, bool loop, const Text& up) {
+  if (rate && !(*rate >= 0.1 && *rate <= 1000)) throw Error("rate", "is not in [0.1, 1000]");
+  if (!(start >= 0)) throw Error("start", "is under 0");
+  return {start, end, loop, rate.value_or(0), up_axis(up)};
+}
+
+constexpr const char* kWriting =
+    "\n\nstart, end: seconds of the clip between which it is written; rate: frames a second of the file; loop: its end "
+    "is mixed\n"
+    "into its start, so that it can be repeated; up: 'z' for .bvh and .npz.";
+
 }  // namespace
 
 void add_files(py::module_& m) {
+  static const std::string write_clip_doc =
+      std::string(
+          "Writes a motion as its extension says: .npz, .json, .bvh or .glb; only a .glb holds the scene. A clip "
+          "of positions\nalone is fitted first for .bvh and .glb.") +
+      kWriting;
+  static const std::string write_clips_doc =
+      std::string(
+          "Writes several motions of one person, of equal length, to one .npz, or to a file each: NAME_000.bvh "
+          "...") +
+      kWriting;
   static const std::string read_clip_doc =
       std::string("A motion from any file inhabit reads: .bvh .amc .txt .npz .npy .json, on the file's own skeleton.") +
       kReading;
@@ -70,19 +91,23 @@ void add_files(py::module_& m) {
       "Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures.");
   m.def(
       "write_clip",
-      [](const Path& path, const Clip& clip, const std::optional<Scene>& scene) {
-        released([&, clip] { write_clip(path.string(), clip, scene ? &*scene : nullptr); });
+      [](const Path& path, const Clip& clip, const std::optional<Scene>& scene, double start, Number end, Number rate,
+         bool loop, const Text& up) {
+        const WriteOptions writing = writing_of(start, end, rate, loop, up);
+        released([&, clip] { write_clips(path.string(), {clip}, writing, {}, scene ? &*scene : nullptr); });
       },
-      "path"_a, "clip"_a, "scene"_a = py::none(),
-      "Writes a motion as its extension says: .npz, .json, .bvh or .glb; only a .glb holds the scene. A clip of "
-      "positions\n"
-      "alone is fitted first for .bvh and .glb.");
+      "path"_a, "clip"_a, "scene"_a = py::none(), py::kw_only(), "start"_a = 0.0, "end"_a = py::none(),
+      "rate"_a = py::none(), "loop"_a = false, "up"_a = py::none(), write_clip_doc.c_str());
   m.def(
       "write_clips",
-      [](const Path& path, const std::vector<Clip>& clips) {
-        released([&] { write_clips_npz(path.string(), clips); });
+      [](const Path& path, const std::vector<Clip>& clips, double start, Number end, Number rate, bool loop,
+         const Text& up) {
+        if (clips.empty()) throw Error(path.string(), "no motion to write");
+        const WriteOptions writing = writing_of(start, end, rate, loop, up);
+        released([&] { write_clips(path.string(), clips, writing); });
       },
-      "path"_a, "clips"_a, "Writes several motions of one person, of equal length, to one .npz.");
+      "path"_a, "clips"_a, py::kw_only(), "start"_a = 0.0, "end"_a = py::none(), "rate"_a = py::none(),
+      "loop"_a = false, "up"_a = py::none(), write_clips_doc.c_str());
   m.def("read_scene", &read_scene, "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(),
         "A scene from a mesh (.obj .ply .glb .gltf .off .stl) or a point cloud (.ply .pcd .xyz .npz .npy), in metres "
         "with\n"
@@ -97,11 +122,10 @@ void add_files(py::module_& m) {
       "convert",
       [](const Path& source, const Path& target, Number rate, bool retarget, const Text& up, Number scale,
          Number input_rate, const std::optional<Path>& asf, const std::string& out_up, const std::optional<Path>& scene,
-         const std::optional<Path>& body) {
+         const std::optional<Path>& body, double start, Number end, bool loop) {
         ConvertOptions options;
         options.reading = reading_of(up, scale, input_rate, asf);
-        if (rate && !(*rate >= 0.1 && *rate <= 1000)) throw Error("rate", "is not in [0.1, 1000]");
-        options.writing.rate = rate.value_or(0);
+        options.writing = writing_of(start, end, rate, loop, std::nullopt);
         options.retarget = retarget;
         if (up_axis(out_up) == UpAxis::z) options.writing.up = UpAxis::z;
         if (scene) options.scene = scene->string();
@@ -114,12 +138,14 @@ void add_files(py::module_& m) {
       },
       "source"_a, "target"_a, py::kw_only(), "rate"_a = py::none(), "retarget"_a = false, "up"_a = py::none(),
       "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(), "out_up"_a = "y",
-      "scene"_a = py::none(), "body"_a = py::none(),
+      "scene"_a = py::none(), "body"_a = py::none(), "start"_a = 0.0, "end"_a = py::none(), "loop"_a = false,
       "Writes a motion or a scene in another format, told by the extensions; returns a line that says what was "
       "written.\n"
       "rate: frames a second of the output; retarget: onto the standard 22 joints; out_up: 'z' for .bvh and .npz; "
       "scene: a\n"
-      "file to put into a .glb beside the motion; body: SMPL-family model file (.npz).");
+      "file to put into a .glb beside the motion; body: SMPL-family model file (.npz). start, end, loop: as write_clip "
+      "has\n"
+      "them.");
   m.def(
       "info",
       [](const Path& path, const Text& up, Number scale, Number rate) {

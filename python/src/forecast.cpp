@@ -30,13 +30,13 @@ void add_forecast(py::module_& m) {
           "contact_points", [](const ForecastResult& r) { return r.forecast.contact_points; },
           "(T, 22, 4) float32: x y z metres, then whether the joint is in contact.");
 
-  py::class_<ContactForecaster>(
+  py::class_<ContactForecaster, std::shared_ptr<ContactForecaster>>(
       m, "Forecaster",
       "Contact-aware motion forecasting: the second that was observed and a room in, the next two\n"
       "seconds out. Safe to use from several threads.")
       .def(py::init([](const std::optional<Path>& model) {
              const std::string file = model_file(model, "forecast-compact.safetensors");
-             return released([&] { return std::make_unique<ContactForecaster>(ContactForecaster::load(file)); });
+             return released([&] { return std::make_shared<ContactForecaster>(ContactForecaster::load(file)); });
            }),
            "model"_a = py::none(), "model: a model file; left out, the one that ships.")
       .def_property_readonly(

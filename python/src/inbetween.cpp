@@ -118,7 +118,7 @@ void add_inbetween(py::module_& m) {
              const py::object& progress, bool standard, const std::string& name) {
             inbetween::Options options;
             options.keys = keys_of(keys, clip, seed);
-            if (!joints.empty()) options.key_groups = inbetween::key_groups(joints);
+            if (!joints.empty()) options.key_groups = inbetween::key_groups(joints, clip.skeleton);
             options.noise = noise;
             options.steps = steps;
             options.sampler = sampler_of(sampler);

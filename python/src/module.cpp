@@ -52,6 +52,8 @@ PYBIND11_MODULE(_core, m) {
   add_reconstruct(m);
   add_score(m);
   add_data(m);
+  add_stream(m);
+  add_import(m);
   add_synth(m);
   add_train(m);
   add_evaluate(m);

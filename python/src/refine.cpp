@@ -72,7 +72,7 @@ void add_refine(py::module_& m) {
         options.generated = generated;
         options.name = name;
         options.standard = standard;
-        if (!keep.empty()) refine::add_kept(keep, clip.frames(), options);
+        if (!keep.empty()) refine::add_kept(keep, clip, options);
         const Scene there = scene.value_or(Scene());
         return RefineResult{released([&, clip] { return refine::refine(clip, there, options); }), there};
       },

@@ -1,10 +1,13 @@
 #include "calls.h"
 #include "inhabit/error.h"
+#include "inhabit/inbetween/score_features.h"
+#include "inhabit/io/shipped_model.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/dynamics.h"
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/metrics/frechet.h"
 #include "inhabit/metrics/penetration.h"
+#include "inhabit/metrics/score_clips.h"
 #include "inhabit/metrics/score_motions.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
@@ -23,6 +26,18 @@ std::vector<NamedMotion> standard_motions(const Clips& clips, double rate, const
     out.push_back({name, resample(retarget(clips[i], name), rate, name).joints});
   }
   return out;
+}
+
+/// (N, 64) of all windows of the clips, by the network that ships.
+torch::Tensor features_of(const Clips& clips, const std::string& what) {
+  static const auto network = inbetween::load_motion_autoencoder(inhabit::shipped_model("motion-features.safetensors"));
+  const torch::NoGradGuard no_gradients;
+  std::vector<ScoredClip> scored;
+  for (size_t i = 0; i < clips.size(); ++i) {
+    scored.push_back(scored_clip(clips[i], 30, inbetween::kFeatureFrames, what + " " + std::to_string(i)));
+    scored.back().clip = over_floor(scored.back().clip, {});
+  }
+  return inbetween::features_of(scored, network);
 }
 
 /// The clip as scores of poses want it: on the standard skeleton with rotations.
@@ -123,6 +138,27 @@ void add_score(py::module_& m) {
       "whose\n"
       "error is the least ('best'), and both over all frames ('overall', 'best_overall'). These are of poses without\n"
       "place and heading; the same of the root ('path') and of all joints ('world') in the world are dictionaries.");
+  m.def(
+      "motion_features",
+      [](const Clips& clips) { return array_of(released([&] { return features_of(clips, "clip"); })); }, "clips"_a,
+      "What score_fid and score_diversity are taken over: features (N, 64) float32 of the windows of all clips.");
+  m.def(
+      "score_fid",
+      [](const Clips& motions, const Clips& reference) {
+        const inbetween::FidScore score = released(
+            [&] { return inbetween::score_fid(features_of(motions, "motion"), features_of(reference, "reference")); });
+        return py::dict("fid"_a = score.fid, "windows"_a = score.windows,
+                        "reference_windows"_a = score.reference_windows, "dimensions"_a = score.dimensions);
+      },
+      "motions"_a, "reference"_a,
+      "Frechet distance of the motion features of clips from those of real motion: a dictionary of fid, windows,\n"
+      "reference_windows and dimensions. Two windows of each are needed at least.");
+  m.def(
+      "score_diversity",
+      [](const Clips& motions) {
+        return released([&] { return inbetween::score_diversity(features_of(motions, "motion")); });
+      },
+      "motions"_a, "Mean distance between the motion features of all pairs of windows of clips.");
   m.def(
       "foot_skating",
       [](const Clip& clip, double height, double distance) {

@@ -7,6 +7,7 @@
 #include "anticipate/small_networks.h"
 #include "cli/examples.h"
 #include "cli/refusal.h"
+#include "cli/shards.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/files.h"
@@ -85,6 +86,8 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "retrieval", "memory alone",
                                                "seq2seq", "LTD", "ours", "real motion"}));
   for (const std::string& method : methods) EXPECT_THAT(r.out, ::testing::HasSubstr(method));
+
+  expect_shards_alike("eval anticipate --data " + data + " --model " + model + " --samples 2 --windows 2 --seconds 4");
 
   // Without a model a fold remembers its own recordings.
   r = run_command("eval anticipate --data " + data +

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/refusal.h"
+#include "cli/shards.h"
 #include "cli/tiny_rooms.h"
 #include "inhabit/io/atomic_file.h"
 
@@ -69,6 +70,12 @@ TEST(Eval, ShardsEndInTheSameTable) {
   const std::string out = folder / "out";
   std::filesystem::create_directory(out);
   expect_refused("eval forecast --data " + rooms + " --shard 1/2", {"--shard", "--json"}, out);
+}
+
+TEST(Eval, ShardsOfContactsAndWaysAroundDoToo) {
+  const TempFolder folder;
+  expect_shards_alike("eval contacts --stride 20 --data " + make_tiny_rooms(folder));
+  expect_shards_alike("eval detour --rooms 4 --seeds 1 --no-refine");
 }
 
 TEST(Eval, RefusesDataThatCannotBeMeasured) {

@@ -16,7 +16,7 @@
 namespace inhabit {
 namespace {
 
-using ::testing::HasSubstr;
+using ::testing::HasSubstr, ::testing::Not;
 using torch::Tensor;
 
 /// A model file of small sizes and weights of no training, for clips of the usual length.
@@ -111,6 +111,11 @@ TEST(Inbetween, AHandGoesThroughATarget) {
   renamed.skeleton.names[18] = "LeftForeArm";
   write_clip(folder / "renamed.npz", renamed);
   EXPECT_LT(distance(folder / "renamed.npz" + " --target LeftHand" + text, 20), 0.01);
+  const CommandResult far = run_command("inbetween " + kWalk + " --target left_wrist@1.5=30,90,20 -o " + out);
+  EXPECT_EQ(far.exit_code, 0);
+  EXPECT_THAT(far.err, HasSubstr("warning: --target left_wrist@1.5=30,90,20 is missed by ")) << "centimetres";
+  EXPECT_THAT(run_command("inbetween " + kWalk + " --target left_wrist" + text + " -o " + out).err,
+              Not(HasSubstr("is missed by")));
   const TempFolder empty;
   const std::string to = " -o " + empty / "x.npz", nothing = empty / "";
   expect_refused("inbetween " + folder / "renamed.npz" + " --target nose@1=0,1,0" + to,

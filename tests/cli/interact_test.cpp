@@ -8,6 +8,7 @@
 
 #include "cli/examples.h"
 #include "cli/refusal.h"
+#include "cli/shards.h"
 #include "inhabit/interact/model_file.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
@@ -57,6 +58,8 @@ TEST(Interact, FromDataToAModelToATable) {
   const nlohmann::json starts = nlohmann::json::parse(read_whole_file(folder / "t.json"));
   EXPECT_GE(starts.size(), 4) << "each chair, raw and fitted";
   EXPECT_TRUE(starts[0].contains("seated_percent"));
+  expect_shards_alike("eval interact --data " + data + " --split all --runs 3 --seconds 2 --model " + model);
+  expect_shards_alike("eval interact --scene " + kSitRoom + " --runs 2 --seconds 1 --model " + model);
   r = run_command("eval interact --model " + model);
   EXPECT_EQ(r.exit_code, 2);
   EXPECT_THAT(r.err, HasSubstr("--data"));

@@ -1,6 +1,8 @@
 // Protects what is seen of long work: a bar on a terminal, plain lines elsewhere, nothing with --quiet; and that what
-// is printed for other programs stays clean.
+// is printed for other programs stays clean; and what becomes of work that is interrupted.
 #include <gmock/gmock.h>
+
+#include <filesystem>
 
 #include "cli/command.h"
 #include "cli/examples.h"
@@ -11,7 +13,7 @@ using testing::AllOf, testing::HasSubstr, testing::Not;
 
 /// Work of a second or so.
 std::string work(const std::string& folder) {
-  return INHABIT_COMMAND " synth rooms --clips 12 --seed 3 --out " + folder;
+  return INHABIT_COMMAND " synth rooms --clips 60 --seed 3 --out " + folder;
 }
 
 /// On a terminal of its own.
@@ -22,13 +24,13 @@ std::string on_terminal(const std::string& command) {
 TEST(Progress, IsABarOnATerminalAndGoesAwayInTheEnd) {
   const TempFolder folder;
   const std::string out = on_terminal(work(folder / "a"));
-  EXPECT_THAT(out, AllOf(HasSubstr("clips ["), HasSubstr("of 12, "), HasSubstr("/s, "), HasSubstr(" left")));
+  EXPECT_THAT(out, AllOf(HasSubstr("clips ["), HasSubstr("of 60, "), HasSubstr("/s, "), HasSubstr(" left")));
   const size_t bar = out.rfind("clips ["), gone = out.rfind("\r\x1b[K");
   ASSERT_NE(bar, std::string::npos);
   EXPECT_GT(gone, bar);
-  EXPECT_LT(gone, out.rfind("12 clips")) << "what the verb says in the end stands alone";
+  EXPECT_LT(gone, out.rfind("60 clips")) << "what the verb says in the end stands alone";
   const std::string quiet = on_terminal(work(folder / "b") + " --quiet");
-  EXPECT_THAT(quiet, AllOf(Not(HasSubstr("clips [")), HasSubstr("12 clips")));
+  EXPECT_THAT(quiet, AllOf(Not(HasSubstr("clips [")), HasSubstr("60 clips")));
 }
 
 TEST(Progress, LeavesNoBarWhereThereIsNoTerminal) {
@@ -36,7 +38,33 @@ TEST(Progress, LeavesNoBarWhereThereIsNoTerminal) {
   const CommandResult r = run_program(work(folder / "a"));
   EXPECT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(r.err + r.out, Not(HasSubstr("\r")));
-  EXPECT_THAT(r.out, Not(HasSubstr("of 12")));
+  EXPECT_THAT(r.out, Not(HasSubstr("of 60")));
+}
+
+TEST(Interrupted, WorkIsKeptAndTheSameCommandGoesOn) {
+  const TempFolder folder;
+  const std::string out = folder / "rooms", kept = out + "/unfinished.jsonl",
+                    command = "synth rooms --clips 40 --seed 3 --seconds 4 --out " + out;
+  const CommandResult ended = run_program("sh -c '" INHABIT_COMMAND " " + command + " & pid=$!; until test -s " + kept +
+                                          "; do sleep 0.02; done; kill $pid; wait $pid'");
+  EXPECT_EQ(ended.exit_code, 128 + 15);
+  EXPECT_THAT(ended.err,
+              HasSubstr("inhabit: interrupted; what is made is kept, and the same command makes the rest\n"));
+  ASSERT_TRUE(std::filesystem::exists(kept)) << "the run was not long enough to be interrupted";
+  const CommandResult rest = run_command(command);
+  EXPECT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_THAT(rest.out, HasSubstr("40 clips"));
+  EXPECT_FALSE(std::filesystem::exists(kept));
+}
+
+TEST(Interrupted, WorkThatKeepsNothingEndsAtOnce) {
+  const TempFolder folder;
+  const std::string in = folder / "in";  // a pipe that nobody writes to
+  const CommandResult r =
+      run_program("sh -c 'mkfifo " + in + "; exec 3<>" + in +
+                  "; " INHABIT_COMMAND " stream forecast --quiet <&3 >/dev/null & sleep 1; kill $!; wait $!'");
+  EXPECT_EQ(r.exit_code, 128 + 15);
+  EXPECT_THAT(r.err, testing::EndsWith("inhabit: interrupted\n"));
 }
 
 TEST(Quiet, LeavesAwayWhatWasDetected) {

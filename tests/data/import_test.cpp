@@ -5,12 +5,15 @@
 
 #include <cstdlib>
 
+#include "data/expmap_file.h"
 #include "data/import_folders.h"
 #include "data/imported.h"
 #include "inhabit/body/body_model.h"
+#include "inhabit/io/asf_amc.h"
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/motion/resample.h"
 #include "refusal_of.h"
+#include "shared.h"
 #include "temp_folder.h"
 
 namespace inhabit {
@@ -37,6 +40,7 @@ TEST(ImportAmass, KeepsPeopleApartAndTheirParameters) {
   const DatasetClip& entry = clip_called(data, "A/01/walk to sofa_poses");
   EXPECT_EQ(entry.file, "clips/A__01__walk_to_sofa_poses.npz");
   const Clip clip = load_clip(data, entry);
+  EXPECT_EQ(read_npz(data.folder + "/" + entry.file).at("source_rate", "source_rate").item<double>(), 60);
   EXPECT_EQ(clip.frames(), 90);  // 180 at 60 Hz
   EXPECT_EQ(clip.gender, "female");
   EXPECT_EQ(clip.source_body, "smplh");
@@ -204,6 +208,65 @@ TEST(ImportCmu, ReadsTheTextWithThePapersSplits) {
   ASSERT_EQ(set.broken.size(), 1U);
   EXPECT_THAT(set.broken[0], HasSubstr("running_1.txt"));
   EXPECT_THAT(set.missing, Contains(HasSubstr("no training file of basketball")));
+}
+
+TEST(ImportCmu, TheTextBecomesADataSetOfItsActions) {
+  const TempFolder folder;
+  for (const char* file : {"train/walking/walking_1", "train/walking/walking_2", "test/walking/walking_3",
+                           "train/running/running_1", "test/running/running_2"})
+    write_expmap(folder / ("cmu/" + std::string(file) + ".txt"), 117, 400, 17);
+  const ImportResult r = imported("cmu", folder / "cmu", folder / "out");
+  EXPECT_EQ(r.made, 5);
+  EXPECT_TRUE(r.skipped.empty());
+  const Dataset data = open_dataset(folder / "out");
+  EXPECT_THAT(data.actions, ::testing::UnorderedElementsAre("walking", "running"));
+  std::map<std::string, int> splits;
+  for (const DatasetClip& entry : data.clips) {
+    ++splits[entry.split];
+    const Clip clip = load_clip(data, entry);
+    EXPECT_EQ(clip.frames(), 100) << "120 Hz";
+    EXPECT_NEAR(clip.joints.select(2, 1).min().item<double>(), 0, 0.15) << entry.file << " stands on the floor";
+    EXPECT_THAT(entry.source, HasSubstr(clip.action_names[static_cast<size_t>(clip.action[0].item<int64_t>())]));
+  }
+  EXPECT_EQ(splits, (std::map<std::string, int>{{"test", 2}, {"train", 2}, {"val", 1}}));
+  EXPECT_GT(windows_of(folder / "out", "train"), 0);
+}
+
+TEST(ImportCmu, RecordingsWithTheirSkeletonsAreSplitByPerson) {
+  const std::string shared = shared_folder();
+  if (shared.empty()) GTEST_SKIP() << "no recordings beside the project";
+  const TempFolder folder;
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(shared + "/data"))
+    if (entry.path().extension() == ".amc" && std::filesystem::file_size(entry.path()) < (1U << 20))
+      found.push_back(entry.path());
+  ASSERT_FALSE(found.empty());
+  std::sort(found.begin(), found.end());
+  found.resize(std::min<size_t>(found.size(), 4));
+  for (const std::filesystem::path& amc : found) {
+    const std::string person = amc.stem().string().substr(0, amc.stem().string().find('_'));
+    std::filesystem::create_directories(folder / "cmu/" + person);
+    std::filesystem::copy(amc, folder / "cmu/" + person);
+    std::filesystem::copy(find_asf(amc.string()), folder / "cmu/" + person + "/" + person + ".asf",
+                          std::filesystem::copy_options::skip_existing);
+  }
+  const ImportResult r = imported("cmu", folder / "cmu", folder / "out");
+  EXPECT_EQ(r.made, static_cast<int64_t>(found.size()));
+  EXPECT_GT(touching(load_clip(r.dataset, r.dataset.clips.front()), 10), 0) << "feet stand";
+}
+
+TEST(ImportHuman36m, ExponentialMapsBecomeADataSetSplitByPerson) {
+  const TempFolder folder;
+  for (const char* file : {"S1/walking_1", "S6/eating_1", "S5/walking_1", "S11/eating_1"})
+    write_expmap(folder / ("h36m/" + std::string(file) + ".txt"), 99, 250, 0);
+  const ImportResult r = imported("human36m", folder / "h36m", folder / "out");
+  EXPECT_EQ(r.skipped.size(), 0U);
+  std::map<std::string, int> splits;
+  for (const DatasetClip& entry : r.dataset.clips) ++splits[entry.split];
+  EXPECT_EQ(splits, (std::map<std::string, int>{{"test", 1}, {"train", 3}, {"val", 1}})) << "S5, and the end of S11";
+  const Clip clip = load_clip(r.dataset, clip_called(r.dataset, "train/walking_1"));
+  EXPECT_EQ(clip.frames(), 150) << "50 Hz";
+  EXPECT_THAT(r.dataset.actions, ::testing::UnorderedElementsAre("walking", "eating"));
 }
 
 }  // namespace

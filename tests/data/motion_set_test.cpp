@@ -5,11 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <map>
 
 #include "anticipate/people.h"
+#include "data/expmap_file.h"
 #include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -20,19 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-/// Exponential-map text of `frames` rows: everything swings a little, the root is `height` units high.
-void write_expmap(const std::string& path, int columns, int64_t frames, double height) {
-  fs::create_directories(fs::path(path).parent_path());
-  std::ofstream out(path);
-  for (int64_t t = 0; t < frames; ++t)
-    for (int k = 0; k < columns; ++k) {
-      const double value = k == 1 && t == 0 ? height
-                           : k < 3          ? (k == 1 && columns == 117 ? height : 0)
-                                            : 0.1 * std::sin(0.05 * static_cast<double>(t) + k);
-      out << value << (k + 1 < columns ? "," : "\n");
-    }
-}
 
 /// Pieces of each action and split, "walking train" -> how many.
 std::map<std::string, int64_t> counts(const std::vector<ActionMotion>& motions) {

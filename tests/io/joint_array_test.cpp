@@ -2,11 +2,13 @@
 // clouds.
 #include "inhabit/io/joint_array.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/io/clip_npz.h"
+#include "inhabit/motion/retarget.h"
 #include "refusal_of.h"
 
 namespace inhabit {
@@ -56,6 +58,39 @@ TEST(JointArray, IsLeftAloneBesideAPose) {
   npz.tensors["trans"] = torch::zeros({5, 3});
   npz.tensors["keypoints"] = torch::rand({2, 5, 25, 3});
   EXPECT_TRUE(clips_from_npz(npz, "pose").front().rotations.defined());
+}
+
+TEST(JointArray, UnitsAreToldFromThePerson) {
+  for (const auto& [scale, unit] : {std::pair(1000, "millimetres"), std::pair(100, "centimetres")}) {
+    Npz npz;
+    npz.tensors["keypoints"] = standing(7) * scale;
+    Notes notes;
+    const Clip clip = clip_from_npz(npz, "far.npz", {}, &notes);
+    EXPECT_LT((clip.joints - standing(7)).abs().max().item<float>(), 1e-5) << unit;
+    EXPECT_NEAR(clip.skeleton.offsets[4].norm().item<double>(),
+                builtin_body().skeleton.offsets[4].norm().item<double>(), 1e-4);
+    EXPECT_THAT(notes, testing::Contains(testing::HasSubstr(unit)));
+  }
+}
+
+TEST(JointArray, Human36mOrderIsKnown) {
+  // Which of the standard joints is where, in the order of the 17.
+  const std::vector<int64_t> of = {0, 2, 5, 8, 1, 4, 7, 6, 9, 12, 15, 16, 18, 20, 17, 19, 21};
+  const torch::Tensor joints = standing(7);
+  Npz npz;
+  npz.tensors["poses_3d"] = joints.index_select(1, torch::tensor(of)) * 1000;
+  Notes notes;
+  const Clip clip = clip_from_npz(npz, "lifted.npz", {}, &notes);
+  EXPECT_EQ(clip.skeleton.size(), 17);
+  EXPECT_THAT(notes, testing::Contains(testing::HasSubstr("Human3.6M's 17 joints")));
+  const Clip standard = retarget(clip, "lifted.npz");
+  for (const int64_t j : {4, 5, 7, 8, 18, 19, 20, 21})
+    EXPECT_LT((standard.joints.select(1, j) - joints.select(1, j)).norm(2, {1}).max().item<double>(), 0.02) << j;
+  torch::Tensor coco = npz.tensors["poses_3d"].clone();  // nose and eyes where pelvis and hip are
+  coco.select(1, 1).copy_(coco.select(1, 0) + 20);
+  coco.select(1, 4).copy_(coco.select(1, 0) - 20);
+  npz.tensors["poses_3d"] = coco;
+  EXPECT_THAT(refusal_of([&] { clip_from_npz(npz, "coco.npz"); }), testing::HasSubstr("Human3.6M's 17 in their order"));
 }
 
 TEST(JointArray, OfTooFewJointsIsSaid) {

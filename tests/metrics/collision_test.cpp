@@ -185,7 +185,7 @@ Collision plainly_measured(const Scene& scene, const Clip& clip) {
   const torch::Tensor trans = clip.root_path() - shaped_skeleton(body, clip.betas).offsets[0],
                       allowed = torch::where(supporting_skin(body), torch::tensor(static_cast<float>(kSupportedDepth)),
                                              torch::tensor(static_cast<float>(kCollisionDepth)));
-  Collision out{torch::zeros({clip.frames()}), torch::zeros({clip.frames()})};
+  Collision out{torch::zeros({clip.frames()}), torch::zeros({clip.frames()}), {}};
   for (int64_t t = 0; t < clip.frames(); ++t) {
     const torch::Tensor skin_points = skin(body, clip.betas, axis_angle_to_matrix(clip.rotations[t]), trans[t]),
                         depth = query.closest(skin_points).distances,

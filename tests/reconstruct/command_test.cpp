@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/refusal.h"
+#include "cli/shards.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/npz.h"
 #include "inhabit/io/scene_file.h"
@@ -58,6 +59,10 @@ TEST(ReconstructVerb, EvaluationPrintsAndKeeps) {
   EXPECT_THAT(r.out, ::testing::HasSubstr("keys moved"));
   std::ifstream file(rendered_files().folder.string() + ".json");
   EXPECT_TRUE(nlohmann::json::parse(file).is_structured());
+}
+
+TEST(ReconstructVerb, ShardsOfAnEvaluationEndInTheSameTable) {
+  expect_shards_alike("eval reconstruct --rooms 2 --seconds 2 --width 120 --no-objects --seed 4");
 }
 
 TEST(ReconstructVerb, FilesInMotionRoomAndPageOut) {

@@ -2,6 +2,7 @@
 // the bit, long motions are as good as short ones, and the settings of the chair paper's Eq. 7 and 8 are this solver's.
 #include "inhabit/refine/refine_clip.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "inhabit/body/body_model.h"
@@ -18,6 +19,7 @@
 #include "inhabit/refine/terms.h"
 #include "inhabit/refine/trajectory.h"
 #include "largest.h"
+#include "refusal_of.h"
 #include "shared.h"
 
 namespace inhabit::refine {
@@ -107,7 +109,7 @@ TEST(Refine, FeetThatANetworkLetsGlideStand) {
 TEST(Refine, WhatIsKeptIsKept) {
   const Clip input = noisy(walk(), 1);
   Options options;
-  add_kept("0,40,left_wrist", input.frames(), options);
+  add_kept("0,40,left_wrist", input, options);
   const Clip out = refine(input, {}, options).clip;
   for (const int64_t t : {0, 40}) {
     EXPECT_TRUE(torch::equal(out.rotations[t], input.rotations[t])) << t;
@@ -120,12 +122,18 @@ TEST(Refine, WhatIsKeptIsKept) {
 
 TEST(Refine, WhatToKeepIsReadOrRefused) {
   Options options;
-  add_kept("every:30,head,5", 100, options);
+  Clip clip = walk();
+  clip.joints = torch::zeros({100, 22, 3});
+  clip.skeleton.names[20] = "LeftHand";
+  clip.skeleton.names[18] = "LeftForeArm";
+  add_kept("every:30,head,5,LeftHand", clip, options);
   EXPECT_EQ(options.keep_frames, (std::vector<int64_t>{0, 30, 60, 90, 99, 5}));
-  EXPECT_EQ(options.keep_joints, (std::vector<int>{15}));
-  EXPECT_THROW(add_kept("elbow", 100, options), Error);
-  EXPECT_THROW(add_kept("every:0", 100, options), Error);
-  EXPECT_THROW(add_kept("-3", 100, options), Error);
+  EXPECT_EQ(options.keep_joints, (std::vector<int>{15, 20})) << "by standard names and the file's";
+  EXPECT_THAT(refusal_of([&] { add_kept("elbow", clip, options); }),
+              testing::AllOf(testing::HasSubstr("'elbow'"), testing::HasSubstr("left_elbow"),
+                             testing::HasSubstr("LeftForeArm")));
+  EXPECT_THROW(add_kept("every:0", clip, options), Error);
+  EXPECT_THROW(add_kept("-3", clip, options), Error);
   Options beyond;
   beyond.keep_frames = {90};
   EXPECT_THROW(refine(walk(), {}, beyond), Error);

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <fstream>
 #include <map>
+#include <stdexcept>
 
 #include "cli/command.h"
 #include "inhabit/error.h"
@@ -44,6 +46,32 @@ TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
   ASSERT_EQ(one.size(), three.size());
   for (const auto& [name, bytes] : one) EXPECT_TRUE(three.at(name) == bytes) << name;
   EXPECT_FALSE(one.at("clips/000000.npz") == other.at("clips/000000.npz"));
+}
+
+TEST(GenerateRooms, ARunThatWasEndedGoesOnToTheSameBytes) {
+  const TempFolder folder;
+  GenerateOptions options;
+  options.clips = 7;
+  options.clips_per_room = 2;
+  options.seconds = 3;
+  generate_rooms(folder / "whole", options);
+  const std::string kept = folder / "ended/unfinished.jsonl";
+  options.progress = [](int64_t done, int64_t) {
+    if (done == 3) throw std::runtime_error("ended");
+  };
+  EXPECT_THROW(generate_rooms(folder / "ended", options), std::runtime_error);
+  std::ofstream(kept, std::ios::app) << R"({"clips": [["cl)";  // a line that was not written to its end
+  options.progress = {};
+  options.seed = 2;
+  EXPECT_THAT(refusal_of([&] { generate_rooms(folder / "ended", options); }),
+              testing::AllOf(testing::HasSubstr(kept), testing::HasSubstr("other settings")));
+  options.seed = 1;
+  int64_t left = 0;
+  options.progress = [&](int64_t, int64_t all) { left = all; };
+  generate_rooms(folder / "ended", options);
+  EXPECT_GT(left, 0);
+  EXPECT_LE(left, 4) << "the clips that were made are not made again";
+  EXPECT_TRUE(contents(folder / "ended") == contents(folder / "whole"));
 }
 
 TEST(GenerateRooms, ShardsMakeTheSameBytesInAnyOrder) {
