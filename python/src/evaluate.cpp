@@ -2,10 +2,13 @@
 #include "calls.h"
 #include "inhabit/anticipate/evaluation_folds.h"
 #include "inhabit/error.h"
+#include "inhabit/forecast/evaluate_contacts.h"
+#include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
 #include "inhabit/interact/evaluate.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/nn/used_settings.h"
+#include "inhabit/reconstruct/evaluate.h"
 
 namespace inhabit::python {
 namespace {
@@ -87,6 +90,43 @@ std::string interact_rows(const Asked& asked, double seconds) {
   return table_json(interact::evaluate(trials, methods, asked.seed, asked.progress)).dump();
 }
 
+std::string contacts_rows(const Asked& asked) {
+  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors",
+                                    {"points=", "radius=", "contact_threshold="});
+  forecast::Config dense = model.config;
+  dense.points = forecast::kDensePoints;
+  const forecast::Data data(asked.data, asked.split, model.config, 30);
+  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
+  return rows_json(forecast::evaluate_contacts(model, data, forecast::Data(asked.data, asked.split, dense, 30),
+                                               asked.progress))
+      .dump();
+}
+
+std::string detour_rows(const Asked& asked, bool refine) {
+  const auto model =
+      asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors", {"inference.", "t_star="});
+  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(false, refine);
+  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
+    methods.push_back(std::move(row));
+  inbetween::DetourEvaluation how;
+  how.seeds = asked.seeds;
+  how.seed = asked.seed;
+  how.progress = asked.progress;
+  const auto rooms = inbetween::blocked_rooms(((asked.windows > 0 ? asked.windows : 50) + 1) / 2, model.config.frames,
+                                              model.config.rate, asked.seed);
+  return rows_json(inbetween::score_table(inbetween::evaluate_detour(rooms, methods, how), rooms, how), true).dump();
+}
+
+std::string reconstruct_rows(const Asked& asked, double seconds) {
+  const auto inbetweener = inbetween::SceneInbetweener::load(model_file(asked.model, "inbetween-noisy.safetensors"));
+  reconstruct::Evaluation how;
+  if (asked.windows > 0) how.rooms = asked.windows;
+  how.seed = asked.seed;
+  how.seconds = seconds;
+  how.progress = asked.progress;
+  return rows_json(reconstruct::table_of(reconstruct::evaluate(inbetweener, how))).dump();
+}
+
 py::object evaluate_system(const std::string& system, const std::variant<std::string, Texts>& data,
                            const std::string& split, const std::optional<Path>& model, const py::object& settings,
                            std::optional<int64_t> windows, int64_t seeds, uint64_t seed, int64_t samples,
@@ -112,7 +152,12 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
     if (system == "anticipate") return anticipate_rows(asked, samples, seconds.value_or(30));
     if (system == "inbetween") return inbetween_rows(asked, keyframes, noise, refine);
     if (system == "interact") return interact_rows(asked, seconds.value_or(16));
-    throw Error("system", "is '" + system + "', which is none of anticipate, forecast, inbetween, interact");
+    if (system == "contacts") return contacts_rows(asked);
+    if (system == "detour") return detour_rows(asked, refine);
+    if (system == "reconstruct") return reconstruct_rows(asked, seconds.value_or(6));
+    throw Error("system", "is '" + system +
+                              "', which is none of anticipate, contacts, detour, forecast, inbetween, interact, "
+                              "reconstruct");
   });
   return python_of(rows);
 }
@@ -120,15 +165,19 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
 }  // namespace
 
 void add_evaluate(py::module_& m) {
-  m.def("evaluate", &evaluate_system, "system"_a, "data"_a, py::kw_only(), "split"_a = "test", "model"_a = py::none(),
-        "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = 1, "seed"_a = 1, "samples"_a = 50,
-        "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0, "refine"_a = true,
-        "progress"_a = py::none(),
+  m.def("evaluate", &evaluate_system, "system"_a, "data"_a = Texts(), py::kw_only(), "split"_a = "test",
+        "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = 1, "seed"_a = 1,
+        "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
+        "refine"_a = true, "progress"_a = py::none(),
         "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
-        "system: 'forecast', 'anticipate', 'inbetween' or 'interact'. data: folders of native data sets, or for\n"
-        "'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', FOLDER. model: a model file instead of the one that ships.\n"
+        "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
+        "make\n"
+        "their own rooms. data: folders of native data sets, or for 'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', "
+        "FOLDER.\n"
+        "model: a model file instead of the one that ships.\n"
         "settings: how it is used, {'inference.guidance': 0}. windows: at most so many (observations of an action,\n"
-        "trials). seeds: runs of 'inbetween'; keyframes, noise (degrees and cm) and refine (interpolations refined,\n"
+        "trials, rooms). seeds: runs of 'inbetween'; keyframes, noise (degrees and cm) and refine (interpolations "
+        "refined,\n"
         "too) are of it as well. samples: futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
         "'anticipate', the length of a run of 'interact'. progress(done, all) is called now and then.");
 }

@@ -180,6 +180,10 @@ def test_an_evaluation_is_the_commands(tmp_path):
     assert table == json.loads((tmp_path / "table.json").read_text()) and seen[-1][0] == seen[-1][1]
     filled = inhabit.evaluate("inbetween", [str(tmp_path / "rooms")], split="all", windows=2, refine=False)
     assert "ours, raw" in json.dumps(filled)
+    touches = inhabit.evaluate("contacts", str(tmp_path / "rooms"), split="all")
+    assert "feet on the floor" in json.dumps(touches)
+    assert "ours" in json.dumps(inhabit.evaluate("detour", windows=2, refine=False))
+    assert "mean" in json.dumps(inhabit.evaluate("reconstruct", windows=1, seconds=2, seed=4))
     with pytest.raises(inhabit.Error, match="how the networks were made"):
         inhabit.evaluate("forecast", str(tmp_path / "rooms"), settings={"hidden": 3})
     with pytest.raises(inhabit.Error, match="none of anticipate"):
