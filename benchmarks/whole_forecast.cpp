@@ -1,7 +1,7 @@
 // A whole forecast: an observed second and a furnished room's meshes in, two seconds of joints out. First by the plain
 // LibTorch networks, then by the forecaster on the same input; `ratio` is plain time over fast time in this run,
 // `error` the largest difference of the contact maps, `joints_mm` that of the joints (untrained weights: a contact
-// point may be one of two that are equally near).
+// point may be one of two that are equally near). Last a whole run() with the shipped weights.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -9,6 +9,8 @@
 #include "inhabit/forecast/contact_forecaster.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
 #include "inhabit/passive_waiting.h"
 #include "inhabit/scene/sampling.h"
 #include "inhabit/synth/room.h"
@@ -100,10 +102,27 @@ void fast(benchmark::State& state, const std::string& preset) {
   if (the.plain_seconds > 0) state.counters["ratio"] = the.plain_seconds / seconds;
 }
 
+/// The bundled walk in its room and the shipped model, clip in and clip out: retargeting, networks, the solver, back
+/// onto the file's skeleton; then without the solver, and what a stream asks for.
+void run(benchmark::State& state, bool refine, bool joints_alone) {
+  const std::string source = INHABIT_SOURCE_DIR;
+  const auto forecaster = forecast::ContactForecaster::load(source + "/models/forecast-compact.safetensors");
+  const Clip walk = read_clip(source + "/examples/data/walk.npz");
+  const Scene room = read_scene_file(source + "/examples/data/walk_room.glb").scene;
+  forecast::Options options;
+  options.start = 60;
+  options.refine = refine;
+  options.joints_alone = joints_alone;
+  for (auto _ : state) benchmark::DoNotOptimize(forecaster.run(walk, room, options).prediction.joints);
+}
+
 BENCHMARK_CAPTURE(plain, compact, "compact")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(5);
 BENCHMARK_CAPTURE(fast, compact, "compact")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(30);
 BENCHMARK_CAPTURE(plain, paper, "paper")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(5);
 BENCHMARK_CAPTURE(fast, paper, "paper")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(30);
+BENCHMARK_CAPTURE(run, refined, true, false)->Unit(benchmark::kMillisecond)->UseRealTime()->MinWarmUpTime(0.5);
+BENCHMARK_CAPTURE(run, raw, false, false)->Unit(benchmark::kMillisecond)->UseRealTime()->MinWarmUpTime(0.5);
+BENCHMARK_CAPTURE(run, joints_alone, false, true)->Unit(benchmark::kMillisecond)->UseRealTime()->MinWarmUpTime(0.5);
 
 }  // namespace
 

@@ -39,21 +39,29 @@ void convert_many(const Convert& o) {
   }
   inhabit::Notes notes;
   const GoesOnLater later("the files that are named above are written");
-  const inhabit::FileCount count = inhabit::each_file(
-      files,
-      [&](const std::string& file) {
-        inhabit::Notes own;
-        std::error_code none;  // where it cannot be made, the file cannot be written, which is said
-        std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), none);
-        const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
-        for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
-        end_progress();
-        std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
-      },
-      progress_of("files"));
+  std::error_code none;
+  const bool new_folder = !std::filesystem::exists(out, none);
+  inhabit::FileCount count;
+  try {
+    count = inhabit::each_file(
+        files,
+        [&](const std::string& file) {
+          inhabit::Notes own;
+          std::error_code failed;  // where it cannot be made, the file cannot be written, which is said
+          std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), failed);
+          const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
+          for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
+          end_progress();
+          std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
+          std::fflush(stdout);  // what GoesOnLater speaks of
+        },
+        progress_of("files"));
+  } catch (const inhabit::Error&) {
+    if (new_folder) std::filesystem::remove(out, none);  // where it is empty
+    throw;
+  }
+  end_progress();
   say(notes, 8);
-  std::error_code filled;
-  if (count.done == 0) std::filesystem::remove(out, filled);  // where it is empty
   end_of(count);
 }
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -108,22 +107,15 @@ inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFil
                                      const inhabit::MeasuredParts& parts) {
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true}, {}});
-  std::vector<interact::StartScores> scores;
-  bool whole = true;
-  size_t number = 0;
+  std::vector<interact::StartSet> sets;
   for (const std::string& file : o.scenes) {
     const Scene scene = read_scene_file(file).scene;
     const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
     if (chairs.empty()) throw Error(file, "holds nothing to sit on");
-    for (const interact::Chair& chair : chairs) {
-      auto of_chair =
-          interact::evaluate_starts(chair.name, interact::around_chair(scene, chair, o.runs, o.seed), methods, o.seed,
-                                    progress_of("runs"), parts.of("chair" + std::to_string(number++)));
-      whole = whole && !of_chair.empty();
-      std::move(of_chair.begin(), of_chair.end(), std::back_inserter(scores));
-    }
+    for (const interact::Chair& chair : chairs)
+      sets.push_back({chair.name, interact::around_chair(scene, chair, o.runs, o.seed)});
   }
-  return interact::score_table(whole ? scores : std::vector<interact::StartScores>());
+  return interact::score_table(interact::evaluate_starts(sets, methods, o.seed, progress_of("runs"), parts));
 }
 
 /// Starts behind the chairs of a data set, with and without a way planned.
@@ -132,8 +124,8 @@ inhabit::ScoreTable starts_behind(const InteractOptions& o, const InteractFiles&
                                   const inhabit::MeasuredParts& parts) {
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true, .straight = true}, {.raw = true}});
-  return interact::score_table(interact::evaluate_starts("behind", interact::behind_chairs(trials, o.behind, o.seed),
-                                                         methods, o.seed, progress_of("runs"), parts));
+  return interact::score_table(interact::evaluate_starts(
+      {{"behind", interact::behind_chairs(trials, o.behind, o.seed)}}, methods, o.seed, progress_of("runs"), parts));
 }
 
 void add_eval_interact(CLI::App& verb) {

@@ -95,6 +95,7 @@ std::string kept_of(const inhabit::MeasuredParts& parts) {
 }
 
 void say_part(const inhabit::MeasuredParts& parts) {
+  end_progress();
   std::printf("shard %s is measured; the others are still to come\n", parts.shard().name().c_str());
 }
 

@@ -48,8 +48,8 @@ inhabit::Shard shard_of(const std::string& given);
 void add_evaluation_shard(CLI::App& verb, std::string& shard);
 /// The part of an evaluation that is asked for, once options are parsed. @param json where its table goes
 inhabit::MeasuredParts measured_parts(const CLI::App& verb, const std::string& shard, const std::string& json);
-/// Says that a part is measured and others are still to come.
 /// What is said of an evaluation that is interrupted (GoesOnLater).
 std::string kept_of(const inhabit::MeasuredParts& parts);
 
+/// Says that a part is measured and others are still to come.
 void say_part(const inhabit::MeasuredParts& parts);

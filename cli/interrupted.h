@@ -3,9 +3,11 @@
 
 #include "inhabit/interruption.h"
 
-/// From here on SIGINT and SIGTERM end the process with a line and exit code 130 or 143, unless they were to be
-/// ignored.
+/// From here on a line is said before SIGINT and SIGTERM end the process, unless they were to be ignored.
 void listen_for_interruptions();
+
+/// Ends the process by the signal that ended the work of a GoesOnLater; returns where none did.
+void end_if_interrupted();
 
 /// While it lives, they end the work at its next interruption point (inhabit/interruption.h), so that what is finished
 /// is kept; after three seconds without one, and when they come again, at once.

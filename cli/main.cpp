@@ -77,6 +77,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::CallForVersion& e) {
     return app.exit(e);
   } catch (const CLI::RuntimeError& e) {  // a verb that has said what it found, as an exit code
+    end_if_interrupted();
     return e.get_exit_code();
   } catch (const CLI::ParseError& e) {
     return refused(refusal(app, e));

@@ -62,9 +62,10 @@ class Observations {
  public:
   Observations(int64_t count, const std::vector<double>& horizons, int64_t samples)
       : horizons_(static_cast<int64_t>(horizons.size())),
-        scores_(torch::zeros({count, kMostMethods, kCurves * horizons_ + static_cast<int64_t>(kNumbers.size())},
-                             torch::kDouble)),
-        spectra_(torch::zeros({count, kMostMethods, samples, 2}, torch::kDouble)) {}
+        // NaN, which means leave out, where a fold lacks a method
+        scores_(torch::full({count, kMostMethods, kCurves * horizons_ + static_cast<int64_t>(kNumbers.size())},
+                            Scores::kNone, torch::kDouble)),
+        spectra_(torch::full({count, kMostMethods, samples, 2}, Scores::kNone, torch::kDouble)) {}
 
   void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum) {
     double* out = scores_[row][column(method)].data_ptr<double>();

@@ -90,27 +90,69 @@ double cost(const Problem& problem, const std::vector<Targets>& targets, size_t 
   return 0.5 * sum;
 }
 
-/// One frame's own part of the normal equations.
+/// Sums over the joints that turn with a joint: those below it.
+struct Moments {
+  double weight = 0;
+  Vector3d first = Vector3d::Zero();    ///< of positions p
+  Matrix3d second = Matrix3d::Zero();   ///< of p p^T
+  Vector3d error = Vector3d::Zero();    ///< of residuals e
+  Vector3d turning = Vector3d::Zero();  ///< of p x e
+
+  void add(const Moments& other) {
+    weight += other.weight;
+    first += other.first;
+    second += other.second;
+    error += other.error;
+    turning += other.turning;
+  }
+};
+
+/// One frame's own part of the normal equations. Turning joint i by d moves joint k below it by (R_i d) x (p_k - p_i),
+/// so that what two joints share are sums over the joints below the lower one: no Jacobian is written out.
 void add_frame(const Problem& problem, const Targets& y, const Frame& frame, MatrixXd& h, VectorXd& g) {
   BonesPose pose;
   pose_bones(problem.bones, frame.local, frame.trans, pose);
-  std::array<Matrix3d, kStandardJoints> turn;
-  for (int j = 0; j < kStandardJoints; ++j) turn[j] = pose.rotations[j].toRotationMatrix();
+  const std::vector<int>& parents = problem.bones.parents;
   std::array<int, kStandardJoints> column;
   column.fill(-1);
   for (size_t i = 0; i < kTurning.size(); ++i) column[kTurning[i]] = 3 * static_cast<int>(i);
 
-  MatrixXd jacobian = MatrixXd::Zero(3 * kStandardJoints, kUnknowns);
-  VectorXd residual(3 * kStandardJoints);
-  for (int k = 0; k < kStandardJoints; ++k) {
-    const double w = std::sqrt(problem.weights[k]);
-    residual.segment<3>(3 * k) = w * (pose.positions[k] - y[k]);
-    jacobian.block<3, 3>(3 * k, kTurns) = w * Matrix3d::Identity();
-    for (int j = problem.bones.parents[k]; j >= 0; j = problem.bones.parents[j])
-      jacobian.block<3, 3>(3 * k, column[j]) = -w * cross_matrix(pose.positions[k] - pose.positions[j]) * turn[j];
+  std::array<Matrix3d, kStandardJoints> turn;
+  std::array<Vector3d, kStandardJoints> at;    // about the root, for precision
+  std::array<Moments, kStandardJoints> below;  // without the joint itself
+  Moments all;
+  for (int k = kStandardJoints - 1; k >= 0; --k) {
+    turn[k] = pose.rotations[k].toRotationMatrix();
+    at[k] = pose.positions[k] - frame.trans;
+    const double w = problem.weights[k];
+    const Vector3d error = pose.positions[k] - y[k];
+    Moments own{w, w * at[k], w * at[k] * at[k].transpose(), w * error, w * at[k].cross(error)};
+    own.add(below[k]);
+    if (parents[k] >= 0)
+      below[parents[k]].add(own);
+    else
+      all.add(own);
   }
-  h.noalias() = jacobian.transpose() * jacobian;
-  g.noalias() = jacobian.transpose() * residual;
+
+  h.setZero();
+  for (int j : kTurning) {
+    const Moments& m = below[j];
+    const auto to_j = static_cast<Eigen::Index>(column[j]);
+    for (int i = j; i >= 0; i = parents[i]) {
+      const auto to_i = static_cast<Eigen::Index>(column[i]);
+      const Matrix3d outer =
+          m.second - m.first * at[i].transpose() - at[j] * m.first.transpose() + m.weight * at[j] * at[i].transpose();
+      const Matrix3d block = turn[i].transpose() * (outer.trace() * Matrix3d::Identity() - outer) * turn[j];
+      h.block<3, 3>(to_i, to_j) = block;
+      h.block<3, 3>(to_j, to_i) = block.transpose();
+    }
+    const Matrix3d shift = turn[j].transpose() * cross_matrix(m.first - m.weight * at[j]);
+    h.block<3, 3>(to_j, kTurns) = shift;
+    h.block<3, 3>(kTurns, to_j) = shift.transpose();
+    g.segment<3>(to_j) = turn[j].transpose() * (m.turning - at[j].cross(m.error));
+  }
+  h.block<3, 3>(kTurns, kTurns) = all.weight * Matrix3d::Identity();
+  g.tail<3>() = all.error;
   for (int j : kTurning) {
     if (j == 0) continue;
     const Vector3d a = axis_angle_of(frame.local[j]), over = beyond_limits(problem, j, a);
@@ -162,15 +204,17 @@ void solve_window(const Problem& problem, const std::vector<Targets>& targets, s
     bool better = false;
     double next = now;
     while (!better && damping < 1) {
-      MatrixXd pivot;
+      MatrixXd pivot, inverse;
       for (size_t t = 0; t < n; ++t) {
         pivot = h[t];
         pivot.diagonal().array() += damping;
         step[t] = -g[t];
         if (t > 0) {
-          // The coupling block is -s2 on the turns' diagonal.
-          const MatrixXd inverse = factor[t - 1].solve(MatrixXd::Identity(kUnknowns, kUnknowns));
-          pivot.topLeftCorner(kTurns, kTurns) -= s2 * s2 * inverse.topLeftCorner(kTurns, kTurns);
+          // The coupling block is -s2 on the turns' diagonal: of L^-T L^-1 the lower half alone is looked at.
+          inverse.setIdentity(kUnknowns, kTurns);
+          factor[t - 1].matrixL().solveInPlace(inverse);
+          pivot.topLeftCorner<kTurns, kTurns>().selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose(),
+                                                                                           -s2 * s2);
           step[t].head(kTurns) += s2 * factor[t - 1].solve(step[t - 1]).head(kTurns);
         }
         factor[t].compute(pivot);

@@ -44,12 +44,14 @@ void read_part(const std::string& path, DatasetItems& items) {
   }
 }
 
+std::string unfinished_path(const Dataset& dataset) {
+  return dataset.folder + "/unfinished" + (dataset.shard.is_all() ? "" : "-" + dataset.shard.name()) + ".jsonl";
+}
+
 /// The items that an unfinished run has made: a first line with its job, then a line for each.
 class Unfinished {
  public:
-  Unfinished(const Dataset& dataset, const json& job)
-      : path_(dataset.folder + "/unfinished" + (dataset.shard.is_all() ? "" : "-" + dataset.shard.name()) + ".jsonl"),
-        head_(job.dump()) {
+  Unfinished(const Dataset& dataset, const json& job) : path_(unfinished_path(dataset)), head_(job.dump()) {
     if (std::filesystem::exists(path_)) read(dataset.folder);
   }
 
@@ -58,21 +60,18 @@ class Unfinished {
   /// From several threads at once.
   void add(int64_t item, const DatasetItem& made) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!file_.is_open()) {  // what was read, without a line that was not written to its end
+    items_[item] = made;
+    if (made.clips.empty()) return;  // a full disk or a signal may be why
+    if (!file_.is_open()) {          // what was read, without a line that was not written to its end
       std::string lines = head_ + "\n";
-      for (const auto& [number, known] : items_) lines += to_json(number, known).dump() + "\n";
+      for (const auto& [number, known] : items_)
+        if (number != item && !known.clips.empty()) lines += to_json(number, known).dump() + "\n";
       write_atomically(path_, lines);
       file_.open(path_, std::ios::app);
     }
     errno = 0;
     file_ << to_json(item, made).dump() << std::endl;
     if (!file_) throw Error(path_, std::string("cannot be written: ") + std::strerror(errno));
-    items_[item] = made;
-  }
-
-  void remove() {
-    file_.close();
-    std::filesystem::remove(path_);
   }
 
  private:
@@ -89,9 +88,13 @@ class Unfinished {
     } catch (const json::exception&) {
       throw Error(path_, "is damaged; remove " + folder);
     }
+    const auto filled = [&](const std::string& file) {  // a machine that went down may have left it empty
+      std::error_code missing;
+      const auto size = std::filesystem::file_size(folder + "/" + file, missing);
+      return !missing && size > 0;
+    };
     const auto there = [&](const DatasetClip& clip) {
-      return std::filesystem::exists(folder + "/" + clip.file) &&
-             (clip.scene.empty() || std::filesystem::exists(folder + "/" + clip.scene));
+      return filled(clip.file) && (clip.scene.empty() || filled(clip.scene));
     };
     for (auto& [item, made] : found)
       if (std::all_of(made.clips.begin(), made.clips.end(), there)) items_[item] = std::move(made);
@@ -134,9 +137,9 @@ DatasetItems make_items(Dataset& dataset, const json& job, const std::vector<int
     const int64_t item = left[static_cast<size_t>(k)];
     unfinished.add(item, make(item));
   });
-  DatasetItems gathered = gather_items(dataset, unfinished.items());
-  unfinished.remove();
-  return gathered;
+  return gather_items(dataset, unfinished.items());
 }
+
+void forget_unfinished(const Dataset& dataset) { std::filesystem::remove(unfinished_path(dataset)); }
 
 }  // namespace inhabit

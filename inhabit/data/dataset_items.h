@@ -23,14 +23,17 @@ using DatasetItems = std::map<int64_t, DatasetItem>;
 /// @return the items that the clips are of
 DatasetItems gather_items(Dataset& dataset, DatasetItems items);
 
-/// Makes the items of a shard on all threads and gathers them. Each is kept in FOLDER/unfinished.jsonl
+/// Makes the items of a shard on all threads and gathers them. Each that has clips is kept in FOLDER/unfinished.jsonl
 /// (unfinished-2-of-8.jsonl) as soon as it is made, so that a run that was ended goes on where it was when it is
-/// started again; the file is removed when all are made.
+/// started again; what nothing came of is tried again. The file is there until forget_unfinished().
 /// @param job all that the items depend on. @param shard_items their places in the whole job. @param make called with
 /// such a place, from several threads at once
 /// @return what gather_items does. Throws Error(FOLDER/unfinished.jsonl, ...) where the run that was ended had another
 /// job
 DatasetItems make_items(Dataset& dataset, const nlohmann::json& job, const std::vector<int64_t>& shard_items,
                         const Progress& progress, const std::function<DatasetItem(int64_t item)>& make);
+
+/// Removes what make_items keeps, once the index, or a shard's list of items, is written.
+void forget_unfinished(const Dataset& dataset);
 
 }  // namespace inhabit

@@ -39,19 +39,9 @@ bool MeasuredParts::complete(const std::vector<int64_t>& item_of_row,
 }
 
 void MeasuredParts::remove() const {
-  if (shard_.is_all()) return;
-  namespace fs = std::filesystem;
-  const fs::path file(file_), folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const std::string start = file.filename().string() + ".", end = "-of-" + std::to_string(shard_.of) + ".part";
   std::error_code gone;  // another process may have found all parts, too
-  std::vector<fs::path> parts;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind(start, 0) == 0 && name.size() > end.size() &&
-        name.compare(name.size() - end.size(), end.size(), end) == 0)
-      parts.push_back(entry.path());
-  }
-  for (const fs::path& part : parts) fs::remove(part, gone);
+  for (int64_t number = 1; !shard_.is_all() && number <= shard_.of; ++number)
+    std::filesystem::remove(part(number), gone);
 }
 
 }  // namespace inhabit

@@ -21,14 +21,12 @@ class MeasuredParts {
       : shard_(shard), file_(std::move(file)), job_(std::move(job)) {}
 
   const Shard& shard() const { return shard_; }  ///< which part this is
-  /// The same parts of one of several evaluations that make one table, kept under a name of their own.
-  MeasuredParts of(const std::string& name) const { return {shard_, file_ + "." + name, job_}; }
 
   /// Keeps what this part measured and, where all parts are there, puts in what the others did. False where some are
   /// still to come. @param item_of_row the item that each row of what is measured is of. @param measured tensors with
   /// these rows. Throws Error naming a part that is of another job or damaged.
   bool complete(const std::vector<int64_t>& item_of_row, std::map<std::string, torch::Tensor>& measured) const;
-  /// Removes all parts, those of of() too, once the table is written: another evaluation into the same file finds none.
+  /// Removes all parts, once the table is written: another evaluation into the same file finds none of them.
   void remove() const;
 
  private:

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <map>
@@ -112,6 +113,8 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
                               torch::kDouble)}};
   std::vector<int64_t> windows(static_cast<size_t>(data.size()));
   std::iota(windows.begin(), windows.end(), 0);
+  int64_t done = 0;
+  const int64_t mine = std::count_if(windows.begin(), windows.end(), [&](int64_t i) { return parts.shard().has(i); });
   for (const int64_t i : windows) {
     if (!parts.shard().has(i)) continue;
     const Sample s = data.sample(i, 0, false), d = dense.sample(i, 0, false);
@@ -120,7 +123,7 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
     for (size_t k = 0; k < sources.size(); ++k)
       measured["counts"][i][static_cast<int64_t>(k)].copy_(counts_of(sources[k].contacts(w), real, floor, second));
-    if (progress) progress(i + 1, data.size());
+    if (progress) progress(++done, mine);
   }
 
   ScoreTable out;

@@ -18,8 +18,8 @@ inline constexpr int kDensePoints = 20000;
 /// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint.
 /// @param data windows with config.points scene points; @param dense the same windows with kDensePoints.
 /// @param progress told how many windows are done; may be empty. @param parts of the windows: a part measures its own,
-/// and there are no rows where others are still to come Throws Error where the data have no window or the model is not
-/// of the standard joints.
+/// and there are no rows where others are still to come.
+/// Throws Error where the data have no window or the model is not of the standard joints.
 ScoreTable evaluate_contacts(const Networks& networks, const Data& data, const Data& dense,
                              const Progress& progress = {}, const MeasuredParts& parts = {});
 

@@ -135,32 +135,36 @@ Scores scores_of(const std::string& method, const std::vector<Run>& runs) {
   return out;
 }
 
-/// With the runs of trials that other parts measured, of one method; false where some are still to come.
-bool complete(const MeasuredParts& parts, int64_t most_frames, std::vector<Run>& runs) {
-  if (parts.shard().is_all()) return true;
-  const auto count = static_cast<int64_t>(runs.size());
-  std::vector<int64_t> trials(runs.size());
+/// With the runs of trials that other parts measured, of each method; false where some are still to come.
+bool complete(const MeasuredParts& parts, int64_t most_frames, std::vector<std::vector<Run>>& of_methods) {
+  if (parts.shard().is_all() || of_methods.empty()) return true;
+  const auto methods = static_cast<int64_t>(of_methods.size()), count = static_cast<int64_t>(of_methods[0].size());
+  std::vector<int64_t> trials(of_methods[0].size());
   std::iota(trials.begin(), trials.end(), 0);
-  std::map<std::string, Tensor> all = {{"numbers", torch::zeros({count, Run::kNumbers}, torch::kDouble)},
-                                       {"frames", torch::zeros({count, 2}, torch::kInt64)},
-                                       {"poses", torch::zeros({count, 2, most_frames, kJoints * 12})}};
-  for (const int64_t i : trials) {
-    if (!parts.shard().has(i)) continue;
-    const Run& run = runs[static_cast<size_t>(i)];
-    std::copy(run.numbers.begin(), run.numbers.end(), all["numbers"][i].data_ptr<double>());
+  std::map<std::string, Tensor> all = {{"numbers", torch::zeros({count, methods, Run::kNumbers}, torch::kDouble)},
+                                       {"frames", torch::zeros({count, methods, 2}, torch::kInt64)},
+                                       {"poses", torch::zeros({count, methods, 2, most_frames, kJoints * 12})}};
+  const auto each = [&](const auto& work) {
+    for (const int64_t i : trials)
+      for (int64_t m = 0; m < methods; ++m)
+        work(i, of_methods[static_cast<size_t>(m)][static_cast<size_t>(i)], all["numbers"][i][m].data_ptr<double>(),
+             all["frames"][i][m], all["poses"][i][m]);
+  };
+  each([&](int64_t i, Run& run, double* numbers, const Tensor& frames, const Tensor& poses) {
+    if (!parts.shard().has(i)) return;
+    std::copy(run.numbers.begin(), run.numbers.end(), numbers);
     for (const int64_t k : {0, 1}) {
       const Tensor& rows = k == 0 ? run.approach : run.sit;
-      all["frames"][i][k] = rows.size(0);
-      all["poses"][i][k].narrow(0, 0, rows.size(0)).copy_(rows);
+      frames[k] = rows.size(0);
+      poses[k].narrow(0, 0, rows.size(0)).copy_(rows);
     }
-  }
+  });
   if (!parts.complete(trials, all)) return false;
-  for (const int64_t i : trials) {
-    Run& run = runs[static_cast<size_t>(i)];
-    std::copy_n(all["numbers"][i].data_ptr<double>(), run.numbers.size(), run.numbers.begin());
+  each([&](int64_t, Run& run, const double* numbers, const Tensor& frames, const Tensor& poses) {
+    std::copy_n(numbers, run.numbers.size(), run.numbers.begin());
     for (const int64_t k : {0, 1})
-      (k == 0 ? run.approach : run.sit) = all["poses"][i][k].narrow(0, 0, all["frames"][i][k].item<int64_t>()).clone();
-  }
+      (k == 0 ? run.approach : run.sit) = poses[k].narrow(0, 0, frames[k].item<int64_t>()).clone();
+  });
   return true;
 }
 
@@ -273,21 +277,27 @@ Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMetho
   data.reserve(trials.size());
   for (const Trial& trial : trials) data.push_back(measured(trial, trial.truth, "data"));
   out.rows.push_back(scores_of("data", data));
-  bool whole = true;
+  std::vector<std::vector<Run>> of_methods(methods.size());
   for (size_t m = 0; m < methods.size(); ++m) {
-    std::vector<Run> runs(trials.size());
-    int64_t frames = most_frames;
+    std::vector<Run>& runs = of_methods[m];
+    runs.resize(trials.size());
     for (size_t i = 0; i < trials.size(); ++i) {
       if (!parts.shard().has(static_cast<int64_t>(i))) continue;
       const Clip motion = methods[m].run(trials[i], item_seed(seed, i));
-      frames = std::max(frames, motion.frames());
+      most_frames = std::max(most_frames, motion.frames());
       runs[i] = measured(trials[i], motion, methods[m].name);
       if (progress) progress(++done, mine * static_cast<int64_t>(methods.size()));
     }
-    whole = complete(parts.of("method" + std::to_string(m)), frames, runs) && whole;
-    if (whole) out.rows.push_back(scores_of(methods[m].name, runs));
+    if (!parts.shard().is_all()) continue;
+    out.rows.push_back(scores_of(methods[m].name, runs));
+    runs.clear();
   }
-  if (!whole) out.rows.clear();
+  if (parts.shard().is_all()) return out;
+  if (!complete(parts, most_frames, of_methods)) {
+    out.rows.clear();
+    return out;
+  }
+  for (size_t m = 0; m < methods.size(); ++m) out.rows.push_back(scores_of(methods[m].name, of_methods[m]));
   return out;
 }
 

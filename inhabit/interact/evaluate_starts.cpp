@@ -94,42 +94,47 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
   return out;
 }
 
-std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
-                                         const std::vector<InteractMethod>& methods, uint64_t seed,
-                                         const Progress& progress, const MeasuredParts& parts) {
+std::vector<StartScores> evaluate_starts(const std::vector<StartSet>& sets, const std::vector<InteractMethod>& methods,
+                                         uint64_t seed, const Progress& progress, const MeasuredParts& parts) {
   const torch::NoGradGuard no_gradients;
-  const auto count = static_cast<int64_t>(starts.size()), each = static_cast<int64_t>(methods.size());
-  std::vector<int64_t> all(starts.size()), mine;
+  std::vector<StartScores> out;
+  if (sets.empty()) return out;
+  const auto count = static_cast<int64_t>(sets[0].starts.size()), each = static_cast<int64_t>(methods.size());
+  std::vector<int64_t> all(sets[0].starts.size()), mine;
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(mine), [&](int64_t i) { return parts.shard().has(i); });
-  // Of each start and method whether they sit, whether they went through the chair, and how deep.
-  std::map<std::string, torch::Tensor> measured = {{"starts", torch::zeros({count, each, 3}, torch::kDouble)}};
-  auto of = measured["starts"].accessor<double, 3>();
+  // Of each start, set and method whether they sit, whether they went through the chair, and how deep.
+  std::map<std::string, torch::Tensor> measured = {
+      {"starts", torch::zeros({count, static_cast<int64_t>(sets.size()), each, 3}, torch::kDouble)}};
+  auto of = measured["starts"].accessor<double, 4>();
   int64_t done = 0;
-  for (int64_t m = 0; m < each; ++m)
-    for (const int64_t i : mine) {
-      const Trial& trial = starts[static_cast<size_t>(i)];
-      const Clip motion = methods[static_cast<size_t>(m)].run(trial, item_seed(seed, static_cast<uint64_t>(i)));
-      const Clip approach = slice(motion, 0, std::max<int64_t>(1, approach_end(motion)));
-      const double depth = CollisionMeter(builtin_body(), trial.scene).measure(approach).penetration();
-      of[i][m][0] = seated_from(motion, trial) ? 1 : 0;
-      of[i][m][1] = depth > kThrough || over_chair(approach, trial.chair) ? 1 : 0;
-      of[i][m][2] = depth;
-      if (progress) progress(++done, each * static_cast<int64_t>(mine.size()));
-    }
-  std::vector<StartScores> out;
+  for (size_t s = 0; s < sets.size(); ++s)
+    for (int64_t m = 0; m < each; ++m)
+      for (const int64_t i : mine) {
+        const Trial& trial = sets[s].starts.at(static_cast<size_t>(i));
+        const Clip motion = methods[static_cast<size_t>(m)].run(trial, item_seed(seed, static_cast<uint64_t>(i)));
+        const Clip approach = slice(motion, 0, std::max<int64_t>(1, approach_end(motion)));
+        const double depth = CollisionMeter(builtin_body(), trial.scene).measure(approach).penetration();
+        auto row = of[i][static_cast<int64_t>(s)][m];
+        row[0] = seated_from(motion, trial) ? 1 : 0;
+        row[1] = depth > kThrough || over_chair(approach, trial.chair) ? 1 : 0;
+        row[2] = depth;
+        if (progress) progress(++done, each * static_cast<int64_t>(mine.size() * sets.size()));
+      }
   if (!parts.complete(all, measured)) return out;
-  for (int64_t m = 0; m < each; ++m) {
-    std::vector<double> seated, through, around, depth;
-    for (const int64_t i : all) {
-      seated.push_back(of[i][m][0]);
-      through.push_back(of[i][m][1]);
-      around.push_back(of[i][m][0] * (1 - of[i][m][1]));
-      depth.push_back(of[i][m][2]);
+  for (size_t s = 0; s < sets.size(); ++s)
+    for (int64_t m = 0; m < each; ++m) {
+      std::vector<double> seated, through, around, depth;
+      for (const int64_t i : all) {
+        const auto row = of[i][static_cast<int64_t>(s)][m];
+        seated.push_back(row[0]);
+        through.push_back(row[1]);
+        around.push_back(row[0] * (1 - row[1]));
+        depth.push_back(row[2]);
+      }
+      out.push_back({sets[s].name, methods[static_cast<size_t>(m)].name, estimate(seated), estimate(through),
+                     estimate(around), estimate(depth)});
     }
-    out.push_back({name, methods[static_cast<size_t>(m)].name, estimate(seated), estimate(through), estimate(around),
-                   estimate(depth)});
-  }
   return out;
 }
 

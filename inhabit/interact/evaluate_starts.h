@@ -22,13 +22,18 @@ std::vector<Trial> behind_chairs(const std::vector<Trial>& trials, int64_t runs,
 /// surface.
 std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t runs, uint64_t seed);
 
+/// Starts that make rows of their own: around one chair, or behind those of a data set.
+struct StartSet {
+  std::string name;           ///< in the table
+  std::vector<Trial> starts;  ///< as many in every set
+};
+
 /// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through
 /// the chair whose skin was over 5 cm in the scene, or whose pelvis was over the chair as seen from above,
-/// elsewhere than before its seat. @param parts of the starts: a part measures its own, and nothing is returned where
-/// others are still to come
-std::vector<StartScores> evaluate_starts(const std::string& name, const std::vector<Trial>& starts,
-                                         const std::vector<InteractMethod>& methods, uint64_t seed,
-                                         const Progress& progress = {}, const MeasuredParts& parts = {});
+/// elsewhere than before its seat. @param parts of the starts of each set: a part measures its own, and nothing is
+/// returned where others are still to come
+std::vector<StartScores> evaluate_starts(const std::vector<StartSet>& sets, const std::vector<InteractMethod>& methods,
+                                         uint64_t seed, const Progress& progress = {}, const MeasuredParts& parts = {});
 
 ScoreTable score_table(const std::vector<StartScores>& rows);
 

@@ -212,6 +212,8 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
   result.dataset.provenance = provenance_of(source, options);
   nlohmann::json work = result.dataset.provenance;
   work["from"] = from;
+  work["files"] = options.files;
+  for (const DatasetClip& clip : clips) work["of_clips"].push_back({clip.file, clip.frames, clip.source});
   std::vector<int64_t> all(clips.size());
   std::iota(all.begin(), all.end(), 0);
   collect(make_items(result.dataset, work, all, options.progress,
@@ -222,11 +224,13 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
           result);
   if (result.dataset.clips.empty()) {
     std::error_code ignored;
+    forget_unfinished(result.dataset);
     for (const char* part : {"clips", "scenes", ""})  // where these are empty
       std::filesystem::remove(std::filesystem::path(folder) / part, ignored);
     throw Error(from, "has no clip that could be carried over: " + summary(result));
   }
   write_index(result.dataset);
+  forget_unfinished(result.dataset);
   return result;
 }
 

@@ -323,7 +323,6 @@ Clip positions_clip(const Npz& npz, const std::string& subject, const ClipReadOp
   const Tensor joints = as_float(npz.at("joints", subject));
   if (joints.dim() != 3 || joints.size(2) != 3) throw Error(subject, "its joint positions are not (T, J, 3)");
   if (joints.size(0) == 0) throw Error(subject, "no frames");
-  if (!torch::isfinite(joints).all().item<bool>()) throw Error(subject, "joints has a value that is not finite");
   const bool human36m = in_human36m_order(joints);
   if (!human36m && joints.size(1) < kStandardJoints)
     throw Error(subject, "its joint positions are of " + std::to_string(joints.size(1)) +
@@ -336,6 +335,7 @@ Clip positions_clip(const Npz& npz, const std::string& subject, const ClipReadOp
   } else {
     clip.rate = rate;
     clip.joints = joints.narrow(1, 0, kStandardJoints).contiguous();
+    if (!torch::isfinite(clip.joints).all().item<bool>()) throw Error(subject, "joints has a value that is not finite");
     clip.skeleton.parents = standard_parents();
   }
   note(notes, human36m ? "joint positions without rotations, taken for Human3.6M's 17 joints"

@@ -38,8 +38,11 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
   write_clips(out, clips, given.writing, {}, given.scene.empty() ? nullptr : &scene.scene);
   const Clip clip = to_be_written(clips.front(), given.writing, out);
   return fmt::format("{}{} frames at {:g} a second ({:.2f} s), {} joints",
-                     clips.size() == 1 ? "" : fmt::format("{} motions of ", clips.size()), clip.frames(), clip.rate,
-                     clip.seconds(), clip.skeleton.size());
+                     clips.size() == 1 ? ""
+                     : extension_of(out) == "npz"
+                         ? fmt::format("{} motions of ", clips.size())
+                         : fmt::format("{} files, from ..._000.{} on, of ", clips.size(), extension_of(out)),
+                     clip.frames(), clip.rate, clip.seconds(), clip.skeleton.size());
 }
 
 std::string convert_scene(const std::string& in, const std::string& out, const ConvertOptions& given) {

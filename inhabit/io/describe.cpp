@@ -36,7 +36,10 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
   const Tensor flat = clip.joints.reshape({-1, 3});
   Json out;
   out["kind"] = "motion";
-  if (clips.size() > 1) out["motions"] = std::to_string(clips.size()) + "; what follows is of the first";
+  if (clips.size() > 1) {
+    out["motions"] = clips.size();
+    notes.insert(notes.begin(), "all but the number of motions is of the first");
+  }
   out["frames"] = clip.frames();
   out["rate"] = clip.rate;
   out["seconds"] = rounded(clip.seconds());

@@ -39,7 +39,8 @@ bool write_all(int to, const char* bytes, size_t size) {
 
 [[noreturn]] void child(int to, const std::string& subject, const std::function<std::string()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (const int signal : {SIGINT, SIGTERM, SIGABRT, SIGSEGV, SIGPIPE}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGTERM, SIGABRT, SIGSEGV, SIGPIPE}) std::signal(signal, SIG_DFL);
+  std::signal(SIGINT, SIG_IGN);  // Ctrl-C is the parent's, which ends this process
   const int nowhere = ::open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);  // assertions print; so do libraries
   limit(RLIMIT_CORE, 0, 0);

@@ -161,12 +161,14 @@ bool complete(const MeasuredParts& parts, std::vector<Errors>& rooms) {
 
 std::vector<Errors> evaluate(const inbetween::SceneInbetweener& inbetweener, const Evaluation& evaluation) {
   std::vector<Errors> out(static_cast<size_t>(evaluation.rooms));
+  int64_t done = 0, mine = 0;
+  for (int64_t i = 0; i < evaluation.rooms; ++i) mine += evaluation.parts.shard().has(i) ? 1 : 0;
   for (int64_t i = 0; i < evaluation.rooms; ++i) {
     if (!evaluation.parts.shard().has(i)) continue;
     const Rendered rendered = rendered_room(evaluation, i);
     if (i == 0 && !evaluation.keep.empty()) write_rendered(rendered, evaluation.keep);
     out[static_cast<size_t>(i)] = errors_of(rendered, run(rendered.inputs, inbetweener, evaluation.options));
-    if (evaluation.progress) evaluation.progress(i + 1, evaluation.rooms);
+    if (evaluation.progress) evaluation.progress(++done, mine);
   }
   if (!complete(evaluation.parts, out)) out.clear();
   return out;

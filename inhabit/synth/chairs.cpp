@@ -186,6 +186,7 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
     return DatasetItem{{make_clip(out, subjects, options, jobs[static_cast<size_t>(i)], i, chairs)}, {}};
   });
   if (out.whole) write_index(out);
+  forget_unfinished(out);
   return out;
 }
 

@@ -77,6 +77,7 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
     return DatasetItem{{entry}, {}};
   });
   if (out.whole) write_index(out);
+  forget_unfinished(out);
   return out;
 }
 

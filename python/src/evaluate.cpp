@@ -129,14 +129,15 @@ std::string reconstruct_rows(const Asked& asked, double seconds) {
 
 py::object evaluate_system(const std::string& system, const std::variant<std::string, Texts>& data,
                            const std::string& split, const std::optional<Path>& model, const py::object& settings,
-                           std::optional<int64_t> windows, int64_t seeds, uint64_t seed, int64_t samples,
+                           std::optional<int64_t> windows, std::optional<int64_t> seeds, uint64_t seed, int64_t samples,
                            std::optional<double> seconds, const Texts& keyframes, double noise, bool refine,
                            const py::object& progress) {
   const auto at_least_one = [](const char* name, int64_t value) {
     if (value < 1) throw Error(name, "are fewer than 1");
   };
   if (windows) at_least_one("windows", *windows);
-  at_least_one("seeds", seeds);
+  if (seeds) at_least_one("seeds", *seeds);
+  const bool own_rooms = system == "detour" || system == "reconstruct";
   at_least_one("samples", samples);
   const auto* one = std::get_if<std::string>(&data);
   const Asked asked{one != nullptr ? Texts{*one} : std::get<Texts>(data),
@@ -144,9 +145,15 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
                     model,
                     settings_of(settings),
                     windows.value_or(0),
-                    seeds,
+                    seeds.value_or(system == "detour" ? 10 : 1),
                     seed,
                     progress_of(progress)};
+  const bool known = own_rooms || system == "forecast" || system == "contacts" || system == "anticipate" ||
+                     system == "inbetween" || system == "interact";
+  if (known && asked.data.empty() != own_rooms)
+    throw Error("data", own_rooms ? "is of no use: '" + system + "' makes its own rooms" : "is missing");
+  if (system == "reconstruct" && !asked.settings.empty()) throw Error("settings", "are of no use to 'reconstruct'");
+  if (system == "contacts" && windows) throw Error("windows", "are of no use to 'contacts', which takes all");
   const std::string rows = released([&]() -> std::string {
     if (system == "forecast") return forecast_rows(asked);
     if (system == "anticipate") return anticipate_rows(asked, samples, seconds.value_or(30));
@@ -166,8 +173,8 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
 
 void add_evaluate(py::module_& m) {
   m.def("evaluate", &evaluate_system, "system"_a, "data"_a = Texts(), py::kw_only(), "split"_a = "test",
-        "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = 1, "seed"_a = 1,
-        "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
+        "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = py::none(),
+        "seed"_a = 1, "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
         "refine"_a = true, "progress"_a = py::none(),
         "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
         "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
@@ -176,7 +183,8 @@ void add_evaluate(py::module_& m) {
         "FOLDER.\n"
         "model: a model file instead of the one that ships.\n"
         "settings: how it is used, {'inference.guidance': 0}. windows: at most so many (observations of an action,\n"
-        "trials, rooms). seeds: runs of 'inbetween'; keyframes, noise (degrees and cm) and refine (interpolations "
+        "trials, rooms). seeds: runs of 'inbetween' (1) and 'detour' (10); keyframes, noise (degrees and cm) and "
+        "refine (interpolations "
         "refined,\n"
         "too) are of it as well. samples: futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
         "'anticipate', the length of a run of 'interact'. progress(done, all) is called now and then.");

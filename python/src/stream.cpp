@@ -103,7 +103,7 @@ void add_stream(py::module_& m) {
         return std::unique_ptr<ForecastStream>(
             new ForecastStream{forecast::ForecastStream(forecaster, scene.value_or(Scene()), options)});
       }),
-      "forecaster"_a, "scene"_a = py::none(), py::kw_only(), "names"_a = std::vector<std::string>(),
+      py::arg("forecaster").none(false), "scene"_a = py::none(), py::kw_only(), "names"_a = std::vector<std::string>(),
       "parents"_a = std::vector<int>(), "rate"_a = 10.0, "longest_gap"_a = 0.5, "people"_a = 100, "forget"_a = 10.0,
       "points"_a = 0, "seed"_a = 1);
   add_methods(forecasts, "The forecasts that are due since the last call, by person: a list of StreamForecast.");
@@ -125,9 +125,9 @@ void add_stream(py::module_& m) {
         return std::unique_ptr<AnticipateStream>(
             new AnticipateStream{anticipate::AnticipateStream(anticipator, options)});
       }),
-      "anticipator"_a, py::kw_only(), "names"_a = std::vector<std::string>(), "parents"_a = std::vector<int>(),
-      "rate"_a = 2.0, "longest_gap"_a = 0.5, "people"_a = 100, "forget"_a = 10.0, "samples"_a = 5, "seconds"_a = 2.0,
-      "seed"_a = 1);
+      py::arg("anticipator").none(false), py::kw_only(), "names"_a = std::vector<std::string>(),
+      "parents"_a = std::vector<int>(), "rate"_a = 2.0, "longest_gap"_a = 0.5, "people"_a = 100, "forget"_a = 10.0,
+      "samples"_a = 5, "seconds"_a = 2.0, "seed"_a = 1);
   add_methods(futures, "The futures that are due since the last call, by person: a list of StreamFutures.");
 }
 

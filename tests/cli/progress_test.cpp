@@ -6,6 +6,7 @@
 
 #include "cli/command.h"
 #include "cli/examples.h"
+#include "inhabit/io/atomic_file.h"
 
 namespace {
 
@@ -46,7 +47,7 @@ TEST(Interrupted, WorkIsKeptAndTheSameCommandGoesOn) {
   const std::string out = folder / "rooms", kept = out + "/unfinished.jsonl",
                     command = "synth rooms --clips 40 --seed 3 --seconds 4 --out " + out;
   const CommandResult ended = run_program("sh -c '" INHABIT_COMMAND " " + command + " & pid=$!; until test -s " + kept +
-                                          "; do sleep 0.02; done; kill $pid; wait $pid'");
+                                          " || ! kill -0 $pid; do sleep 0.02; done; kill $pid; wait $pid'");
   EXPECT_EQ(ended.exit_code, 128 + 15);
   EXPECT_THAT(ended.err,
               HasSubstr("inhabit: interrupted; what is made is kept, and the same command makes the rest\n"));
@@ -59,12 +60,12 @@ TEST(Interrupted, WorkIsKeptAndTheSameCommandGoesOn) {
 
 TEST(Interrupted, WorkThatKeepsNothingEndsAtOnce) {
   const TempFolder folder;
-  const std::string in = folder / "in";  // a pipe that nobody writes to
-  const CommandResult r =
-      run_program("sh -c 'mkfifo " + in + "; exec 3<>" + in +
-                  "; " INHABIT_COMMAND " stream forecast --quiet <&3 >/dev/null & sleep 1; kill $!; wait $!'");
+  const std::string in = folder / "in", said = folder / "said";  // `in`: a pipe that nobody writes to
+  const CommandResult r = run_program(
+      "sh -c 'mkfifo " + in + "; exec 3<>" + in + "; " INHABIT_COMMAND " stream forecast <&3 >/dev/null 2>" + said +
+      " & pid=$!; until test -s " + said + " || ! kill -0 $pid; do sleep 0.02; done; kill $pid; wait $pid'");
   EXPECT_EQ(r.exit_code, 128 + 15);
-  EXPECT_THAT(r.err, testing::EndsWith("inhabit: interrupted\n"));
+  EXPECT_THAT(inhabit::read_whole_file(said), testing::EndsWith("inhabit: interrupted\n"));
 }
 
 TEST(Quiet, LeavesAwayWhatWasDetected) {

@@ -75,7 +75,7 @@ TEST(EvaluateStarts, TellsWhoSitsFromWhoWaitsAndWhoGoesThrough) {
       {"waits", [&](const Trial& trial, uint64_t) {
          return along(trial.start, std::vector<Vector3d>(60, pelvis_of(trial.start)));
        }}};
-  const std::vector<StartScores> scores = evaluate_starts("chair", around_chair(scene, chair, 3, 1), methods, 1);
+  const std::vector<StartScores> scores = evaluate_starts({{"chair", around_chair(scene, chair, 3, 1)}}, methods, 1);
   ASSERT_EQ(scores.size(), 3);
   EXPECT_EQ(scores[1].seated.mean, 1);
   EXPECT_EQ(scores[1].through.mean, 1);
