@@ -105,6 +105,7 @@ class Observations {
       for (const auto number : kNumbers) each[k].*number = *in++;
     }
     std::vector<const Scores*> same;
+    same.reserve(each.size());
     for (const Scores& scores : each) same.push_back(&scores);
     Scores out = mean_scores(same);
     out.method = method;

@@ -84,6 +84,7 @@ std::vector<DetourScores> evaluate_detour(const std::vector<BlockedRoom>& rooms,
     for (int64_t r = 0; r < count; ++r) measure_room(r);
   }
   std::vector<Tensor> columns;
+  columns.reserve(out.size());
   std::vector<int64_t> room(rooms.size());
   std::iota(room.begin(), room.end(), 0);
   for (const DetourScores& scores : out) columns.push_back(torch::tensor(scores.succeeded, torch::kDouble));

@@ -9,6 +9,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/assimp_motion.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_json.h"
 #include "inhabit/io/clip_npz.h"
@@ -23,6 +24,9 @@
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit {
+
+namespace fs = std::filesystem;
+
 namespace {
 
 /// Formats of nodes, which may hold motion, a scene or both.
