@@ -63,8 +63,10 @@ class Observations {
   Observations(int64_t count, const std::vector<double>& horizons, int64_t samples)
       : horizons_(static_cast<int64_t>(horizons.size())),
         // NaN, which means leave out, where a fold lacks a method
-        scores_(torch::full({count, kMostMethods, kCurves * horizons_ + static_cast<int64_t>(kNumbers.size())},
-                            Scores::kNone, torch::kDouble)),
+        scores_(torch::full(
+            {count, kMostMethods,
+             static_cast<int64_t>(kCurveMembers.size()) * horizons_ + static_cast<int64_t>(kNumbers.size())},
+            Scores::kNone, torch::kDouble)),
         spectra_(torch::full({count, kMostMethods, samples, 2}, Scores::kNone, torch::kDouble)) {}
 
   void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum) {
@@ -117,7 +119,6 @@ class Observations {
 
  private:
   static constexpr std::array kNumbers = {&Scores::sequence_apd, &Scores::speed_ratio};
-  static constexpr int64_t kCurves = 7;  // visit_curves
 
   int64_t horizons_;
   std::vector<std::string> methods_;  // in the order of the first fold

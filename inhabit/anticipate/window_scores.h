@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
@@ -55,12 +56,13 @@ torch::Tensor spectrum_terms(const torch::Tensor& futures, const torch::Tensor& 
 /// NPSS of windows (W, S, 2), mean over the samples; NaN where none is known.
 double npss_of(const torch::Tensor& terms);
 
-/// Calls visit(member) for every curve of scores.
+/// Every curve of scores.
+inline constexpr std::array kCurveMembers = {&Scores::ndms,       &Scores::coded, &Scores::share,     &Scores::error,
+                                             &Scores::best_error, &Scores::apd,   &Scores::root_error};
+/// Calls visit(member) for each.
 template <class Visit>
 void visit_curves(const Visit& visit) {
-  for (auto curve : {&Scores::ndms, &Scores::coded, &Scores::share, &Scores::error, &Scores::best_error, &Scores::apd,
-                     &Scores::root_error})
-    visit(curve);
+  for (const auto curve : kCurveMembers) visit(curve);
 }
 
 /// Means of one method's scores, without NaN.

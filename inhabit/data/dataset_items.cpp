@@ -140,6 +140,9 @@ DatasetItems make_items(Dataset& dataset, const json& job, const std::vector<int
   return gather_items(dataset, unfinished.items());
 }
 
-void forget_unfinished(const Dataset& dataset) { std::filesystem::remove(unfinished_path(dataset)); }
+void finish_items(const Dataset& dataset) {
+  if (dataset.whole) write_index(dataset);
+  std::filesystem::remove(unfinished_path(dataset));
+}
 
 }  // namespace inhabit

@@ -25,7 +25,7 @@ DatasetItems gather_items(Dataset& dataset, DatasetItems items);
 
 /// Makes the items of a shard on all threads and gathers them. Each that has clips is kept in FOLDER/unfinished.jsonl
 /// (unfinished-2-of-8.jsonl) as soon as it is made, so that a run that was ended goes on where it was when it is
-/// started again; what nothing came of is tried again. The file is there until forget_unfinished().
+/// started again; what nothing came of is tried again. The file is there until finish_items().
 /// @param job all that the items depend on. @param shard_items their places in the whole job. @param make called with
 /// such a place, from several threads at once
 /// @return what gather_items does. Throws Error(FOLDER/unfinished.jsonl, ...) where the run that was ended had another
@@ -33,7 +33,7 @@ DatasetItems gather_items(Dataset& dataset, DatasetItems items);
 DatasetItems make_items(Dataset& dataset, const nlohmann::json& job, const std::vector<int64_t>& shard_items,
                         const Progress& progress, const std::function<DatasetItem(int64_t item)>& make);
 
-/// Removes what make_items keeps, once the index, or a shard's list of items, is written.
-void forget_unfinished(const Dataset& dataset);
+/// Writes the index where all shards are there, and removes what make_items keeps.
+void finish_items(const Dataset& dataset);
 
 }  // namespace inhabit

@@ -143,7 +143,7 @@ bool complete(const MeasuredParts& parts, int64_t most_frames, std::vector<std::
   std::iota(trials.begin(), trials.end(), 0);
   std::map<std::string, Tensor> all = {{"numbers", torch::zeros({count, methods, Run::kNumbers}, torch::kDouble)},
                                        {"frames", torch::zeros({count, methods, 2}, torch::kInt64)},
-                                       {"poses", torch::zeros({count, methods, 2, most_frames, kJoints * 12})}};
+                                       {"poses", torch::zeros({count, methods, most_frames, kJoints * 12})}};
   const auto each = [&](const auto& work) {
     for (const int64_t i : trials)
       for (int64_t m = 0; m < methods; ++m)
@@ -153,17 +153,17 @@ bool complete(const MeasuredParts& parts, int64_t most_frames, std::vector<std::
   each([&](int64_t i, Run& run, double* numbers, const Tensor& frames, const Tensor& poses) {
     if (!parts.shard().has(i)) return;
     std::copy(run.numbers.begin(), run.numbers.end(), numbers);
-    for (const int64_t k : {0, 1}) {
-      const Tensor& rows = k == 0 ? run.approach : run.sit;
-      frames[k] = rows.size(0);
-      poses[k].narrow(0, 0, rows.size(0)).copy_(rows);
-    }
+    const int64_t walking = run.approach.size(0), sitting = run.sit.size(0);  // frames are one or the other
+    frames.copy_(torch::tensor({walking, sitting}));
+    poses.narrow(0, 0, walking).copy_(run.approach);
+    poses.narrow(0, walking, sitting).copy_(run.sit);
   });
   if (!parts.complete(trials, all)) return false;
   each([&](int64_t, Run& run, const double* numbers, const Tensor& frames, const Tensor& poses) {
     std::copy_n(numbers, run.numbers.size(), run.numbers.begin());
-    for (const int64_t k : {0, 1})
-      (k == 0 ? run.approach : run.sit) = poses[k].narrow(0, 0, frames[k].item<int64_t>()).clone();
+    const auto walking = frames[0].item<int64_t>(), sitting = frames[1].item<int64_t>();
+    run.approach = poses.narrow(0, 0, walking).clone();
+    run.sit = poses.narrow(0, walking, sitting).clone();
   });
   return true;
 }

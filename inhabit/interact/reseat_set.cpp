@@ -224,13 +224,11 @@ ReseatResult reseat_dataset(const std::string& from, const std::string& folder, 
           result);
   if (result.dataset.clips.empty()) {
     std::error_code ignored;
-    forget_unfinished(result.dataset);
     for (const char* part : {"clips", "scenes", ""})  // where these are empty
       std::filesystem::remove(std::filesystem::path(folder) / part, ignored);
     throw Error(from, "has no clip that could be carried over: " + summary(result));
   }
-  write_index(result.dataset);
-  forget_unfinished(result.dataset);
+  finish_items(result.dataset);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/joint_array.h"
+#include "inhabit/io/source_motion.h"
 #include "inhabit/io/upright.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/human36m_joints.h"
@@ -301,15 +302,12 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
 /// Metres per unit of joint positions: of centimetres and millimetres where these are what a person is as high in.
 double unit_of_person(const Tensor& joints, const std::vector<int>& parents, Notes* notes) {
   constexpr double kLeast = 0.5, kMost = 2.6;  // metres, from pelvis or root to the farthest leaf along the bones
-  double reach = 0;
-  std::vector<double> along(parents.size(), 0);
-  for (size_t j = 0; j < along.size(); ++j) {
-    const int parent = parents[j];
-    if (parent < 0) continue;
-    const Tensor bone = (joints.select(1, static_cast<int64_t>(j)) - joints.select(1, parent)).norm(2, {1}).mean();
-    along[j] = along[static_cast<size_t>(parent)] + bone.item<double>();
-    reach = std::max(reach, along[j]);
-  }
+  Skeleton bones;                              // of their mean lengths, in whatever direction
+  bones.parents = parents;
+  bones.offsets = torch::zeros({joints.size(1), 3});
+  for (int64_t j = 1; j < joints.size(1); ++j)
+    bones.offsets[j][1] = (joints.select(1, j) - joints.select(1, parents[static_cast<size_t>(j)])).norm(2, {1}).mean();
+  const double reach = longest_reach(bones);
   for (const auto& [metres, name] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")})
     if (reach > kMost && reach * metres > kLeast && reach * metres < kMost) {
       note(notes, std::string("lengths taken for ") + name + " by the size of the person");

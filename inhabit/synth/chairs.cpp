@@ -185,8 +185,7 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   make_items(out, out.provenance, mine, options.progress, [&](int64_t i) {
     return DatasetItem{{make_clip(out, subjects, options, jobs[static_cast<size_t>(i)], i, chairs)}, {}};
   });
-  if (out.whole) write_index(out);
-  forget_unfinished(out);
+  finish_items(out);
   return out;
 }
 

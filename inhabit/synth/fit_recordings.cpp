@@ -225,7 +225,6 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     seconds += item.facts.at("seconds").get<double>(), kept += item.facts.at("kept").get<double>();
   }
   if (out.whole && out.clips.empty()) {
-    forget_unfinished(out);
     remove_folders(out);
     if (sources.empty()) throw Error("no recording can be used; of the first: " + skipped.front().get<std::string>());
     throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
@@ -235,8 +234,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
       {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.share},
       {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
-  if (out.whole) write_index(out);
-  forget_unfinished(out);
+  finish_items(out);
   return out;
 }
 

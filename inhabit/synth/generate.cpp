@@ -76,8 +76,7 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
     write_clip(out, entry, life);
     return DatasetItem{{entry}, {}};
   });
-  if (out.whole) write_index(out);
-  forget_unfinished(out);
+  finish_items(out);
   return out;
 }
 

@@ -1,4 +1,8 @@
 #include "inhabit/forecast/evaluate.h"
+
+#include <functional>
+#include <map>
+
 #include "calls.h"
 #include "inhabit/anticipate/evaluation_folds.h"
 #include "inhabit/error.h"
@@ -137,7 +141,6 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
   };
   if (windows) at_least_one("windows", *windows);
   if (seeds) at_least_one("seeds", *seeds);
-  const bool own_rooms = system == "detour" || system == "reconstruct";
   at_least_one("samples", samples);
   const auto* one = std::get_if<std::string>(&data);
   const Asked asked{one != nullptr ? Texts{*one} : std::get<Texts>(data),
@@ -148,24 +151,26 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
                     seeds.value_or(system == "detour" ? 10 : 1),
                     seed,
                     progress_of(progress)};
-  const bool known = own_rooms || system == "forecast" || system == "contacts" || system == "anticipate" ||
-                     system == "inbetween" || system == "interact";
-  if (known && asked.data.empty() != own_rooms)
+  const std::map<std::string, std::function<std::string()>> systems = {
+      {"anticipate", [&] { return anticipate_rows(asked, samples, seconds.value_or(30)); }},
+      {"contacts", [&] { return contacts_rows(asked); }},
+      {"detour", [&] { return detour_rows(asked, refine); }},
+      {"forecast", [&] { return forecast_rows(asked); }},
+      {"inbetween", [&] { return inbetween_rows(asked, keyframes, noise, refine); }},
+      {"interact", [&] { return interact_rows(asked, seconds.value_or(16)); }},
+      {"reconstruct", [&] { return reconstruct_rows(asked, seconds.value_or(6)); }}};
+  const auto rows_of = systems.find(system);
+  if (rows_of == systems.end()) {
+    std::string names;
+    for (const auto& [name, run] : systems) names += (names.empty() ? "" : ", ") + name;
+    throw Error("system", "is '" + system + "', which is none of " + names);
+  }
+  const bool own_rooms = system == "detour" || system == "reconstruct";
+  if (asked.data.empty() != own_rooms)
     throw Error("data", own_rooms ? "is of no use: '" + system + "' makes its own rooms" : "is missing");
   if (system == "reconstruct" && !asked.settings.empty()) throw Error("settings", "are of no use to 'reconstruct'");
   if (system == "contacts" && windows) throw Error("windows", "are of no use to 'contacts', which takes all");
-  const std::string rows = released([&]() -> std::string {
-    if (system == "forecast") return forecast_rows(asked);
-    if (system == "anticipate") return anticipate_rows(asked, samples, seconds.value_or(30));
-    if (system == "inbetween") return inbetween_rows(asked, keyframes, noise, refine);
-    if (system == "interact") return interact_rows(asked, seconds.value_or(16));
-    if (system == "contacts") return contacts_rows(asked);
-    if (system == "detour") return detour_rows(asked, refine);
-    if (system == "reconstruct") return reconstruct_rows(asked, seconds.value_or(6));
-    throw Error("system", "is '" + system +
-                              "', which is none of anticipate, contacts, detour, forecast, inbetween, interact, "
-                              "reconstruct");
-  });
+  const std::string rows = released(rows_of->second);
   return python_of(rows);
 }
 

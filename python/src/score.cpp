@@ -139,8 +139,8 @@ void add_score(py::module_& m) {
       "error is the least ('best'), and both over all frames ('overall', 'best_overall'). These are of poses without\n"
       "place and heading; the same of the root ('path') and of all joints ('world') in the world are dictionaries.");
   m.def(
-      "motion_features",
-      [](const Clips& clips) { return array_of(released([&] { return features_of(clips, "clip"); })); }, "clips"_a,
+      "motion_features", [](const Clips& clips) { return released([&] { return features_of(clips, "clip"); }); },
+      "clips"_a,
       "What score_fid and score_diversity are taken over: features (N, 64) float32 of the windows of all clips.");
   m.def(
       "score_fid",

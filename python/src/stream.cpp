@@ -64,9 +64,7 @@ void add_result(py::module_& m, const char* name, const char* what, const char* 
       .def_readonly("person", &Result::person, "As push() called them.")
       .def_readonly("time", &Result::time, "Seconds, of the last pose; frame k is (k + 1) / rate later.")
       .def_property_readonly(
-          "result",
-          [](const Result& r) -> py::object { return r.error.empty() ? py::cast(r.result) : py::object(py::none()); },
-          result)
+          "result", [](const Result& r) { return r.error.empty() ? std::optional(r.result) : std::nullopt; }, result)
       .def_property_readonly(
           "error",
           [](const Result& r) -> std::optional<std::string> {

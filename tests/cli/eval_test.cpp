@@ -46,17 +46,9 @@ TEST(Eval, TableHasEveryMethodAtEveryHorizon) {
 
 TEST(Eval, ShardsEndInTheSameTable) {
   const TempFolder folder;
-  const std::string rooms = make_tiny_rooms(folder), eval = "eval forecast --stride 5 --data " + rooms + " --json ";
-  ASSERT_EQ(run_command(eval + folder / "whole.json").exit_code, 0);
-  const CommandResult first = run_command(eval + folder / "table.json --shard 2/2");
-  ASSERT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_THAT(first.out, ::testing::HasSubstr("shard 2-of-2 is measured; the others are still to come"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "table.json"));
-  const CommandResult last = run_command(eval + folder / "table.json --shard 1/2");
-  ASSERT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_EQ(json::parse(read_whole_file(folder / "table.json")), json::parse(read_whole_file(folder / "whole.json")));
-  for (const char* part : {"1-of-2", "2-of-2"})
-    EXPECT_FALSE(std::filesystem::exists(folder / "table.json." + part + ".part")) << "they are in the table";
+  const std::string rooms = make_tiny_rooms(folder), of_rooms = "eval forecast --stride 5 --data " + rooms,
+                    eval = of_rooms + " --json ";
+  expect_shards_alike(of_rooms);
   // Parts of other settings are not mixed, damaged ones named, and without a table there is no place for them.
   ASSERT_EQ(run_command(eval + folder / "table.json --shard 2/2").exit_code, 0);
   const std::string other = "eval forecast --stride 6 --data " + rooms + " --json " + folder / "table.json";

@@ -27,12 +27,18 @@ std::map<std::string, std::string> contents(const std::string& folder) {
   return out;
 }
 
+/// Clips of three seconds, two in each room.
+GenerateOptions short_lives(int64_t clips) {
+  GenerateOptions out;
+  out.clips = clips;
+  out.clips_per_room = 2;
+  out.seconds = 3;
+  return out;
+}
+
 TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
   const TempFolder folder;
-  GenerateOptions options;
-  options.clips = 5;
-  options.clips_per_room = 2;
-  options.seconds = 3;
+  GenerateOptions options = short_lives(5);
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   generate_rooms(folder / "one", options);
@@ -50,10 +56,7 @@ TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
 
 TEST(GenerateRooms, ARunThatWasEndedGoesOnToTheSameBytes) {
   const TempFolder folder;
-  GenerateOptions options;
-  options.clips = 7;
-  options.clips_per_room = 2;
-  options.seconds = 3;
+  GenerateOptions options = short_lives(7);
   generate_rooms(folder / "whole", options);
   const std::string kept = folder / "ended/unfinished.jsonl";
   const int threads = omp_get_max_threads();
@@ -79,10 +82,7 @@ TEST(GenerateRooms, ARunThatWasEndedGoesOnToTheSameBytes) {
 
 TEST(GenerateRooms, ShardsMakeTheSameBytesInAnyOrder) {
   const TempFolder folder;
-  GenerateOptions options;
-  options.clips = 7;
-  options.clips_per_room = 2;
-  options.seconds = 3;
+  GenerateOptions options = short_lives(7);
   generate_rooms(folder / "whole", options);
   for (const int64_t number : {3, 1, 2}) {
     options.shard = {number, 3};
