@@ -167,7 +167,9 @@ def refused(operator, *said):
 
 def in_a_temporary_folder(test):
     with tempfile.TemporaryDirectory() as folder:
+        tempfile.tempdir = folder  # what the add-on leaves behind is seen here, whatever other programs left elsewhere
         test(folder)
+    tempfile.tempdir = None
     print(f"ok: {test.__name__}", flush=True)
 
 
