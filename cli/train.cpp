@@ -25,7 +25,8 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
                   const std::string& stages, const Preset& preset, const Train& train) {
   CLI::App* own = verb.add_subcommand(name, what);
   auto o = std::make_shared<TrainArguments>();
-  own->add_option("--data", o->run.data, data)->required();
+  // PathNet of in-betweening is trained without any.
+  own->add_option("--data", o->run.data, data)->required(name != "inbetween");
   own->add_option("--out", o->run.out, "Model file to write (.safetensors)")->required();
   own->add_option("--preset", o->preset, "Configuration: compact, or paper where there is one")->capture_default_str();
   own->add_option("--set", o->settings,

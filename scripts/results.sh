@@ -43,7 +43,7 @@ anticipate() {
 inbetween() {
   rooms
   fitted
-  local straight='straight: way_around=false'
+  local straight='straight: way=straight'
   step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$straight" \
     --json "$out/inbetween_rooms.json"
   step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \

@@ -50,6 +50,9 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
   visit("training.deployed_learning_rate", c.training.deployed_learning_rate);
+  visit("training.path_steps", c.training.path_steps);
+  visit("training.path_batch", c.training.path_batch);
+  visit("training.path_learning_rate", c.training.path_learning_rate);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
@@ -188,6 +191,9 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);
   check.within("training.deployed_learning_rate", c.training.deployed_learning_rate, 0, 100);
+  check.within("training.path_steps", c.training.path_steps, 1, 1e8);
+  check.within("training.path_batch", c.training.path_batch, 1, 100'000);
+  check.within("training.path_learning_rate", c.training.path_learning_rate, 0, 100);
   check_schedule(check, c.training.schedule);
 }
 

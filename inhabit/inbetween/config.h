@@ -85,6 +85,9 @@ struct Config {
     double penetration_weight = 1;  ///< of body points inside obstacles
     int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
     double deployed_learning_rate = 1e-4;  ///< peak of the learning rate in stage "deployed"
+    int path_steps = 20000;                ///< of stage "path"
+    int path_batch = 64;                   ///< floors of a step of it
+    double path_learning_rate = 1e-3;      ///< its peak
     RateSchedule schedule;                 ///< of the learning rates
 
     bool operator==(const Training&) const = default;  ///< compares all settings

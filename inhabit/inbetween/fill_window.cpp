@@ -8,6 +8,7 @@
 #include "inhabit/inbetween/conditioning.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/learned_detours.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/residual.h"
 #include "inhabit/inbetween/residual_sample.h"
@@ -83,7 +84,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
     offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
   on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
   on.detours = torch::zeros({1, c.frames, 2});
-  if (f.options.way_around && c.from_interpolation && c.around_obstacles && c.global_scene) {
+  if (f.options.way != Way::straight && c.from_interpolation && c.around_obstacles && c.global_scene) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
     on.detours =
         detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups, &out.unreached).unsqueeze(0);
@@ -168,13 +169,16 @@ KeyNoise noise_of(const Filling& f, const FillWindow& window) {
 }
 
 /// The interpolated keys of a window, the root along the path that is given, else around obstacles.
-Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys) {
+Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys, uint64_t seed) {
   Tensor groups = groups_of(f, window);
   std::vector<int64_t> unreached;
   Tensor moves = torch::zeros({f.config().frames, 2});
   Poses poses = poses_of(keys, f.floor);
   const KeyNoise noise = noise_of(f, window);
-  if (f.options.way_around) moves = detours_of_poses(poses, groups, f.distances, &unreached);
+  if (f.options.way == Way::learned && f.networks.path)
+    moves = learned_detours(f.networks.path, poses, groups, f.distances, seed, &unreached);
+  else if (f.options.way != Way::straight)
+    moves = detours_of_poses(poses, groups, f.distances, &unreached);
   for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   for (const refine::JointTarget& contact : f.given.contacts) {
     if (contact.frame <= window.known || contact.frame > window.last) continue;
@@ -210,7 +214,7 @@ Clip predict_residual(Filling& f, const FillWindow& window, const std::function<
   for (size_t i = 0; i < frames.size(); ++i)
     frames[i] = std::min(window.first + static_cast<int64_t>(i), f.last_frame());
   const Clip keys = frames_at(f.motion, frames);
-  const Baseline baseline = baseline_of_window(f, window, keys);
+  const Baseline baseline = baseline_of_window(f, window, keys, seed);
   if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
   how.noise = seeded_noise(1, kResidualFeatures, c.frames, seed);

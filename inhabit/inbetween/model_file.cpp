@@ -20,6 +20,7 @@ SafeTensors model_header(const Networks& networks) {
 void save_networks(const std::string& path, const Networks& networks, bool half) {
   SafeTensors content = model_header(networks);
   nn::collect_parameters(*networks.network, "net.", content);
+  if (networks.path) nn::collect_parameters(*networks.path, "path.", content);
   write_safetensors(path, content, half);
 }
 
@@ -38,6 +39,7 @@ Networks load_networks(const std::string& path) {
   }
   n.network = file.network("net.", [&] { return Denoiser(n.config); });
   if (n.network.is_empty()) throw Error(path, "holds no network");
+  n.path = file.network("path.", [] { return PathNet(); });
   return n;
 }
 

@@ -2,17 +2,19 @@
 #include <string>
 
 #include "inhabit/inbetween/network.h"
+#include "inhabit/inbetween/path_net.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/feature_scale.h"
 
 namespace inhabit::inbetween {
 
-/// A trained denoiser and the scale of its features.
+/// A trained denoiser, the scale of its features, and PathNet.
 struct Networks {
   Config config;                 ///< sizes and settings that the denoiser was made with
   Denoiser network{nullptr};     ///< "net." in the file
   FeatureScale scale;            ///< (201)
   torch::Tensor residual_table;  ///< (61, 135) of residual motion (residual.h) instead
+  PathNet path{nullptr};  ///< "path." in the file, of residual motion; may be empty: ways around are searched for
 };
 
 /// The system's name in its files.

@@ -27,13 +27,24 @@ constexpr double kCell = 0.1;                          // metres
 constexpr int kLayers = 15;                            // of cells, around the next height
 constexpr double kMiddle = 0.95;                       // metres above the floor
 constexpr float kThrough = 0.07F;                      // metres from a cell's middle to a surface that goes through it
-constexpr double kWide = 0.15;                         // metres: a path closer than that is blocked
 const std::vector<double> kMargins = {0.5, 0.4, 0.3};  // metres: clearance of the new one, so that arms pass
 constexpr double kHardlyLonger = 1.2;                  // times as long as the shortest, for more clearance
-constexpr double kAtEnds = 0.45;    // metres around key frames that may be occupied: somebody sits there
-constexpr double kTurning = 15;     // frames around keys in which the heading comes back to theirs
-constexpr int64_t kAlong = 3;       // frames to either side that tell where the path goes
-constexpr double kQuickest = 0.08;  // metres a frame: a path that needs a higher speed is not taken
+constexpr double kTurning = 15;                        // frames around keys in which the heading comes back to theirs
+constexpr int64_t kAlong = 3;                          // frames to either side that tell where the path goes
+
+/// Clearances of squares [z][x], drawn finer for find_path.
+FreeSpace finer(const std::vector<float>& squares) {
+  FreeSpace out;
+  out.cell = kCell / 2;
+  out.nx = out.nz = 2 * static_cast<int>(kSide) - 1;
+  out.origin = Vector2d::Constant(-0.5 * kCell * (kSide - 1));
+  for (int k = 0; k < out.nz; ++k)
+    for (int i = 0; i < out.nx; ++i) {
+      const auto at = [&](int di, int dk) { return squares[static_cast<size_t>((k + dk) / 2 * kSide + (i + di) / 2)]; };
+      out.clearance.push_back((at(0, 0) + at(i % 2, 0) + at(0, k % 2) + at(i % 2, k % 2)) / 4);
+    }
+  return out;
+}
 
 /// Distance from every place of the floor to the nearest occupied square, drawn finer for find_path.
 FreeSpace clearance_of(const Tensor& floor) {
@@ -54,26 +65,32 @@ FreeSpace clearance_of(const Tensor& floor) {
       // From the middle of one square to the edge of the other.
       clearance(x, z) = static_cast<float>(std::sqrt(static_cast<double>(nearest)) * kCell - kCell / 2);
     }
-  FreeSpace out;
-  out.cell = kCell / 2;
-  out.nx = out.nz = 2 * side - 1;
-  out.origin = Vector2d::Constant(-0.5 * kCell * (side - 1));
-  for (int k = 0; k < out.nz; ++k)
-    for (int i = 0; i < out.nx; ++i) {
-      const auto at = [&](int di, int dk) { return clearance((i + di) / 2, (k + dk) / 2); };
-      out.clearance.push_back((at(0, 0) + at(i % 2, 0) + at(0, k % 2) + at(i % 2, k % 2)) / 4);
-    }
-  return out;
-}
-
-bool blocked(const FreeSpace& clearance, const Vector2d& from, const Vector2d& to) {
-  const double length = (to - from).norm();
-  for (double s = kAtEnds; s < length - kAtEnds; s += kCell / 2)
-    if (clearance.at(from + (to - from) * (s / length)) < kWide) return true;
-  return false;
+  return finer(coarse);
 }
 
 }  // namespace
+
+FreeSpace floor_grid(const std::function<double(const Vector2d&)>& clearance) {
+  std::vector<float> squares;
+  squares.reserve(kSide * kSide);
+  for (int z = 0; z < kSide; ++z)
+    for (int x = 0; x < kSide; ++x)
+      squares.push_back(static_cast<float>(
+          std::min(FreeSpace::kFarthest, clearance(kCell * (Vector2d(x, z) - Vector2d::Constant(0.5 * (kSide - 1)))))));
+  return finer(squares);
+}
+
+bool line_blocked(const FreeSpace& floor, const Vector2d& from, const Vector2d& to) {
+  const double length = (to - from).norm();
+  for (double s = kNearKeys; s < length - kNearKeys; s += kCell / 2)
+    if (floor.at(from + (to - from) * (s / length)) < kWide) return true;
+  return false;
+}
+
+std::optional<WalkPath> way_around_obstacles(const FreeSpace& floor, const Vector2d& from, const Vector2d& to,
+                                             double longest) {
+  return find_roomy_path(floor, from, to, kMargins, {.times = kHardlyLonger, .longest = longest});
+}
 
 Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, double height) {
   const Eigen::Vector3d center(root[0].item<double>(), height + kMiddle, root[2].item<double>());
@@ -81,35 +98,39 @@ Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, doub
   return cells.amax(1);
 }
 
-Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups, std::vector<int64_t>* unreached) {
-  const int64_t frames = root.size(0);
-  Tensor detours = torch::zeros({frames, 2});
+std::vector<RootLeg> root_legs(const Tensor& root, const Tensor& groups) {
   const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
-               keys = groups.amax(1).contiguous();
+               keys = given.amax(1).contiguous();
   const auto place = places.accessor<float, 2>(), gives = given.accessor<float, 2>();
   const auto key = keys.accessor<float, 1>();
-  auto detour = detours.accessor<float, 2>();
   const auto ground = [&](int64_t t) { return Vector2d(place[t][0], place[t][2]); };
   const auto gives_root = [&](int64_t t) { return gives[t][kRootTranslationGroup] > 0; };
-  std::optional<FreeSpace> clearance;
+  std::vector<RootLeg> out;
   int64_t before = -1;
-  for (int64_t t = 0; t < frames; ++t) {
+  for (int64_t t = 0; t < root.size(0); ++t) {
     if (key[t] == 0) continue;
     const int64_t from = std::exchange(before, t);
     if (from < 0 || !gives_root(from) || !gives_root(t)) continue;
-    const Vector2d a = ground(from), b = ground(t);
-    if ((b - a).norm() < 2 * kAtEnds) continue;
+    if ((ground(t) - ground(from)).norm() >= 2 * kNearKeys) out.push_back({from, t, ground(from), ground(t)});
+  }
+  return out;
+}
+
+Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups, std::vector<int64_t>* unreached) {
+  Tensor detours = torch::zeros({root.size(0), 2});
+  auto detour = detours.accessor<float, 2>();
+  std::optional<FreeSpace> clearance;
+  for (const auto& [from, to, a, b] : root_legs(root, groups)) {
     if (!clearance) clearance = clearance_of(floor);
     const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
-    if (!known(a) || !known(b) || !blocked(*clearance, a, b)) continue;
-    const auto found = find_roomy_path(*clearance, a, b, kMargins,
-                                       {.times = kHardlyLonger, .longest = kQuickest * static_cast<double>(t - from)});
+    if (!known(a) || !known(b) || !line_blocked(*clearance, a, b)) continue;
+    const auto found = way_around_obstacles(*clearance, a, b, kQuickest * static_cast<double>(to - from));
     if (!found) {
-      if (unreached) unreached->push_back(t);
+      if (unreached) unreached->push_back(to);
       continue;
     }
-    for (int64_t i = from + 1; i < t; ++i) {
-      const double share = static_cast<double>(i - from) / static_cast<double>(t - from);
+    for (int64_t i = from + 1; i < to; ++i) {
+      const double share = static_cast<double>(i - from) / static_cast<double>(to - from);
       const Vector2d aside = found->at(share * found->total()) - (a + share * (b - a));
       detour[i][0] = static_cast<float>(aside.x());
       detour[i][1] = static_cast<float>(aside.y());

@@ -3,12 +3,15 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "inhabit/inbetween/poses.h"
 #include "inhabit/inbetween/scene_probe.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/query.h"
+#include "inhabit/scene/walk_path.h"
 
 namespace inhabit::inbetween {
 
@@ -16,6 +19,28 @@ namespace inhabit::inbetween {
 /// ahead; 1 occupied, -1 free. A square is occupied where the scene has something 0.2 to 1.7 m above the floor.
 /// @param root (3) metres, the first frame's; @param yaw its heading, radians; @param height of the floor, metres.
 torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, double yaw, double height = 0);
+
+/// The floor within 4.75 m of the origin. @param clearance metres from a place (x, z) to what stands there; asked for
+/// every 0.1 m
+FreeSpace floor_grid(const std::function<double(const Eigen::Vector2d&)>& clearance);
+/// Whether the straight line comes nearer than 15 cm to something, its ends left out: somebody may sit there.
+bool line_blocked(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+/// The way from one key to the next that A* finds, with room for swinging arms where it can be had. Nothing where there
+/// is none of at most `longest` metres.
+std::optional<WalkPath> way_around_obstacles(const FreeSpace& floor, const Eigen::Vector2d& from,
+                                             const Eigen::Vector2d& to, double longest);
+
+/// Metres around key frames that may be occupied, as somebody sits there; metres: a line that comes nearer to something
+/// elsewhere is blocked; metres a frame: a path that needs a higher speed is not taken.
+inline constexpr double kNearKeys = 0.45, kWide = 0.15, kQuickest = 0.08;
+
+/// Two key frames, one after the other, that give the root, 0.9 m apart or more.
+struct RootLeg {
+  int64_t from, to;      ///< frames
+  Eigen::Vector2d a, b;  ///< where the root is in them, metres (x, z)
+};
+/// @param root (T, 3) metres, read in key frames only. @param groups (T, 25) what each frame constrains
+std::vector<RootLeg> root_legs(const torch::Tensor& root, const torch::Tensor& groups);
 
 /// Detours of the root trajectory around obstacles, found by A* over the floor plan: offsets (T, 2) in metres along x
 /// and z from the straight line between key frames, in the canonical frame of the first pose. An offset is zero in key

@@ -153,6 +153,13 @@ struct SceneInbetweener::Impl {
   mutable nn::InstancePool<FastDenoiser> denoisers;
 };
 
+Way way_named(const std::string& name) {
+  for (const auto& [known, way] :
+       {std::pair("learned", Way::learned), std::pair("searched", Way::searched), std::pair("straight", Way::straight)})
+    if (name == known) return way;
+  throw Error("way '" + name + "'", "is none of learned, searched and straight");
+}
+
 SceneInbetweener::SceneInbetweener(const Networks& networks)
     : impl_(new Impl{networks, cosine_schedule(networks.config.diffusion_steps),
                      nn::InstancePool<FastDenoiser>([network = networks.network] { return FastDenoiser(network); })}) {
@@ -161,6 +168,7 @@ SceneInbetweener::SceneInbetweener(const Networks& networks)
     throw Error("in-betweening", "the model looks from " + std::to_string(config().anchors) +
                                      " anchors, the body has " + std::to_string(anchors));
   impl_->networks.network->eval();
+  if (impl_->networks.path) impl_->networks.path->eval();
 }
 SceneInbetweener::~SceneInbetweener() = default;
 SceneInbetweener::SceneInbetweener(SceneInbetweener&&) noexcept = default;

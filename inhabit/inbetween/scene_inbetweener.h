@@ -21,6 +21,15 @@ enum class Stage {
   baseline   ///< what the network starts from and adds to: the keys' interpolation, around obstacles where it does so
 };
 
+/// How the baseline goes from key to key where the straight line is blocked.
+enum class Way {
+  learned,   ///< as PathNet says; by a model without one as searched
+  searched,  ///< as A* says
+  straight   ///< through what stands there: the denoiser alone goes around
+};
+/// "learned", "searched" or "straight". Throws Error for other names.
+Way way_named(const std::string& name);
+
 /// What motion is asked for, beside the clip and the scene.
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
@@ -32,7 +41,7 @@ struct Options {
   Controls controls;                      ///< for models of residual motion
   bool refine = true;                     ///< feet stand, nobody is inside the scene (refine/)
   Stage stage = Stage::finished;          ///< how far the model's work is done
-  bool way_around = true;                 ///< the baseline goes around obstacles (A*)
+  Way way = Way::learned;                 ///< around what stands between keys
   bool collisions = false;                ///< Result::collides is found
   std::string name = "motion";            ///< what errors call the clip
   bool standard = false;                  ///< the motion is wanted on the standard skeleton alone

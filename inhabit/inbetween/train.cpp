@@ -178,6 +178,8 @@ bool train_motion_features(const TrainRun& run, const Config& config) {
 
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
+  if (run.data.empty() && !(config.residual && run.stages == std::vector<std::string>{"path"}))
+    throw Error("--data", "is missing: all stages but 'path' are trained on motion");
   if (config.residual) return train_residual(run, config);
   chosen_stages(run.stages, {"denoiser"}, {});
   const Data data(run.data, "train", config, config.training.stride),

@@ -56,8 +56,9 @@ constexpr const char* kInbetweenRun =
     "place\n"
     "(metres) between these seconds after the first key.\n"
     "root_path: list of (seconds, x, z) that the root goes through; loop: the last pose is the first again.\n"
-    "refine: feet stand, nobody is inside the scene; way_around: the baseline goes around obstacles; collisions:\n"
-    "`collides` is found; progress(done, all) is called after evaluations.\n"
+    "refine: feet stand, nobody is inside the scene; way: around what stands between keys: 'learned'\n"
+    "(PathNet's way), 'searched' (A*'s) or 'straight'; collisions: `collides` is found; progress(done, all) is called "
+    "after evaluations.\n"
     "standard: on_source is not wanted. name: what errors call the clip.";
 
 }  // namespace
@@ -114,8 +115,8 @@ void add_inbetween(py::module_& m) {
           [](const SceneInbetweener& inbetweener, const Clip& clip, const std::optional<Scene>& scene, const Keys& keys,
              const std::string& joints, double noise, int64_t steps, const std::string& sampler, uint64_t seed,
              const std::vector<double>& key_weights, const std::vector<JointContactArgument>& contacts,
-             const std::vector<PathArgument>& root_path, bool loop, bool refine, bool way_around, bool collisions,
-             const py::object& progress, bool standard, const std::string& name) {
+             const std::vector<PathArgument>& root_path, bool loop, bool refine, const std::string& way,
+             bool collisions, const py::object& progress, bool standard, const std::string& name) {
             inbetween::Options options;
             options.keys = keys_of(keys, clip, seed);
             if (!joints.empty()) options.key_groups = inbetween::key_groups(joints, clip.skeleton);
@@ -125,7 +126,7 @@ void add_inbetween(py::module_& m) {
             options.seed = seed;
             options.controls = controls_of(key_weights, contacts, root_path, loop);
             options.refine = refine;
-            options.way_around = way_around;
+            options.way = inbetween::way_named(way);
             options.collisions = collisions;
             options.name = name;
             options.standard = standard;
@@ -137,7 +138,7 @@ void add_inbetween(py::module_& m) {
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
           "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "key_weights"_a = std::vector<double>(),
           "contacts"_a = std::vector<JointContactArgument>(), "root_path"_a = std::vector<PathArgument>(),
-          "loop"_a = false, "refine"_a = true, "way_around"_a = true, "collisions"_a = false, "progress"_a = py::none(),
+          "loop"_a = false, "refine"_a = true, "way"_a = "learned", "collisions"_a = false, "progress"_a = py::none(),
           "standard"_a = false, "name"_a = "motion", kInbetweenRun);
   m.def(
       "poses_at_times",

@@ -201,7 +201,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
                   " --keyframes every:60 ends --steps 2 --seeds 2 --no-refine --against 'cubic spline' --row "
-                  "'straight, guidance 0: inference.guidance=0 way_around=false' --json " +
+                  "'straight, guidance 0: inference.guidance=0 way=straight' --json " +
                   table);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(r.out, HasSubstr("w/o body shape, straight, guidance 0, raw"));
@@ -240,7 +240,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   expect_refused(more + " --out " + folder / "out/more.safetensors", {model, "another configuration"}, folder / "out");
 }
 
-TEST(Inbetween, ResidualMotionIsTrainedInTwoStages) {
+TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
   const TempFolder folder;
   Dataset data = create_dataset(folder / "data", {});
   for (const char* split : {"train", "val"}) {
@@ -254,18 +254,27 @@ TEST(Inbetween, ResidualMotionIsTrainedInTwoStages) {
   const std::string model = folder / "m.safetensors",
                     train = "train inbetween --data " + folder / "data" + " --out " + model +
                             " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=2 "
-                            "training.steps=";
-  CommandResult r = run_command(train + "2");
+                            "training.path_steps=2 training.path_batch=2 training.steps=2";
+  CommandResult r = run_command(train);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const std::string log = read_whole_file(model + ".log.jsonl");
   EXPECT_THAT(log, HasSubstr("\"stage\":\"denoiser\""));
   EXPECT_THAT(log, HasSubstr("\"stage\":\"deployed\""));
   EXPECT_THAT(log, HasSubstr("jerk"));
+  EXPECT_THAT(log, HasSubstr("\"stage\":\"path\""));
+  EXPECT_TRUE(inbetween::load_networks(model).path) << "in the same file";
   r = run_command("train inbetween --data " + folder / "data" + " --from " + model + " --stage deployed --out " +
                   folder / "more.safetensors" +
                   " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=1");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(read_whole_file(folder / "more.safetensors.log.jsonl"), testing::Not(HasSubstr("denoiser")));
+  EXPECT_TRUE(inbetween::load_networks(folder / "more.safetensors").path) << "kept beside what was trained";
+  r = run_command("train inbetween --stage path --from " + model + " --out " + folder / "way.safetensors" +
+                  " --set training.path_steps=1 training.path_batch=2");
+  ASSERT_EQ(r.exit_code, 0) << r.err << ": of the sizes of the file, without data";
+  const auto before = inbetween::load_networks(model), after = inbetween::load_networks(folder / "way.safetensors");
+  EXPECT_TRUE(torch::equal(before.network->stem->weight, after.network->stem->weight));
+  EXPECT_FALSE(torch::equal(before.path->move->bias, after.path->move->bias));
   const std::string out = folder / "out.npz";
   r = run_command("inbetween " + folder / "data/clips/val.npz" + " --model " + folder / "more.safetensors" +
                   " --keyframes every:60 -o " + out);
@@ -275,6 +284,8 @@ TEST(Inbetween, ResidualMotionIsTrainedInTwoStages) {
   expect_refused(
       "train inbetween --data " + folder / "data" + " --stage deployed --out " + folder / "none/m.safetensors",
       {"deployed", "--from"}, folder / "none");
+  expect_refused("train inbetween --from " + model + " --stage path deployed --out " + folder / "none/m.safetensors",
+                 {"--data", "path"}, folder / "none");
 }
 
 TEST(Inbetween, WindowsOfTheShippedModelsJoin) {

@@ -48,6 +48,28 @@ TEST(InbetweenModelFile, ComesBackAsItWasSaved) {
   EXPECT_TRUE(torch::equal(in.through(loaded.network), in.through(saved.network)));
 }
 
+TEST(InbetweenModelFile, KeepsPathNetWhereThereIsOne) {
+  const torch::NoGradGuard no_gradients;
+  const TempFolder folder;
+  Networks saved = small_networks();
+  save_networks(folder / "without.safetensors", saved);
+  EXPECT_FALSE(load_networks(folder / "without.safetensors").path);
+  saved.path = PathNet();
+  saved.path->eval();
+  save_networks(folder / "m.safetensors", saved);
+  Networks loaded = load_networks(folder / "m.safetensors");
+  ASSERT_TRUE(loaded.path);
+  EXPECT_FALSE(loaded.path->is_training());
+  const Tensor map = torch::rand({1, kMapWide, kMapLong}), length = torch::tensor({3.F});
+  EXPECT_TRUE(
+      torch::equal(loaded.path->forward(map, length).rounds.back(), saved.path->forward(map, length).rounds.back()));
+  SafeTensors bad = read_safetensors(folder / "m.safetensors");
+  bad.tensors["path.move.bias"] = torch::full({2}, std::nan(""));
+  write_safetensors(folder / "m.safetensors", bad);
+  EXPECT_THAT(refusal_of([&] { load_networks(folder / "m.safetensors"); }),
+              AllOf(HasSubstr("path.move.bias"), HasSubstr("not finite")));
+}
+
 TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {
   const torch::NoGradGuard no_gradients;
   const TempFolder folder;

@@ -302,7 +302,7 @@ TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   const Clip clip = walker(121, 1.1, 0, 1);
   Options r = request("ends", 121);
   r.refine = false;
-  r.way_around = false;  // what the network sees, not what the baseline goes around
+  r.way = Way::straight;  // what the network sees, not what the baseline goes around
   const auto difference = [&](const Networks& networks) {
     const SceneInbetweener inbetweener(networks);
     return largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints,
