@@ -34,14 +34,20 @@ void add_forecast(CLI::App& app) {
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_option("--points", o->forecast.points, "Scene points to look at (default: as the model was trained)")
       ->check(CLI::Range(16, 60000));
+  verb->add_option("--samples", o->forecast.samples,
+                   "How many ways to go on, likeliest first, in place of the one forecast; the model that ships has 5")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   verb->add_option("--seed", o->forecast.seed, "Seed of the points")->check(whole_number)->capture_default_str();
   verb->add_flag_callback(
       "--no-refine", [o] { o->forecast.refine = false; }, "Leave the motion as the network makes it");
   verb->add_flag("--standard", o->forecast.standard,
                  "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   add_writing(*verb, o->writing);
-  verb->add_option("-o,--out", o->outputs,
-                   "Output files: .npz .bvh .glb .json hold the prediction, .html is a page (default: forecast.html)");
+  verb->add_option(
+      "-o,--out", o->outputs,
+      "Output files: .npz .bvh .glb .json hold the prediction (of several samples .npz all, the others a file "
+      "each), .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");
@@ -61,7 +67,13 @@ void add_forecast(CLI::App& app) {
           return forecast::forecast_page(r, "Forecast of " + std::filesystem::path(o->motion).filename().string());
         },
         [&](const std::string& out) {
-          write_clips(out, {o->forecast.standard ? r.prediction : r.on_source}, o->writing, {}, &r.scene);
+          std::vector<Clip> motions;
+          const auto add = [&](const Clip& standard, const Clip& source) {
+            motions.push_back(o->forecast.standard ? standard : source);
+          };
+          if (r.hypotheses.empty()) add(r.prediction, r.on_source);
+          for (const forecast::Hypothesis& one : r.hypotheses) add(one.prediction, one.on_source);
+          write_clips(out, motions, o->writing, {}, &r.scene);
         });
   });
 }

@@ -55,7 +55,10 @@ void expand(std::vector<std::string>& stages, const inhabit::forecast::Config& c
   if (stages == std::vector<std::string>{"both"}) stages = {"contact", "motion"};
   if (stages == std::vector<std::string>{"all"}) {
     stages = {"contact", "motion", "ltd"};
-    if (config.decoder == "recurrent") stages.insert(stages.end(), {"no_contact", "adapt"});
+    if (config.decoder == "recurrent")
+      stages.insert(stages.end(), {"no_contact", "adapt"});
+    else
+      stages.emplace_back("hypotheses");
   }
 }
 

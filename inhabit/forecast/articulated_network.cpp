@@ -90,6 +90,24 @@ Tensor contacts_given(int64_t batch, bool any, bool predicted) {
   return torch::tensor({any ? 1.F : 0.F, any && predicted ? 1.F : 0.F}).expand({batch, 2});
 }
 
+ArticulatedNetworkImpl::Block::Block(tn::Module& owner, const std::string& name, int64_t count, int64_t width)
+    : token_norm(owner.register_module(name + "token_norm", tn::LayerNorm(tn::LayerNormOptions({width})))),
+      channel_norm(owner.register_module(name + "channel_norm", tn::LayerNorm(tn::LayerNormOptions({width})))),
+      tokens(owner.register_module(name + "tokens", tn::Linear(count, count))),
+      widen(owner.register_module(name + "widen", tn::Linear(width, width))),
+      narrow(owner.register_module(name + "narrow", tn::Linear(width, width))) {}
+
+Tensor ArticulatedNetworkImpl::Block::forward(const Tensor& x) {
+  const Tensor mixed = x + torch::silu(tokens->forward(token_norm->forward(x).transpose(1, 2))).transpose(1, 2);
+  return mixed + narrow->forward(torch::silu(widen->forward(channel_norm->forward(mixed))));
+}
+
+int64_t ArticulatedNetworkImpl::token_count(const Config& c) {
+  return (c.past - 2) / c.articulated.stride + 1 + c.future / c.articulated.stride;
+}
+
+int64_t ArticulatedNetworkImpl::added_count() { return 3 + 6 * bones().count; }
+
 ArticulatedNetworkImpl::ArticulatedNetworkImpl(const Config& given) : config(given) {
   validate(config, "forecast network");
   if (config.joints != kStandardJoints || config.root != 0)
@@ -98,24 +116,15 @@ ArticulatedNetworkImpl::ArticulatedNetworkImpl(const Config& given) : config(giv
   const int64_t pose = 3 * kStandardJoints, width = a.width;
   past_tokens_ = (config.past - 2) / a.stride + 1;
   future_tokens_ = config.future / a.stride;
-  const int64_t count = past_tokens_ + future_tokens_;
+  const int64_t count = token_count(config);
   motion_in = register_module("motion_in", tn::Linear(2 * pose, width));
   person_in = register_module("person_in", tn::Linear(pose + 2, width));
   contact_in = register_module("contact_in", tn::Linear(4 * kStandardJoints, width));
   place = register_parameter("place", torch::randn({count, width}) * 0.1);
-  for (int b = 0; b < a.blocks; ++b) {
-    const std::string name = "block" + std::to_string(b) + "_";
-    Block block;
-    block.token_norm = register_module(name + "token_norm", tn::LayerNorm(tn::LayerNormOptions({width})));
-    block.tokens = register_module(name + "tokens", tn::Linear(count, count));
-    block.channel_norm = register_module(name + "channel_norm", tn::LayerNorm(tn::LayerNormOptions({width})));
-    block.widen = register_module(name + "widen", tn::Linear(width, width));
-    block.narrow = register_module(name + "narrow", tn::Linear(width, width));
-    blocks.push_back(block);
-  }
+  for (int b = 0; b < a.blocks; ++b) blocks.emplace_back(*this, "block" + std::to_string(b) + "_", count, width);
   out_norm = register_module("out_norm", tn::LayerNorm(tn::LayerNormOptions({width})));
   coefficients = register_module("coefficients", tn::Linear(count, a.coefficients));
-  out = register_module("out", tn::Linear(width, 3 + 6 * bones().count));
+  out = register_module("out", tn::Linear(width, added_count()));
   torch::NoGradGuard no_grad;
   out->weight.zero_();  // untrained, the forecast is the continuation
   out->bias.zero_();
@@ -124,14 +133,15 @@ ArticulatedNetworkImpl::ArticulatedNetworkImpl(const Config& given) : config(giv
   from_dct_ = idct_matrix(config.future, a.coefficients);
 }
 
-ArticulatedNetworkImpl::Continued ArticulatedNetworkImpl::continued(const Tensor& past) const {
+ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::continued(const Tensor& past) const {
   torch::NoGradGuard no_grad;
   const Tensor last = past.select(1, config.past - 1), before = past.select(1, config.past - 2);
   const Config::Articulated& a = config.articulated;
   const auto going_on = [&](double seconds) {
     return dying_away(config.future, seconds * config.rate).to(past.device());
   };
-  Continued on;
+  Seen on;
+  on.past = past;
   on.path = last.select(1, 0).unsqueeze(1) +
             (last - before).select(1, 0).unsqueeze(1) * going_on(a.root_continuation).view({1, -1, 1});
   const Tensor turns =
@@ -158,25 +168,37 @@ Tensor ArticulatedNetworkImpl::tokens(const Tensor& past, const Tensor& going_on
   return torch::cat({x.slice(1, 0, past_tokens_), x.slice(1, past_tokens_) + contact}, 1);
 }
 
-MotionForecast ArticulatedNetworkImpl::forward(const Tensor& past, const Tensor& contact_points, const Tensor& given) {
+ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::see(const Tensor& past, const Tensor& contact_points,
+                                                         const Tensor& given) {
   const int64_t batch = past.dim() == 4 ? past.size(0) : -1;
   if (batch < 0 || past.sizes().slice(1) != at::IntArrayRef({config.past, kStandardJoints, 3}) ||
       contact_points.sizes() != at::IntArrayRef({batch, config.future, kStandardJoints, 4}) ||
       given.sizes() != at::IntArrayRef({batch, 2}))
     throw Error("forecast network: past, contact_points or given has the wrong shape");
+  Seen seen = continued(past);
   const Tensor last = past.select(1, config.past - 1);
-  const Continued on = continued(past);
-  Tensor x = tokens(past, posed_from(last, on.path, rotation6d_to_matrix(on.turns)), contact_points, given);
-  for (Block& block : blocks) {
-    x = x + torch::silu(block.tokens->forward(block.token_norm->forward(x).transpose(1, 2))).transpose(1, 2);
-    x = x + block.narrow->forward(torch::silu(block.widen->forward(block.channel_norm->forward(x))));
-  }
-  x = coefficients->forward(out_norm->forward(x).transpose(1, 2)).transpose(1, 2);  // (B, coefficients, width)
-  const Tensor added = torch::matmul(from_dct_.to(past.device()), out->forward(x)) * gate_.to(past.device());
-  const Tensor path = on.path + added.narrow(2, 0, 3);
-  const Tensor turns = rotation6d_to_matrix(on.turns + added.slice(2, 3).view(on.turns.sizes()));
-  const Tensor joints = posed_from(last, path, turns);
+  seen.tokens = tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.turns)), contact_points, given);
+  for (Block& block : blocks) seen.tokens = block.forward(seen.tokens);
+  return seen;
+}
+
+MotionForecast ArticulatedNetworkImpl::go_on(const Seen& seen, const Tensor& coefficients_added) const {
+  const Tensor& past = seen.past;
+  const Tensor added =
+      torch::matmul(from_dct_.to(past.device()), coefficients_added) * gate_.to(past.device());  // (B, T, 105)
+  const Tensor path = seen.path + added.narrow(2, 0, 3);
+  const Tensor turns = rotation6d_to_matrix(seen.turns + added.slice(2, 3).view(seen.turns.sizes()));
+  const Tensor joints = posed_from(past.select(1, config.past - 1), path, turns);
   return {torch::cat({past.select(2, 0), path}, 1), joints - path.unsqueeze(2)};
+}
+
+Tensor ArticulatedNetworkImpl::mean_coefficients(const Tensor& seen_tokens) {
+  return out->forward(coefficients->forward(out_norm->forward(seen_tokens).transpose(1, 2)).transpose(1, 2));
+}
+
+MotionForecast ArticulatedNetworkImpl::forward(const Tensor& past, const Tensor& contact_points, const Tensor& given) {
+  const Seen seen = see(past, contact_points, given);
+  return go_on(seen, mean_coefficients(seen.tokens));
 }
 
 }  // namespace inhabit::forecast

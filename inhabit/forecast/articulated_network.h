@@ -1,6 +1,7 @@
 #pragma once
 #include <torch/torch.h>
 
+#include <string>
 #include <vector>
 
 #include "inhabit/forecast/network.h"
@@ -36,6 +37,18 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   /// @param given (B, 2) of contacts_given.
   MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
 
+  /// What the network has made of a past: how it goes on by itself, and the tokens behind the last block.
+  struct Seen {
+    torch::Tensor past;         ///< (B, P, 22, 3) as it was given
+    torch::Tensor path, turns;  ///< (B, T, 3), (B, T, 17, 6) of the continuation
+    torch::Tensor tokens;       ///< (B, S, width)
+  };
+  Seen see(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
+  /// The motion, where these DCT coefficients (B, coefficients, 3 + 6 * 17) are added to the continuation.
+  MotionForecast go_on(const Seen& seen, const torch::Tensor& coefficients) const;
+  /// The coefficients that forward() adds.
+  torch::Tensor mean_coefficients(const torch::Tensor& tokens);
+
   /// Mixes tokens, then the channels of each, both added to what comes in. S tokens.
   struct Block {
     torch::nn::LayerNorm token_norm{nullptr};    ///< before the tokens are mixed
@@ -43,7 +56,16 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
     torch::nn::Linear tokens{nullptr};           ///< S to S, of each channel
     torch::nn::Linear widen{nullptr};            ///< width to width
     torch::nn::Linear narrow{nullptr};           ///< width to width, after the nonlinearity
+
+    /// Of S tokens, registered in `owner` by names that begin with `name`.
+    Block(torch::nn::Module& owner, const std::string& name, int64_t count, int64_t width);
+    torch::Tensor forward(const torch::Tensor& x);  ///< (B, S, width)
   };
+  /// S, of past and future.
+  static int64_t token_count(const Config& config);
+  /// Numbers that are added in each frame: the root's 3 and 6 of each joint that turns.
+  static int64_t added_count();
+
   Config config;                            ///< what it was made with
   torch::nn::Linear motion_in{nullptr};     ///< poses and velocities of a token's frame to width
   torch::nn::Linear person_in{nullptr};     ///< the last observed pose and contacts_given to width
@@ -55,10 +77,7 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   torch::Tensor place;                      ///< (S, width) added to each token
 
  private:
-  struct Continued {
-    torch::Tensor path, turns;  ///< (B, T, 3), (B, T, 17, 6)
-  };
-  Continued continued(const torch::Tensor& past) const;
+  Seen continued(const torch::Tensor& past) const;
   torch::Tensor tokens(const torch::Tensor& past, const torch::Tensor& continued, const torch::Tensor& contact_points,
                        const torch::Tensor& given);
   int64_t past_tokens_, future_tokens_;

@@ -76,8 +76,10 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("articulated.root_continuation", config.articulated.root_continuation);
   visit("articulated.pose_continuation", config.articulated.pose_continuation);
   visit("articulated.gate", config.articulated.gate);
+  visit("articulated.hypotheses", config.articulated.hypotheses);
   visit("training.contact_steps", config.training.contact_steps);
   visit("training.motion_steps", config.training.motion_steps);
+  visit("training.hypotheses_steps", config.training.hypotheses_steps);
   visit("training.adapt_steps", config.training.adapt_steps);
   visit("training.contact_batch", config.training.contact_batch);
   visit("training.motion_batch", config.training.motion_batch);
@@ -131,6 +133,7 @@ Config preset(const std::string& name) {
     config.training.recorded = 0.5;
     config.training.mirror = true;
     config.decoder = "articulated";
+    config.articulated.hypotheses = 5;
     config.training.contact_batch = 8;
     config.training.contact_rate = 1e-3;
     config.abstraction = {{PointVoxelSpec{32, 1, 16}, 256, 0.25, 16, {32, 64}},
@@ -224,6 +227,7 @@ void validate(const Config& c, const std::string& subject) {
   const Config::Training& t = c.training;
   for (const auto& [name, steps] : {std::pair("training.contact_steps", t.contact_steps),
                                     {"training.motion_steps", t.motion_steps},
+                                    {"training.hypotheses_steps", t.hypotheses_steps},
                                     {"training.adapt_steps", t.adapt_steps}})
     check.within(name, steps, 0, 100'000'000);
   for (const auto& [name, batch] : {std::pair("training.contact_batch", t.contact_batch),
@@ -249,6 +253,7 @@ void validate(const Config& c, const std::string& subject) {
     check.within("articulated.root_continuation", a.root_continuation, kTiny, 100);
     check.within("articulated.pose_continuation", a.pose_continuation, kTiny, 100);
     check.within("articulated.gate", a.gate, kTiny, 100);
+    check.within("articulated.hypotheses", a.hypotheses, 0, 1000);
   }
   check_schedule(check, t.schedule);
   check.within("baselines.ltd_hidden", c.baselines.ltd_hidden, 1, 4096);

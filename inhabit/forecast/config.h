@@ -69,6 +69,7 @@ struct Config {
     double root_continuation = 0.5;   ///< seconds in which the root's last velocity dies away
     double pose_continuation = 0.15;  ///< the same of the joints' angular velocities
     double gate = 0.1;                ///< seconds in which the network's own part opens
+    int hypotheses = 0;               ///< K, ways to go on (hypotheses.h); 0: the one forecast alone
 
     bool operator==(const Articulated&) const = default;  ///< compares all sizes
   } articulated;                                          ///< where `decoder` says so
@@ -78,6 +79,7 @@ struct Config {
     int contact_steps = 0;         ///< optimiser steps of stage contact; 0: 50 epochs
     int motion_steps = 0;          ///< of stages motion, no_contact and ltd; 0: 50 epochs
     int adapt_steps = 0;           ///< of stage adapt; 0: 10 epochs
+    int hypotheses_steps = 6000;   ///< of stage hypotheses
     int contact_batch = 4;         ///< windows of a step of stage contact
     int motion_batch = 32;         ///< of the other stages
     double contact_rate = 5e-4;    ///< peak of the learning rate of stage contact

@@ -1,6 +1,7 @@
 #include "inhabit/forecast/contact_forecaster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "inhabit/body/fit.h"
@@ -61,13 +62,32 @@ struct ContactForecaster::Impl {
   Config config;
   mutable nn::InstancePool<FastContactNetwork> contact;
   Motion motion;
+  Hypothesize hypothesize;
+
+  /// Ways to go on from what was observed (P, J, 3) with the contact points of its forecast, likeliest first.
+  std::vector<Hypothesis> hypotheses_of(const torch::Tensor& past, const Forecast& forecast, int64_t count) const {
+    const WindowFrame frame = window_frame(past, config);
+    const torch::Tensor touching = forecast.contact_points.narrow(2, 3, 1);
+    const torch::Tensor points =
+        torch::cat({frame.to_window(forecast.contact_points.narrow(2, 0, 3)) * touching, touching}, 2);
+    const Hypotheses found = hypothesize(frame.to_window(past).unsqueeze(0), points.unsqueeze(0));
+    const auto [log_probability, order] = found.log_probability[0].sort(0, /*descending=*/true);
+    std::vector<Hypothesis> out;
+    for (int64_t k = 0; k < count; ++k) {
+      Hypothesis one;
+      one.joints = frame.to_world(found.joints[0][order[k].item<int64_t>()]);
+      one.probability = std::exp(log_probability[k].item<double>());
+      out.push_back(std::move(one));
+    }
+    return out;
+  }
 };
 
 ContactForecaster::ContactForecaster(const Networks& networks)
     : impl_(new Impl{networks.config, nn::InstancePool<FastContactNetwork>([network = networks.contact] {
                        return FastContactNetwork(network);
                      }),
-                     motion_of(networks, Contacts::predicted)}) {}
+                     motion_of(networks, Contacts::predicted), hypothesize_of(networks)}) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
@@ -78,6 +98,8 @@ ContactForecaster ContactForecaster::load(const std::string& path) {
 }
 
 const Config& ContactForecaster::config() const { return impl_->config; }
+
+int64_t ContactForecaster::hypotheses() const { return impl_->hypothesize ? config().articulated.hypotheses : 0; }
 
 Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points, bool maps) const {
   torch::NoGradGuard no_grad;
@@ -104,6 +126,10 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   if (c.joints != kStandardJoints)
     throw Error("the model", "observes " + std::to_string(c.joints) + " joints, not the standard 22");
   if (options.points < 0 || options.points > 1'000'000) throw Error("points", "are out of range");
+  if (options.samples < 1) throw Error("samples", "must be at least 1");
+  if (options.samples > 1 && options.samples > hypotheses())
+    throw Error("samples", hypotheses() == 0 ? "this model has one forecast alone"
+                                             : "this model has " + std::to_string(hypotheses()) + " ways to go on");
   const Observed observed = observe(clip, options.start, c.rate, c.past, options.name);
   const Clip& motion = observed.motion;
   const int64_t start = observed.start;
@@ -122,13 +148,17 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
     out.prediction.joints = out.forecast.joints;
     return out;
   }
-  // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
-  const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), out.forecast.joints}));
-  out.prediction = slice(whole, 1, whole.frames());
-  if (options.refine) out.prediction = refined(out.past, out.prediction, out.scene);
-  if (!options.standard)
-    out.on_source =
-        going_on(clip, options.start < 0 ? clip.frames() : options.start, slice(whole, 0, 1), out.prediction);
+  const int64_t end = options.start < 0 ? clip.frames() : options.start;
+  const auto finish = [&](const torch::Tensor& joints, Clip& prediction, Clip& on_source) {
+    // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
+    const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), joints}));
+    prediction = slice(whole, 1, whole.frames());
+    if (options.refine) prediction = refined(out.past, prediction, out.scene);
+    if (!options.standard) on_source = going_on(clip, end, slice(whole, 0, 1), prediction);
+  };
+  finish(out.forecast.joints, out.prediction, out.on_source);
+  if (options.samples > 1) out.hypotheses = impl_->hypotheses_of(out.past.joints, out.forecast, options.samples);
+  for (Hypothesis& one : out.hypotheses) finish(one.joints, one.prediction, one.on_source);
   return out;
 }
 

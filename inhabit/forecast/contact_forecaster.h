@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/motion/clip.h"
@@ -20,6 +21,14 @@ struct Forecast {
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 };
 
+/// One of the ways in which the person may go on (hypotheses.h).
+struct Hypothesis {
+  torch::Tensor joints;    ///< (T, J, 3) as the network says
+  Clip prediction;         ///< as Result::prediction
+  Clip on_source;          ///< as Result::on_source
+  double probability = 0;  ///< by the model, among all that it has
+};
+
 /// What is to be forecast, and how.
 struct Options {
   int64_t start = -1;           ///< first predicted frame, counted in the clip; -1: its end
@@ -31,6 +40,7 @@ struct Options {
   /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them, nothing is refined and
   /// no contact map written out, for streams. Result::prediction then has no rotations.
   bool joints_alone = false;
+  int64_t samples = 1;  ///< over 1: so many ways to go on are wanted as well, the likeliest of the model's
 };
 
 /// A forecast as a motion, with what it was made from.
@@ -40,8 +50,9 @@ struct Result {
                     ///< betas of the body fitted to them
   Clip on_source;   ///< the prediction on the clip's own skeleton, at its rate (motion/transfer.h); empty where
                     ///< Options::standard is set
-  std::optional<Clip> truth;   ///< as many of the T frames as the clip has
-  Forecast forecast;           ///< what the networks said
+  std::vector<Hypothesis> hypotheses;  ///< likeliest first, where Options::samples is over 1
+  std::optional<Clip> truth;           ///< as many of the T frames as the clip has
+  Forecast forecast;                   ///< what the networks said
   Scene scene;                 ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;  ///< nothing was given
 };
@@ -72,6 +83,9 @@ class ContactForecaster {
   /// The networks alone. @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person
   /// (points_near, sample_points_near); @param maps whether contact maps are wanted, the larger part of the memory.
   Forecast predict(const torch::Tensor& past, const torch::Tensor& points, bool maps = true) const;
+
+  /// How many ways to go on the model has; 0: the one forecast alone.
+  int64_t hypotheses() const;
 
  private:
   struct Impl;

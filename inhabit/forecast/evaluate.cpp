@@ -37,6 +37,11 @@ torch::Tensor constant_velocity(const Windows& w, int64_t root) {
   return last_pose(w) + velocity * torch::arange(1, future + 1).view({1, future, 1, 1});
 }
 
+/// Of each row of (B, K, ...) the one that an index (B) tells.
+torch::Tensor one_of_each(const torch::Tensor& all, const torch::Tensor& index) {
+  return all.index({torch::arange(all.size(0)), index});
+}
+
 /// Baselines, then what the model's networks give.
 std::vector<ForecastMethod> methods_of(const Networks& model) {
   const Config& config = model.config;
@@ -52,12 +57,24 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
       out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});
   };
   add("w/o contact", Contacts::none, [](const Windows&) { return torch::Tensor(); });
-  if (!model.contact.is_empty())
-    add("predicted contact", Contacts::predicted,
-        [config, fast = std::make_shared<FastContactNetwork>(model.contact)](const Windows& w) {
-          const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
-          return contact_points(w.points, dct, config);
-        });
+  if (!model.contact.is_empty()) {
+    const auto predicted = [config, fast = std::make_shared<FastContactNetwork>(model.contact)](const Windows& w) {
+      const torch::Tensor dct = fast->forward(w.points, contact_features(w.points, w.past, config), w.past);
+      return contact_points(w.points, dct, config);
+    };
+    add("predicted contact", Contacts::predicted, predicted);
+    if (const Hypothesize hypothesize = hypothesize_of(model)) {
+      const std::string many = std::to_string(config.articulated.hypotheses);
+      out.push_back({"likeliest of " + many, [=](const Windows& w, uint64_t) {
+                       const Hypotheses found = hypothesize(w.past, predicted(w));
+                       return one_of_each(found.joints, found.log_probability.argmax(1));
+                     }});
+      out.push_back({"best of " + many, [=](const Windows& w, uint64_t) {
+                       const torch::Tensor joints = hypothesize(w.past, predicted(w)).joints;
+                       return one_of_each(joints, (joints - w.truth.unsqueeze(1)).norm(2, {4}).mean({2, 3}).argmin(1));
+                     }});
+    }
+  }
   add("w/ true contact", Contacts::real,
       [config](const Windows& w) { return true_contact_points(w.points, w.truth, config); });
   return out;

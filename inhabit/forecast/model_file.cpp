@@ -17,6 +17,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   if (!networks.motion.is_empty()) nn::collect_parameters(*networks.motion, "motion_net.", content);
   if (!networks.no_contact.is_empty()) nn::collect_parameters(*networks.no_contact, "no_contact_net.", content);
   if (!networks.articulated.is_empty()) nn::collect_parameters(*networks.articulated, "articulated_net.", content);
+  if (!networks.hypotheses.is_empty()) nn::collect_parameters(*networks.hypotheses, "hypotheses_net.", content);
   if (!networks.ltd.is_empty()) nn::collect_parameters(*networks.ltd, "ltd_net.", content);
   write_safetensors(path, content, half);
 }
@@ -31,6 +32,9 @@ Networks load_networks(const std::string& path) {
   n.motion = file.network("motion_net.", [&] { return MotionNetwork(n.config); });
   n.no_contact = file.network("no_contact_net.", [&] { return MotionNetwork(n.config, /*with_contact=*/false); });
   n.articulated = file.network("articulated_net.", [&] { return ArticulatedNetwork(n.config); });
+  if (nn::has_parameters(file.content, "hypotheses_net.") && n.config.articulated.hypotheses == 0)
+    throw Error(path, "holds hypotheses, of which its configuration has none");
+  n.hypotheses = file.network("hypotheses_net.", [&] { return HypothesesNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
   if (n.contact.is_empty() && n.motion.is_empty() && n.no_contact.is_empty() && n.articulated.is_empty() &&
       n.ltd.is_empty())

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "inhabit/forecast/articulated_network.h"
+#include "inhabit/forecast/hypotheses.h"
 #include "inhabit/forecast/network.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/trajectory_graph.h"
@@ -15,6 +16,7 @@ struct Networks {
   MotionNetwork motion{nullptr};            ///< stage two, "motion_net."
   MotionNetwork no_contact{nullptr};        ///< stage two without contact points, "no_contact_net."
   ArticulatedNetwork articulated{nullptr};  ///< stage two where config.decoder is "articulated", "articulated_net."
+  HypothesesNetwork hypotheses{nullptr};    ///< ways to go on beside the one of `articulated`, "hypotheses_net."
   nn::TrajectoryGraph ltd{nullptr};         ///< LTD, which knows nothing of the scene, "ltd_net."
 
   /// Whether there are a contact network and one that moves the person by what it predicts.

@@ -25,4 +25,13 @@ Motion motion_of(const Networks& networks, Contacts contacts) {
   };
 }
 
+Hypothesize hypothesize_of(const Networks& networks) {
+  if (networks.hypotheses.is_empty() || networks.articulated.is_empty()) return {};
+  return [network = networks.hypotheses, articulated = networks.articulated](const torch::Tensor& past,
+                                                                             const torch::Tensor& given) mutable {
+    const torch::NoGradGuard no_gradients;
+    return network->forward(articulated, articulated->see(past, given, contacts_given(past.size(0), true, true)));
+  };
+}
+
 }  // namespace inhabit::forecast

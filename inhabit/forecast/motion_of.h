@@ -16,4 +16,8 @@ using Motion = std::function<torch::Tensor(const torch::Tensor& past, const torc
 /// Safe to use from several threads.
 Motion motion_of(const Networks& networks, Contacts contacts);
 
+/// Ways to go on (hypotheses.h) from the same, with predicted contact points; empty where the model has none.
+using Hypothesize = std::function<Hypotheses(const torch::Tensor& past, const torch::Tensor& contact_points)>;
+Hypothesize hypothesize_of(const Networks& networks);
+
 }  // namespace inhabit::forecast

@@ -1,11 +1,13 @@
 #include "inhabit/forecast/train.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/forecast/hypotheses.h"
 #include "inhabit/forecast/losses.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/motion_batch.h"
@@ -21,6 +23,7 @@ namespace {
 constexpr int64_t kSparseStride = 15, kValidationStride = 30, kValidationWindows = 192;
 // Of the articulated network: decays of its weights' moving average and of the weights (AdamW).
 constexpr double kAverage = 0.999, kWeightDecay = 0.01;
+constexpr double kOthers = 0.03, kLikely = 0.02;  // of hypotheses that are not nearest; of their log-probabilities
 
 /// Windows as the contact network is trained on them.
 struct ContactBatch {
@@ -170,6 +173,54 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
   return task;
 }
 
+/// Stage "hypotheses": the nearest of them is drawn to what happens, and said to be likely; the others by a little, so
+/// that none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
+TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+  const Config& config = model.config;
+  HypothesesNetwork network = model.hypotheses;
+  ArticulatedNetwork articulated = model.articulated;
+  articulated->to(device);
+  const std::function<Hypotheses(const MotionBatch&)> hypotheses = [network,
+                                                                    articulated](const MotionBatch& b) mutable {
+    ArticulatedNetworkImpl::Seen seen;
+    {
+      const torch::NoGradGuard no_gradients;
+      seen = articulated->see(b.past, b.contacts, b.given);
+    }
+    return network->forward(articulated, seen);
+  };
+  TrainTask task;
+  task.module = network.ptr();
+  task.networks = {{"hypotheses_net.", network.ptr()}};
+  task.samples = data.size();
+  task.average = kAverage;
+  task.weight_decay = kWeightDecay;
+  task.prepare = batches(
+      [&, source = predicted_contacts(config, model.contact)](const TrainStep& step) {
+        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, 0, step.seed);
+      },
+      [&config, hypotheses, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
+        const MotionBatch b = on_cpu.on(device);
+        const Hypotheses found = hypotheses(b);
+        const torch::Tensor errors =
+            hypothesis_errors(found.joints, b.past.select(1, config.past - 1), b.future, config);
+        const auto [least, nearest] = errors.min(1, true);
+        const torch::Tensor distance = (1 - kOthers) * least.mean() + kOthers * errors.mean();
+        const torch::Tensor likely = -found.log_probability.gather(1, nearest).mean();
+        return Losses{{"total", distance + kLikely * likely}, {"nearest", least.mean()}, {"likely", likely}};
+      });
+  task.validate = [&, hypotheses, source = predicted_contacts(config, model.contact), device]() mutable {
+    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
+      const MotionBatch b = motion_batch(validation, config, some, source, 0, {}).on(device);
+      return hypothesis_errors(hypotheses(b).joints, b.past.select(1, config.past - 1), b.future, config)
+          .amin(1)
+          .sum()
+          .item<double>();
+    });
+  };
+  return task;
+}
+
 /// LTD: mean joint error in the world.
 TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
   const Config& config = model.config;
@@ -216,9 +267,10 @@ bool train(const TrainRun& run, const Config& config) {
     throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
   const bool articulated = config.decoder == "articulated";
   const std::vector<std::string> names =
-      articulated ? chosen_stages(run.stages, {"contact", "motion", "ltd"}, {"contact", "motion"})
-                  : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
-                                  {"contact", "motion", "no_contact", "adapt"});
+      articulated
+          ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, {"contact", "motion", "hypotheses"})
+          : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
+                          {"contact", "motion", "no_contact", "adapt"});
   const Config::Training& t = config.training;
   const Data data(run.data, "train", config, t.stride), sparse_data(run.data, "train", config, kSparseStride),
       validation(run.data, "val", config, kValidationStride);
@@ -227,7 +279,9 @@ bool train(const TrainRun& run, const Config& config) {
                 "has no training window of " + std::to_string(config.past + config.future) + " frames");
   if (validation.size() == 0) throw Error(run.data.front(), "has no validation window");
   // Stages that keep a prediction of each window.
-  const auto sparse = [&](const std::string& name) { return name == "adapt" || (articulated && name == "motion"); };
+  const auto sparse = [&](const std::string& name) {
+    return name == "adapt" || name == "hypotheses" || (articulated && name == "motion");
+  };
   const auto data_of = [&](const std::string& name) -> const Data& { return sparse(name) ? sparse_data : data; };
 
   const Networks start = run.from.empty() ? Networks{} : load_networks(run.from);
@@ -250,9 +304,19 @@ bool train(const TrainRun& run, const Config& config) {
       const ContactNetwork& known = before.contact.is_empty() ? start.contact : before.contact;
       if (known.is_empty() || (name == "adapt" && before.motion.is_empty()))
         throw Error(run.out, name == "adapt" ? "lacks the contact or the motion network that stage adapt goes on from"
-                                             : "lacks the contact network whose predictions stage motion takes");
+                                             : "lacks the contact network whose predictions stage " + name + " takes");
       adopt(model.contact, known, "contact_net.", before.contact.is_empty() ? run.from : run.out);
       model.contact->eval();
+    }
+    if (name == "hypotheses") {
+      if (config.articulated.hypotheses == 0)
+        throw Error("articulated.hypotheses", "is 0: there are none to be trained");
+      model.articulated = before.articulated.is_empty() ? start.articulated : before.articulated;
+      if (model.articulated.is_empty())
+        throw Error(run.out, "lacks the motion network that stage hypotheses goes on from");
+      model.hypotheses = HypothesesNetwork(config);
+      adopt(model.hypotheses, start.hypotheses, "hypotheses_net.", run.from);
+      return hypotheses_task(model, sparse_data, validation, run.device);
     }
     if (articulated) {
       model.articulated = ArticulatedNetwork(config);
@@ -273,9 +337,10 @@ bool train(const TrainRun& run, const Config& config) {
   for (const std::string& name : names) {
     const bool contact = name == "contact", adapt = name == "adapt";
     TrainStage stage{name,
-                     contact ? t.contact_steps
-                     : adapt ? t.adapt_steps
-                             : t.motion_steps,
+                     contact                ? t.contact_steps
+                     : adapt                ? t.adapt_steps
+                     : name == "hypotheses" ? t.hypotheses_steps
+                                            : t.motion_steps,
                      contact ? t.contact_batch : t.motion_batch,
                      contact ? t.contact_rate : t.motion_rate,
                      t.schedule,
@@ -285,7 +350,20 @@ bool train(const TrainRun& run, const Config& config) {
       stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, stage.batch));
     stages.push_back(stage);
   }
-  return run_stages(stages, model_header(config), run);
+  // Networks of --from that are not trained stay in the file beside those that are.
+  SafeTensors header = model_header(config);
+  const auto keep = [&](const std::string& stage, const auto& network, const std::string& prefix) {
+    if (!network.is_empty() && std::find(names.begin(), names.end(), stage) == names.end())
+      nn::collect_parameters(*network, prefix, header);
+  };
+  keep("contact", start.contact, "contact_net.");
+  keep("motion", start.motion, "motion_net.");
+  keep("motion", start.articulated, "articulated_net.");
+  keep("no_contact", start.no_contact, "no_contact_net.");
+  if (std::find(names.begin(), names.end(), "motion") == names.end())  // which they differ from
+    keep("hypotheses", start.hypotheses, "hypotheses_net.");
+  keep("ltd", start.ltd, "ltd_net.");
+  return run_stages(stages, header, run);
 }
 
 }  // namespace inhabit::forecast

@@ -9,6 +9,7 @@
 #include "cli/tiny_rooms.h"
 #include "inhabit/data/native.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/files.h"
 #include "inhabit/io/safetensors.h"
 
 namespace inhabit {
@@ -89,14 +90,37 @@ TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
   const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
   const CommandResult r = run_command("train forecast --data " + data + " --out " + model +
                                       " --set training.contact_steps=2 training.motion_steps=4 articulated.width=16"
+                                      " training.hypotheses_steps=2 articulated.hypotheses=3"
                                       " training.contact_batch=2 training.motion_batch=2");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const SafeTensors trained = read_safetensors(model);
-  for (const char* network : {"contact_net.", "articulated_net."})
+  for (const char* network : {"contact_net.", "articulated_net.", "hypotheses_net."})
     EXPECT_GT(of_network(trained, network).size(), 10U) << network;
   EXPECT_TRUE(of_network(trained, "motion_net.").empty());
   const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
   EXPECT_EQ(f.exit_code, 0) << f.err;
+  const CommandResult several =
+      run_command("forecast " + kWalk + " --samples 3 --model " + model + " -o " + folder / "s.npz");
+  EXPECT_EQ(several.exit_code, 0) << several.err;
+  EXPECT_EQ(read_clips(folder / "s.npz").size(), 3U);
+  const CommandResult table = run_command("eval forecast --data " + data + " --split val --model " + model);
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  for (const char* row : {"predicted contact", "likeliest of 3", "best of 3"})
+    EXPECT_THAT(table.out, ::testing::HasSubstr(row));
+  std::filesystem::create_directory(folder / "none");
+  expect_refused("forecast " + kWalk + " --samples 4 --model " + model + " -o " + folder / "none/s.npz",
+                 {"samples", "3 ways to go on"}, folder / "none");
+  const CommandResult further = run_command("train forecast --stage hypotheses --from " + model + " --data " + data +
+                                            " --out " + folder / "further.safetensors" +
+                                            " --set articulated.width=16 articulated.hypotheses=3"
+                                            " training.hypotheses_steps=1 training.motion_batch=2");
+  ASSERT_EQ(further.exit_code, 0) << further.err;
+  const SafeTensors after = read_safetensors(folder / "further.safetensors");
+  for (const char* network : {"contact_net.", "articulated_net."})
+    for (const auto& [name, tensor] : of_network(trained, network))
+      EXPECT_TRUE(torch::equal(after.tensors.at(name), tensor)) << name << " stays as it is";
+  EXPECT_FALSE(
+      torch::equal(after.tensors.at("hypotheses_net.out.bias"), trained.tensors.at("hypotheses_net.out.bias")));
   const CommandResult e = run_command("eval contacts --data " + data + " --split val --model " + model);
   EXPECT_EQ(e.exit_code, 0) << e.err;
   for (const char* part : {"feet on the floor", "all others", "left_wrist", "L = 12", "precision"})
@@ -150,7 +174,7 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
   bad.expect(data + out + " --resume", {"m.safetensors.checkpoint.safetensors", "no such file"});
   bad.expect(data + out + " --set decoder=recurrent --stage adapt",
              {"m.safetensors", "lacks the contact or the motion network"});
-  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, ltd"});
+  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, hypotheses, ltd"});
   bad.expect(data + out + " --stage motion", {"m.safetensors", "lacks the contact network"});
   bad.expect(data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "there is no folder"});
 
