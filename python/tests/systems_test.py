@@ -35,6 +35,13 @@ def test_forecast_is_the_commands(tmp_path):
     assert html.startswith("<iframe srcdoc=") and "&quot;" in html
 
 
+def test_forecast_in_several_ways():
+    result = inhabit.Forecaster().run(walk(), room(), samples=3, standard=True)
+    ways = result.hypotheses
+    assert len(ways) == 3 and ways[0].probability >= ways[1].probability >= ways[2].probability > 0
+    assert all(way.joints.shape == (60, 22, 3) and way.clip.joints.shape == (60, 22, 3) for way in ways)
+
+
 def test_futures_labels_and_horizon():
     futures = inhabit.Anticipator().run(walk(), samples=3, seconds=2)
     assert len(futures) == 3 and futures.joints.shape == (3, 50, 22, 3)
