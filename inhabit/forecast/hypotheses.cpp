@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "inhabit/body/skeleton.h"
+
 namespace inhabit::forecast {
 
 namespace tn = torch::nn;
