@@ -43,12 +43,12 @@ anticipate() {
 inbetween() {
   rooms
   fitted
-  local straight='straight: way=straight'
-  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$straight" \
+  local searched='searched: way=searched' straight='straight: way=straight'
+  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$searched" --row "$straight" \
     --json "$out/inbetween_rooms.json"
   step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \
-    --seeds 2 --row "$straight" --json "$out/inbetween_recordings.json"
-  step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 2 --row "$straight"
+    --seeds 2 --row "$searched" --row "$straight" --json "$out/inbetween_recordings.json"
+  step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 10 --no-refine --row "$searched" --row "$straight"
 }
 
 interact() {
