@@ -1,4 +1,4 @@
-// Ways around a table between two keys: A* over the floor plan, and PathNet.
+// Ways around what blocks the line between two keys (the first of blocked_rooms): A* over the floor plan, and PathNet.
 #include <benchmark/benchmark.h>
 
 #include "inhabit/inbetween/blocked_rooms.h"

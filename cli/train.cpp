@@ -57,7 +57,7 @@ void expand(std::vector<std::string>& stages, const inhabit::forecast::Config& c
     stages = {"contact", "motion", "ltd"};
     if (config.decoder == "recurrent")
       stages.insert(stages.end(), {"no_contact", "adapt"});
-    else
+    else if (config.articulated.hypotheses > 0)
       stages.emplace_back("hypotheses");
   }
 }
@@ -69,7 +69,8 @@ void add_train(CLI::App& app) {
   verb->require_subcommand(1);
   const std::string folders = "Native data set folders";
   add_training(*verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
-               "Which of contact, motion and ltd (a baseline), and of preset paper no_contact and adapt (motion on "
+               "Which of contact, motion, hypotheses (several ways to go on) and ltd (a baseline), and of preset paper "
+               "no_contact and adapt (motion on "
                "predicted contacts); both: contact and motion; all (default: all but ltd)",
                inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
                  expand(run.stages, config);
@@ -84,10 +85,12 @@ void add_train(CLI::App& app) {
                  for (const std::string& note : notes) spdlog::info("{}", note);
                  return done;
                });
-  add_training(
-      *verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20", folders,
-      "Which of denoiser and, of residual motion, deployed: the denoiser as it is sampled in use (default: both)",
-      inhabit::inbetween::preset, inhabit::inbetween::train);
+  add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20",
+               folders + " (for all stages but path)",
+               "Which of denoiser and, of residual motion, deployed (the denoiser as it is sampled in use) and path "
+               "(PathNet, the "
+               "way around what stands between keys); default: all",
+               inhabit::inbetween::preset, inhabit::inbetween::train);
   add_training(*verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
                "Which of pose, rollout (PoseNet on its own motion), control, contact, and of what they are compared "
                "with: nsm, nsm_control, samp, samp_control (default: the first four)",

@@ -79,7 +79,7 @@ struct Config {
     int contact_steps = 0;         ///< optimiser steps of stage contact; 0: 50 epochs
     int motion_steps = 0;          ///< of stages motion, no_contact and ltd; 0: 50 epochs
     int adapt_steps = 0;           ///< of stage adapt; 0: 10 epochs
-    int hypotheses_steps = 6000;   ///< of stage hypotheses
+    int hypotheses_steps = 6000;   ///< of stage hypotheses; 0: 50 epochs
     int contact_batch = 4;         ///< windows of a step of stage contact
     int motion_batch = 32;         ///< of the other stages
     double contact_rate = 5e-4;    ///< peak of the learning rate of stage contact

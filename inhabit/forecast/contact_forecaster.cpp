@@ -130,6 +130,8 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   if (options.samples > 1 && options.samples > hypotheses())
     throw Error("samples", hypotheses() == 0 ? "this model has one forecast alone"
                                              : "this model has " + std::to_string(hypotheses()) + " ways to go on");
+  if (options.samples > 1 && options.joints_alone)
+    throw Error("samples", "are not made where the joints of the one forecast are wanted alone");
   const Observed observed = observe(clip, options.start, c.rate, c.past, options.name);
   const Clip& motion = observed.motion;
   const int64_t start = observed.start;

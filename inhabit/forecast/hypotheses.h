@@ -35,7 +35,8 @@ TORCH_MODULE(HypothesesNetwork);
 
 /// How far each of the hypotheses is from what happens, (B, K) metres: mean distances of the root, of the other joints
 /// relative to it, and of steps of joints, by config.training's weights (articulated_losses).
-/// @param last (B, J, 3) the last observed joints, future (B, T, J, 3) the true ones.
+/// @param joints (B, K, T, J, 3) of Hypotheses. @param last (B, J, 3) the last observed joints, future (B, T, J, 3) the
+/// true ones.
 torch::Tensor hypothesis_errors(const torch::Tensor& joints, const torch::Tensor& last, const torch::Tensor& future,
                                 const Config& config);
 

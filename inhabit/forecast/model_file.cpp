@@ -31,9 +31,12 @@ Networks load_networks(const std::string& path) {
   n.contact = file.network("contact_net.", [&] { return ContactNetwork(n.config); });
   n.motion = file.network("motion_net.", [&] { return MotionNetwork(n.config); });
   n.no_contact = file.network("no_contact_net.", [&] { return MotionNetwork(n.config, /*with_contact=*/false); });
-  n.articulated = file.network("articulated_net.", [&] { return ArticulatedNetwork(n.config); });
+  for (const char* prefix : {"articulated_net.", "hypotheses_net."})
+    if (nn::has_parameters(file.content, prefix) && n.config.decoder != "articulated")
+      throw Error(path, std::string("holds '") + prefix + "', which its configuration has no place for");
   if (nn::has_parameters(file.content, "hypotheses_net.") && n.config.articulated.hypotheses == 0)
     throw Error(path, "holds hypotheses, of which its configuration has none");
+  n.articulated = file.network("articulated_net.", [&] { return ArticulatedNetwork(n.config); });
   n.hypotheses = file.network("hypotheses_net.", [&] { return HypothesesNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
   if (n.contact.is_empty() && n.motion.is_empty() && n.no_contact.is_empty() && n.articulated.is_empty() &&

@@ -148,6 +148,7 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
   TrainTask task;
   task.module = network.ptr();
   task.networks = {{"articulated_net.", network.ptr()}, {"contact_net.", model.contact.ptr()}};
+  task.outdated = {"hypotheses_net."};  // they differ from what this network said
   task.samples = data.size();
   task.average = kAverage;
   task.weight_decay = kWeightDecay;
@@ -259,6 +260,30 @@ void adopt(Network& network, const Network& start, const std::string& prefix, co
   network->train();
 }
 
+/// Puts the networks of --from that are not trained into a new file, beside those that are; of the same sizes alone.
+void keep_untrained(const Networks& start, const Config& config, const std::vector<std::string>& trained,
+                    SafeTensors& header) {
+  Config sizes = start.config;
+  sizes.preset = config.preset;
+  sizes.training = config.training;
+  sizes.baselines = config.baselines;
+  sizes.articulated.hypotheses = config.articulated.hypotheses;
+  if (!(sizes == config)) return;
+  const auto keep = [&](const auto& network, const std::string& prefix, std::initializer_list<const char*> stages) {
+    const bool anew = std::any_of(stages.begin(), stages.end(), [&](const char* stage) {
+      return std::find(trained.begin(), trained.end(), stage) != trained.end();
+    });
+    if (!network.is_empty() && !anew) nn::collect_parameters(*network, prefix, header);
+  };
+  keep(start.contact, "contact_net.", {"contact"});
+  keep(start.motion, "motion_net.", {"motion", "adapt"});
+  keep(start.articulated, "articulated_net.", {"motion"});
+  keep(start.no_contact, "no_contact_net.", {"no_contact"});
+  if (start.config.articulated.hypotheses == config.articulated.hypotheses)
+    keep(start.hypotheses, "hypotheses_net.", {"hypotheses", "motion"});
+  if (start.config.baselines == config.baselines) keep(start.ltd, "ltd_net.", {"ltd"});
+}
+
 }  // namespace
 
 bool train(const TrainRun& run, const Config& config) {
@@ -266,11 +291,15 @@ bool train(const TrainRun& run, const Config& config) {
   if (config.training.mirror && (config.joints != kStandardJoints || config.hips.empty()))
     throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
   const bool articulated = config.decoder == "articulated";
+  std::vector<std::string> usual = {"contact", "motion"};
+  if (articulated && config.articulated.hypotheses > 0) usual.emplace_back("hypotheses");
+  if (!articulated) usual.insert(usual.end(), {"no_contact", "adapt"});
   const std::vector<std::string> names =
-      articulated
-          ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, {"contact", "motion", "hypotheses"})
-          : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"},
-                          {"contact", "motion", "no_contact", "adapt"});
+      articulated ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, usual)
+                  : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
+  const auto trains = [&](const char* stage) { return std::find(names.begin(), names.end(), stage) != names.end(); };
+  if (trains("hypotheses") && config.articulated.hypotheses == 0)
+    throw Error("articulated.hypotheses", "is 0: there are none to be trained");
   const Config::Training& t = config.training;
   const Data data(run.data, "train", config, t.stride), sparse_data(run.data, "train", config, kSparseStride),
       validation(run.data, "val", config, kValidationStride);
@@ -298,7 +327,10 @@ bool train(const TrainRun& run, const Config& config) {
       adopt(model.ltd, start.ltd, "ltd_net.", run.from);
       return ltd_task(model, data, validation, run.device);
     }
-    const Networks before = sparse(name) && std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
+    // A run of several stages begins the file anew, from the weights of --from.
+    const bool anew = !run.resume && names.size() > 1 && name == names.front() && !run.from.empty();
+    const Networks before =
+        sparse(name) && !anew && std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
     if (sparse(name)) {
       model.contact = ContactNetwork(config);
       const ContactNetwork& known = before.contact.is_empty() ? start.contact : before.contact;
@@ -309,13 +341,15 @@ bool train(const TrainRun& run, const Config& config) {
       model.contact->eval();
     }
     if (name == "hypotheses") {
-      if (config.articulated.hypotheses == 0)
-        throw Error("articulated.hypotheses", "is 0: there are none to be trained");
-      model.articulated = before.articulated.is_empty() ? start.articulated : before.articulated;
-      if (model.articulated.is_empty())
-        throw Error(run.out, "lacks the motion network that stage hypotheses goes on from");
+      const bool in_out = !before.articulated.is_empty();
+      const ArticulatedNetwork& known = in_out ? before.articulated : start.articulated;
+      if (known.is_empty()) throw Error(run.out, "lacks the motion network that stage hypotheses goes on from");
+      model.articulated = ArticulatedNetwork(config);
+      adopt(model.articulated, known, "articulated_net.", in_out ? run.out : run.from);
+      model.articulated->eval();
       model.hypotheses = HypothesesNetwork(config);
-      adopt(model.hypotheses, start.hypotheses, "hypotheses_net.", run.from);
+      if (start.config.articulated.hypotheses == config.articulated.hypotheses)
+        adopt(model.hypotheses, start.hypotheses, "hypotheses_net.", run.from);
       return hypotheses_task(model, sparse_data, validation, run.device);
     }
     if (articulated) {
@@ -350,19 +384,9 @@ bool train(const TrainRun& run, const Config& config) {
       stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, stage.batch));
     stages.push_back(stage);
   }
-  // Networks of --from that are not trained stay in the file beside those that are.
   SafeTensors header = model_header(config);
-  const auto keep = [&](const std::string& stage, const auto& network, const std::string& prefix) {
-    if (!network.is_empty() && std::find(names.begin(), names.end(), stage) == names.end())
-      nn::collect_parameters(*network, prefix, header);
-  };
-  keep("contact", start.contact, "contact_net.");
-  keep("motion", start.motion, "motion_net.");
-  keep("motion", start.articulated, "articulated_net.");
-  keep("no_contact", start.no_contact, "no_contact_net.");
-  if (std::find(names.begin(), names.end(), "motion") == names.end())  // which they differ from
-    keep("hypotheses", start.hypotheses, "hypotheses_net.");
-  keep("ltd", start.ltd, "ltd_net.");
+  if (!run.from.empty() && (names.size() > 1 || !std::filesystem::exists(run.out)))
+    keep_untrained(start, config, names, header);
   return run_stages(stages, header, run);
 }
 

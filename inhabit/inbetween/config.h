@@ -80,13 +80,13 @@ struct Config {
     // Of residual motion alone:
     double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
     double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
-    double way_around = 0.5;        ///< fraction of windows whose baseline goes around obstacles, as in use (A*)
+    double way_around = 0.5;        ///< fraction of windows whose baseline goes around obstacles (A*)
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
     int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
     double deployed_learning_rate = 1e-4;  ///< peak of the learning rate in stage "deployed"
-    int path_steps = 20000;                ///< of stage "path"
-    int path_batch = 64;                   ///< floors of a step of it
+    int path_steps = 8000;                 ///< of stage "path"
+    int path_batch = 48;                   ///< floors of a step of it
     double path_learning_rate = 1e-3;      ///< its peak
     RateSchedule schedule;                 ///< of the learning rates
 

@@ -104,7 +104,7 @@ std::optional<WalkPath> way_over(const Floor& floor) {
   if (floor.distance(from) < kEndsFree || floor.distance(to) < kEndsFree) return std::nullopt;
   const auto line_free = [&] {
     for (double u = from.x(); u < to.x(); u += 0.05)
-      if (floor.distance({u, 0}) < 0.15) return false;
+      if (floor.distance({u, 0}) < kWide) return false;
     return true;
   };
   if (line_free()) return std::nullopt;

@@ -2,7 +2,6 @@
 #include <torch/types.h>
 
 #include <cstdint>
-#include <random>
 
 #include "inhabit/inbetween/path_net.h"
 
@@ -17,7 +16,8 @@ struct DrawnFloors {
 
 /// Boxes that block the line between two places, boxes beside it, sometimes a wall or two pieces with an opening
 /// between them, sometimes the walls of a room around it, sometimes a seat at an end, which is no obstacle; only those
-/// that A* finds a way in (obstacle_detours.h). Every other one with the sides changed, so that none is preferred.
+/// that A* finds a way in (obstacle_detours.h). Half of them, at random, with the sides changed, so that none is
+/// preferred.
 DrawnFloors draw_floors(size_t count, uint64_t seed);
 
 }  // namespace inhabit::inbetween

@@ -168,6 +168,22 @@ KeyNoise noise_of(const Filling& f, const FillWindow& window) {
   return out;
 }
 
+/// The way from key to key as PathNet says. Where it knows none, and of a model without it, as A* says.
+Tensor detours_of_window(const Filling& f, const Poses& keys, const Tensor& groups, uint64_t seed,
+                         std::vector<int64_t>& unreached) {
+  if (f.options.way == Way::searched || !f.networks.path)
+    return detours_of_poses(keys, groups, f.distances, &unreached);
+  std::vector<int64_t> unknown;
+  Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, seed, &unknown);
+  if (unknown.empty()) return moves;
+  const Tensor searched = detours_of_poses(keys, groups, f.distances, &unreached);
+  std::erase_if(unreached, [&](int64_t key) { return !std::binary_search(unknown.begin(), unknown.end(), key); });
+  for (const RootLeg& leg : root_legs(root_places(keys), groups))
+    if (std::binary_search(unknown.begin(), unknown.end(), leg.to))
+      moves.slice(0, leg.from + 1, leg.to).copy_(searched.slice(0, leg.from + 1, leg.to));
+  return moves;
+}
+
 /// The interpolated keys of a window, the root along the path that is given, else around obstacles.
 Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys, uint64_t seed) {
   Tensor groups = groups_of(f, window);
@@ -175,10 +191,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
   Tensor moves = torch::zeros({f.config().frames, 2});
   Poses poses = poses_of(keys, f.floor);
   const KeyNoise noise = noise_of(f, window);
-  if (f.options.way == Way::learned && f.networks.path)
-    moves = learned_detours(f.networks.path, poses, groups, f.distances, seed, &unreached);
-  else if (f.options.way != Way::straight)
-    moves = detours_of_poses(poses, groups, f.distances, &unreached);
+  if (f.options.way != Way::straight) moves = detours_of_window(f, poses, groups, seed, unreached);
   for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   for (const refine::JointTarget& contact : f.given.contacts) {
     if (contact.frame <= window.known || contact.frame > window.last) continue;

@@ -8,26 +8,31 @@
 
 namespace inhabit::inbetween {
 
+using Eigen::Vector2d;
 using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kPlacesChecked = 256;  // points of a path: 2 cm apart
+constexpr int64_t kPlacesChecked = 256;                   // of a path
+constexpr double kLongestLine = kMapCell * kMapLong - 1;  // metres: half a metre of the map is left beyond each key
+constexpr float kRunsInto = 0.07F;                        // metres: nearer than that somebody is in it
 
-/// Whether each of the paths (4, 2, 14) is free of obstacles away from its ends, and nowhere too quick.
-std::vector<char> walkable(const Tensor& sines, const Tensor& map, const PathLine& line, int64_t frames) {
-  const auto places = [&](const Tensor& shares) {  // (4, S, 2)
-    const Tensor along = (shares - 0.5) * line.length();
-    return path_offsets(sines, shares) + torch::stack({along, torch::zeros_like(along)}, 1);
-  };
-  const Tensor shares = torch::linspace(0, 1, kPlacesChecked);
-  const Tensor inner = torch::minimum(shares, 1 - shares) * line.length() > kNearKeys;
-  const Tensor clear =
-      at_places(map.view({1, 1, kMapWide, kMapLong}), places(shares).unsqueeze(0)).view({-1, kPlacesChecked});
-  const Tensor steps = places(torch::linspace(0, 1, frames + 1)).diff(1, 1).norm(2, {2});
+/// Whether each of the paths (4, 2, 14) is free of obstacles away from the keys, and nowhere too quick.
+std::vector<char> walkable(const Tensor& sines, const SceneDistances& scene, const PathLine& line, int64_t frames) {
+  const Tensor length = torch::tensor(line.length(), torch::kFloat32);
+  const Tensor places = path_places(sines, torch::linspace(0, 1, kPlacesChecked), length).contiguous();  // (4, 256, 2)
+  const Tensor steps = path_places(sines, torch::linspace(0, 1, frames + 1), length).diff(1, 1).norm(2, {2});
+  const auto place = places.accessor<float, 3>();
   std::vector<char> out;
-  for (int64_t k = 0; k < sines.size(0); ++k)
-    out.push_back(clear[k].masked_select(inner).min().item<float>() > 0 && steps[k].max().item<double>() <= kQuickest);
+  for (int64_t k = 0; k < sines.size(0); ++k) {
+    bool good = steps[k].max().item<double>() <= kQuickest;
+    for (int64_t i = 0; i < kPlacesChecked && good; ++i) {
+      const Vector2d at = line.world(place[k][i][0], place[k][i][1]);
+      const bool near_key = std::min((at - line.from).norm(), (at - line.to).norm()) < kNearKeys;
+      good = near_key || nearest_upright(scene, at) >= kRunsInto;
+    }
+    out.push_back(good ? 1 : 0);
+  }
   return out;
 }
 
@@ -49,18 +54,19 @@ std::vector<int64_t> in_order(const Tensor& log_probability, uint64_t seed) {
 
 Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups, const SceneDistances& scene,
                        uint64_t seed, std::vector<int64_t>* unreached) {
-  const int64_t frames = keys.frames();
-  Tensor root = torch::empty({frames, 3}), detours = torch::zeros({frames, 2});
-  for (int64_t t = 0; t < frames; ++t)
-    for (int axis = 0; axis < 3; ++axis) root[t][axis] = keys.root(t)[axis];
-  for (const RootLeg& leg : root_legs(root, groups)) {
+  Tensor detours = torch::zeros({keys.frames(), 2});
+  for (const RootLeg& leg : root_legs(root_places(keys), groups)) {
     const PathLine line{leg.a, leg.b};
-    if (line.length() > kMapCell * kMapLong - 1 || !line_blocked(scene, line)) continue;
+    if (!line_blocked(scene, line)) continue;
+    if (line.length() > kLongestLine) {
+      if (unreached) unreached->push_back(leg.to);
+      continue;
+    }
     const Tensor map = path_map(scene, line);
     const ProposedPaths proposed =
         network->forward(map.unsqueeze(0), torch::tensor({static_cast<float>(line.length())}));
     const Tensor sines = proposed.rounds.back()[0];
-    const std::vector<char> good = walkable(sines, map, line, leg.to - leg.from);
+    const std::vector<char> good = walkable(sines, scene, line, leg.to - leg.from);
     const std::vector<int64_t> order =
         in_order(proposed.log_probability[0], item_seed(seed, static_cast<uint64_t>(leg.to)));
     const auto taken =
@@ -71,11 +77,11 @@ Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups,
     }
     const Tensor shares = torch::arange(1, leg.to - leg.from, torch::kFloat32) / static_cast<double>(leg.to - leg.from);
     const Tensor offsets = path_offsets(sines[*taken], shares);
-    const Eigen::Vector2d middle = line.world(0, 0);
+    const Vector2d middle = line.world(0, 0);
     const auto offset = offsets.accessor<float, 2>();
     auto detour = detours.accessor<float, 2>();
     for (int64_t i = 0; i < offsets.size(0); ++i) {
-      const Eigen::Vector2d aside = line.world(offset[i][0], offset[i][1]) - middle;
+      const Vector2d aside = line.world(offset[i][0], offset[i][1]) - middle;
       for (int axis = 0; axis < 2; ++axis) detour[leg.from + 1 + i][axis] = static_cast<float>(aside[axis]);
     }
   }

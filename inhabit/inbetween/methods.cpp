@@ -39,7 +39,7 @@ Method model_method(const std::string& name, const std::shared_ptr<const SceneIn
             own.standard = true;
             return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
           },
-          /*random=*/options.stage != Stage::baseline};
+          /*random=*/options.stage != Stage::baseline || (options.way == Way::learned && model->has_path_net())};
 }
 
 std::vector<Method> interpolation_methods(bool noisy) {

@@ -116,6 +116,14 @@ std::vector<RootLeg> root_legs(const Tensor& root, const Tensor& groups) {
   return out;
 }
 
+Tensor root_places(const Poses& poses) {
+  Tensor out = torch::empty({poses.frames(), 3});
+  auto place = out.accessor<float, 2>();
+  for (int64_t t = 0; t < poses.frames(); ++t)
+    for (int axis = 0; axis < 3; ++axis) place[t][axis] = poses.root(t)[axis];
+  return out;
+}
+
 Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& groups, std::vector<int64_t>* unreached) {
   Tensor detours = torch::zeros({root.size(0), 2});
   auto detour = detours.accessor<float, 2>();
@@ -152,10 +160,9 @@ Tensor detours_of_clip(const Clip& clip, const Tensor& groups, const SceneQuery&
 
 Tensor detours_of_poses(const Poses& keys, const Tensor& groups, const SceneDistances& scene,
                         std::vector<int64_t>* unreached) {
-  const int64_t frames = keys.frames();
   const Eigen::Vector3f& start = keys.root(0);
-  Tensor plan = torch::full({kSide, kSide}, -1.0F), root = torch::zeros({frames, 3});
-  auto square = plan.accessor<float, 2>(), place = root.accessor<float, 2>();
+  Tensor plan = torch::full({kSide, kSide}, -1.0F);
+  auto square = plan.accessor<float, 2>();
   const auto middle = [](int64_t i, int64_t count) {
     return static_cast<float>(kCell * (static_cast<double>(i) - 0.5 * static_cast<double>(count - 1)));
   };
@@ -165,8 +172,7 @@ Tensor detours_of_poses(const Poses& keys, const Tensor& groups, const SceneDist
         if (scene.distance({start.x() + middle(x, kSide), static_cast<float>(kMiddle) + middle(y, kLayers),
                             start.z() + middle(z, kSide)}) < kThrough)
           square[x][z] = 1;
-  for (int64_t t = 0; t < frames; ++t)
-    for (int axis = 0; axis < 3; ++axis) place[t][axis] = keys.root(t)[axis] - start[axis];
+  const Tensor root = root_places(keys) - torch::tensor({start.x(), start.y(), start.z()});
   return detours_around(plan, root, groups, unreached);
 }
 

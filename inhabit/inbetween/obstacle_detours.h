@@ -41,6 +41,8 @@ struct RootLeg {
 };
 /// @param root (T, 3) metres, read in key frames only. @param groups (T, 25) what each frame constrains
 std::vector<RootLeg> root_legs(const torch::Tensor& root, const torch::Tensor& groups);
+/// (T, 3) metres, the roots of poses.
+torch::Tensor root_places(const Poses& poses);
 
 /// Detours of the root trajectory around obstacles, found by A* over the floor plan: offsets (T, 2) in metres along x
 /// and z from the straight line between key frames, in the canonical frame of the first pose. An offset is zero in key
@@ -57,7 +59,7 @@ torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& ro
 torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, const SceneQuery& scene, double floor,
                               std::vector<int64_t>* unreached = nullptr);
 
-/// The same from the distances that a network of residual motion sees, in training and in use.
+/// The same from the distances that a network of residual motion sees.
 /// @param keys (T) poses, read in key frames only
 torch::Tensor detours_of_poses(const Poses& keys, const torch::Tensor& groups, const SceneDistances& scene,
                                std::vector<int64_t>* unreached = nullptr);

@@ -15,7 +15,7 @@ using torch::Tensor;
 namespace {
 
 constexpr float kOccupied = 0.05F, kSeenFrom = 0.8F;  // metres: a map is 0 up to the one, 1 from the other on
-constexpr int kMapLayers = 8;                         // heights from 0.25 to 1.65 m
+constexpr int kMapLayers = 15;                        // heights from 0.25 to 1.65 m, 0.1 m apart
 constexpr int64_t kFineChannels = 32, kMiddleChannels = 64, kCoarseChannels = 96, kTokenChannels = 64,
                   kFloorNormGroups = 8, kPathRounds = 3, kMixers = 2;
 constexpr double kAround = 0.25;  // metres around a path's point that it sees the map at, too
@@ -115,7 +115,7 @@ Tensor path_map(const Tensor& distances) { return ((distances - kOccupied) / (kS
 float nearest_upright(const SceneDistances& scene, const Vector2d& place) {
   float nearest = kSeenFrom;
   for (int layer = 0; layer < kMapLayers; ++layer)
-    nearest = std::min(nearest, scene.distance({static_cast<float>(place.x()), 0.25F + 0.2F * static_cast<float>(layer),
+    nearest = std::min(nearest, scene.distance({static_cast<float>(place.x()), 0.25F + 0.1F * static_cast<float>(layer),
                                                 static_cast<float>(place.y())}));
   return nearest;
 }
@@ -140,6 +140,12 @@ Tensor path_map(const SceneDistances& scene, const PathLine& line) {
 
 Tensor path_offsets(const Tensor& sines, const Tensor& shares) {
   return torch::matmul(sines, sines_at(shares)).transpose(-1, -2);
+}
+
+Tensor path_places(const Tensor& sines, const Tensor& shares, const Tensor& length) {
+  const Tensor along = (shares - 0.5) * length.unsqueeze(-1);
+  const Tensor straight = torch::stack({along, torch::zeros_like(along)}, -1);
+  return sines.defined() ? straight + path_offsets(sines, shares) : straight;
 }
 
 Tensor path_shares() { return (torch::arange(kPathPoints, torch::kFloat32) + 0.5) / static_cast<double>(kPathPoints); }
@@ -180,7 +186,7 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
       {own, cell_places().expand({batch, 2, kMapWide, kMapLong}), size.expand({batch, 1, kMapWide, kMapLong})}, 1);
   Tensor features, coarsest;
   {
-    const Bfloat16Products products(is_training());
+    const Bfloat16Products products(bfloat16 && is_training());
     const Tensor f = fine->forward(cells), m = middle->forward(f);
     coarsest = coarse->forward(m);
     const Tensor m_again = torch::silu(back_to_middle->forward(torch::cat({up(coarsest), m}, 1)).to(torch::kFloat32));
@@ -196,8 +202,7 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
   const Tensor shares = path_shares(), basis = sines_at(shares);  // (14, 32)
   const Tensor waves = torch::arange(1, kTimes / 2 + 1, torch::kFloat32).unsqueeze(1) * M_PI * shares;
   const Tensor time = torch::cat({torch::sin(waves), torch::cos(waves)}).t().expand({tokens, kPathPoints, kTimes});
-  const Tensor straight_u = (shares - 0.5) * length.unsqueeze(1);  // (B, 32)
-  const Tensor straight = torch::stack({straight_u, torch::zeros_like(straight_u)}, 2).unsqueeze(1);
+  const Tensor straight = path_places({}, shares, length).unsqueeze(1);  // (B, 1, 32, 2)
   const Tensor around = places_around();
   const auto as_tokens = [&](const Tensor& x) { return x.reshape({tokens, kPathPoints, -1}); };
   for (int64_t round = 0; round < kPathRounds; ++round) {
@@ -212,7 +217,7 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
                    2);
     Tensor x;
     {
-      const Bfloat16Products products(is_training());
+      const Bfloat16Products products(bfloat16 && is_training());
       x = look->forward(sees).to(torch::kFloat32);
       for (const auto& layer : *mix) x = layer->as<PathMixer>()->forward(x);
     }

@@ -10,9 +10,9 @@
 namespace inhabit::inbetween {
 
 // PathNet: where the root goes from one key to the next around what blocks the straight line, as a network sees it from
-// above. Axes of the line: u along it from its middle, v to its side (left, as seen from above with z up). Paths are
-// told as offsets from walking along the line at a steady pace, a sum of sines over the share s of the time:
-// offset(s) = sum_k c_k sin(k pi s), so that both keys stay where they are.
+// above. Axes of the line: u along it from its middle, v to the left of who walks along it (+X where it leads along
+// +Z). Paths are told as offsets from walking along the line at a steady pace, a sum of sines over the share s of the
+// time: offset(s) = sum_k c_k sin(k pi s), so that both keys stay where they are.
 
 /// Cells of the map, across and along the line, and metres of a cell: 6 by 8 m.
 inline constexpr int64_t kMapWide = 48, kMapLong = 64;
@@ -46,6 +46,9 @@ Eigen::Vector2d path_map_point(int64_t across, int64_t along);
 
 /// Offsets (..., S, 2) along u and v, metres, of sines (..., 2, 14) at shares (S) of the time.
 torch::Tensor path_offsets(const torch::Tensor& sines, const torch::Tensor& shares);
+/// Places (..., S, 2) in the line's axes of somebody who walks along lines of `length` (...) at a steady pace, and of
+/// sines (..., 2, 14) beside them; undefined sines: on the lines.
+torch::Tensor path_places(const torch::Tensor& sines, const torch::Tensor& shares, const torch::Tensor& length);
 /// (32) shares of the time at which PathNet looks.
 torch::Tensor path_shares();
 /// Values (B, C, K, 32) of maps (B, C, 48, 64) at places (B, K, 32, 2) in the line's axes, bilinear.
@@ -73,6 +76,7 @@ struct PathNetImpl : torch::nn::Module {
   torch::nn::Linear look{nullptr};         ///< what a point of a path sees to its token
   torch::nn::ModuleList mix{nullptr};      ///< over points and channels
   torch::nn::Linear move{nullptr};         ///< token to metres
+  bool bfloat16 = false;                   ///< products in training are made in bfloat16 (nn/bfloat16.h)
 };
 TORCH_MODULE(PathNet);
 

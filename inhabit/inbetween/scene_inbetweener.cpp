@@ -179,6 +179,8 @@ const Config& SceneInbetweener::config() const { return impl_->networks.config; 
 
 bool SceneInbetweener::has_baseline() const { return config().from_interpolation || config().residual; }
 
+bool SceneInbetweener::has_path_net() const { return !impl_->networks.path.is_empty(); }
+
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();

@@ -23,7 +23,7 @@ enum class Stage {
 
 /// How the baseline goes from key to key where the straight line is blocked.
 enum class Way {
-  learned,   ///< as PathNet says; by a model without one as searched
+  learned,   ///< as PathNet says; where it knows none, and by a model without it, as searched
   searched,  ///< as A* says
   straight   ///< through what stands there: the denoiser alone goes around
 };
@@ -83,6 +83,9 @@ class SceneInbetweener {
   const Config& config() const;  ///< sizes and settings that the network was made with
   /// Whether the network adds to an interpolation of the keys: Stage::baseline is refused else.
   bool has_baseline() const;
+
+  /// Whether the model has PathNet: its baseline then depends on the seed.
+  bool has_path_net() const;
 
   /// The motion between the key frames of a clip on any skeleton that maps to the standard one, at any rate; what it
   /// holds elsewhere is not looked at. Key poses come out as they went in, but those between the ends that have

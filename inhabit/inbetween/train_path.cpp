@@ -1,5 +1,6 @@
 #include "inhabit/inbetween/train_path.h"
 
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::inbetween {
@@ -13,10 +14,8 @@ constexpr double kOthers = 0.03;    // of the paths that are not nearest: none i
 constexpr double kClearWeight = 2;  // of clearance, metres against metres of distance
 constexpr double kWellClear = 0.45,
                  kOthersClear = 0.3;    // metres that the nearest path, and others, keep from obstacles
-constexpr double kNearEnds = 0.45;      // metres around keys in which the others need not
 constexpr double kLikelyWeight = 0.03;  // of the log-probabilities
 constexpr int64_t kClearPoints = 96;    // of a path whose clearance counts: it must not jump over what is thin
-constexpr float kTouching = 0.15F;      // metres
 constexpr int64_t kEpoch = 100'000, kFloorBatches = 8, kBatchFloors = 64;
 
 }  // namespace
@@ -25,16 +24,13 @@ Losses path_losses(PathNet network, const DrawnFloors& floors) {
   const ProposedPaths proposed = network->forward(path_map(floors.distance), floors.length);
   const Tensor shares = path_shares(), target = floors.offsets.unsqueeze(1), map = floors.distance.unsqueeze(1);
   const Tensor often = (torch::arange(kClearPoints, torch::kFloat32) + 0.5) / static_cast<double>(kClearPoints);
-  const auto straight = [&](const Tensor& at) {  // (B, 1, S, 2)
-    const Tensor along = (at - 0.5) * floors.length.unsqueeze(1);
-    return torch::stack({along, torch::zeros_like(along)}, 2).unsqueeze(1);
-  };
+  const auto straight = [&](const Tensor& at) { return path_places({}, at, floors.length).unsqueeze(1); };
   const auto clearance = [&](const Tensor& places) { return at_places(map, places).squeeze(1); };
   const Tensor line = straight(often);
   // A*'s own clearance, as often: (B, 1, 96), each of its 32 points three times.
   const Tensor should = clearance(straight(shares) + target).repeat_interleave(kClearPoints / kPathPoints, 2);
   const Tensor ends = torch::minimum(often, 1 - often) * floors.length.unsqueeze(1);
-  const Tensor inner = (ends > kNearEnds).to(torch::kFloat32).unsqueeze(1);
+  const Tensor inner = (ends > kNearKeys).to(torch::kFloat32).unsqueeze(1);
   const auto distances = [&](const Tensor& sines) {  // (B, 4)
     return ((path_offsets(sines, shares) - target).square().sum(3) + 1e-4).sqrt().mean(2);
   };
@@ -57,7 +53,7 @@ Losses path_losses(PathNet network, const DrawnFloors& floors) {
   const Tensor first = proposed.log_probability.argmax(1, true), last = proposed.rounds.back();
   const Tensor taken = first.unsqueeze(2).expand({-1, 1, kClearPoints});
   const Tensor keeps = clearance(line + path_offsets(last, often)).gather(1, taken);
-  const Tensor touches = ((keeps < kTouching) & (should >= kTouching)).to(torch::kFloat32).mean();
+  const Tensor touches = ((keeps < kWide) & (should >= kWide)).to(torch::kFloat32).mean();
   return {
       {"total", total}, {"likely", likely}, {"metres", distances(last).gather(1, first).mean()}, {"touches", touches}};
 }

@@ -23,7 +23,7 @@ bool train_residual(const TrainRun& run, const Config& config) {
   const std::vector<std::string> all = {"denoiser", "deployed", "path"};
   const std::vector<std::string> chosen = chosen_stages(run.stages, all, all);
   const bool moves = chosen.front() != "path";
-  if (chosen.front() != all.front() && run.from.empty() && !run.resume)
+  if (run.from.empty() && (!moves || (chosen.front() != all.front() && !run.resume)))
     throw Error("stage '" + chosen.front() + "'", "starts from the weights of a model: --from is missing");
   std::optional<PoseWindows> data, validation;
   if (moves) {
@@ -44,6 +44,10 @@ bool train_residual(const TrainRun& run, const Config& config) {
     t.path_steps = config.training.path_steps;
     t.path_batch = config.training.path_batch;
     t.path_learning_rate = config.training.path_learning_rate;
+    t.average = config.training.average;
+    t.weight_decay = config.training.weight_decay;
+    t.schedule = config.training.schedule;
+    t.bfloat16 = config.training.bfloat16;
   }
   networks.residual_table = start ? start->residual_table : residual_table(*data, config, run.seed);
   SafeTensors header = model_header(networks);
@@ -93,6 +97,7 @@ bool train_residual(const TrainRun& run, const Config& config) {
                           networks.path = PathNet();
                           if (start && start->path)
                             nn::load_parameters(*networks.path, "path.", read_safetensors(run.from), run.from);
+                          networks.path->bfloat16 = t.bfloat16;
                           TrainTask task = path_task(networks.path, run.seed);
                           task.settings = to_json(config);
                           task.average = t.average;

@@ -56,6 +56,7 @@ struct TrainTask {
   /// What is written to the model file (train/stages.h): networks by the prefix of their parameters, and tensors.
   std::map<std::string, std::shared_ptr<torch::nn::Module>> networks;
   std::map<std::string, torch::Tensor> tensors;  ///< that are no weights: means, deviations
+  std::vector<std::string> outdated;  ///< prefixes of networks of the file that no longer fit those of this task
 };
 
 /// TrainTask::prepare from two functions that share a batch of a type of their own: `make_batch(step)`, which runs

@@ -55,9 +55,12 @@ SafeTensors kept_content(const SafeTensors& header, const std::string& path) {
 
 /// Puts what the task makes into the file's content.
 void put(const TrainTask& task, SafeTensors& content) {
+  const auto erase = [&](const std::string& prefix) {
+    std::erase_if(content.tensors, [&](const auto& entry) { return entry.first.starts_with(prefix); });
+  };
+  for (const std::string& prefix : task.outdated) erase(prefix);
   for (const auto& [prefix, module] : task.networks) {
-    for (auto it = content.tensors.lower_bound(prefix); it != content.tensors.end() && it->first.rfind(prefix, 0) == 0;)
-      it = content.tensors.erase(it);
+    erase(prefix);
     nn::collect_parameters(*module, prefix, content);
   }
   for (const auto& [name, tensor] : task.tensors) content.tensors[name] = tensor;

@@ -12,6 +12,7 @@
 #include "inhabit/data/native.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
+#include "inhabit/scene/shapes.h"
 
 namespace inhabit {
 namespace {
@@ -286,6 +287,32 @@ TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
       {"deployed", "--from"}, folder / "none");
   expect_refused("train inbetween --from " + model + " --stage path deployed --out " + folder / "none/m.safetensors",
                  {"--data", "path"}, folder / "none");
+}
+
+TEST(Inbetween, WaysAroundWhatStandsBetweenKeys) {
+  const TempFolder folder;
+  const std::string obj = folder / "room.glb", keys = folder / "keys.npz", out = folder / "out.npz";
+  const Clip walk = walker(91, 1.1, 0, 0.5);
+  write_clip(keys, walk);
+  Scene room = floor_scene();
+  MeshBuilder cabinet;
+  cabinet.box({0, 0.6, 1.65}, {0.3, 0.6, 0.3});
+  room.meshes.push_back(cabinet.mesh("cabinet", {0.5F, 0.5F, 0.5F}));
+  write_scene(obj, room);
+  const auto aside = [&](const std::string& options) {
+    const CommandResult r =
+        run_command("inbetween " + keys + " --scene " + obj + " --no-refine --standard" + options + " -o " + out);
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    return read_clip(out).root_path().select(1, 0).abs().max().item<double>();
+  };
+  EXPECT_GT(aside(""), 0.45);
+  EXPECT_GT(aside(" --way searched"), 0.45);
+  EXPECT_LT(aside(" --way straight"), 0.4);
+  std::filesystem::create_directory(folder / "none");
+  expect_refused("inbetween " + keys + " --scene " + obj + " --way left -o " + folder / "none/o.npz", {"--way", "left"},
+                 folder / "none");
+  expect_refused("train inbetween --stage path --resume --out " + folder / "none/m.safetensors", {"path", "--from"},
+                 folder / "none");
 }
 
 TEST(Inbetween, WindowsOfTheShippedModelsJoin) {

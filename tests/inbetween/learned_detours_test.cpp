@@ -8,6 +8,9 @@
 #include "inhabit/inbetween/blocked_rooms.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/motion/clip.h"
+#include "inhabit/scene/objects.h"
+#include "inhabit/scene/query.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -71,19 +74,50 @@ TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
 }
 
 TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
+  const torch::NoGradGuard no_gradients;
   const Walk w;
   std::vector<int64_t> unreached;
-  EXPECT_EQ(w.way({0, 48, 72, 120}, 1, &unreached).slice(0, 49, 72).abs().max().item<float>(), 0)
-      << "from one side of the table's middle to the other within 0.8 s";
+  EXPECT_EQ(w.way({0, 36, 84, 120}, 1, &unreached).abs().max().item<float>(), 0)
+      << "a key on the table's edge, the next on the other edge";
+  EXPECT_EQ(unreached, std::vector<int64_t>{84});
+  unreached.clear();
+  Clip hurried =
+      frames_at(w.detour.ends, {0, 0, 0, 0, 0, 0, 0, 0, 0,  0, 0,
+                                0, 0, 0, 0, 0, 0, 0, 0, 120});  // from one side to the other in two thirds of a second
+  Tensor ends = torch::zeros({20, kKeyGroups});
+  for (const int64_t end : {0, 19}) ends[end].fill_(1);
+  EXPECT_EQ(learned_detours(shipped(), poses_of(hurried), ends, w.scene, 1, &unreached).abs().max().item<float>(), 0);
+  EXPECT_EQ(unreached, std::vector<int64_t>{19});
   Scene room = floor_scene();
   MeshBuilder wall;
   wall.box({0, 1.2, 0}, {6, 1.2, 0.1});
   room.meshes.push_back(wall.mesh("wall", {0.5F, 0.5F, 0.5F}));
   unreached.clear();
-  const torch::NoGradGuard no_gradients;
   const Tensor none = learned_detours(shipped(), w.keys, whole_keys({0, 120}), SceneDistances(room), 1, &unreached);
   EXPECT_EQ(none.abs().max().item<float>(), 0);
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
+}
+
+TEST(LearnedDetours, TakeLinesOfEveryLength) {
+  const torch::NoGradGuard no_gradients;
+  Scene room = floor_scene();
+  MeshBuilder post;
+  post.box({0, 1, 0}, {0.1, 1, 0.1});
+  room.meshes.push_back(post.mesh("post", {0.5F, 0.5F, 0.5F}));
+  const SceneDistances scene(room);
+  for (const double length : {0.89, 0.901, 0.95, 1.5, 6.9, 7.1, 12.0}) {
+    Clip clip = table_detour(121, 30).ends;
+    const Tensor along = torch::linspace(-length / 2, length / 2, 121);
+    const Tensor moved = torch::zeros({121, 3});
+    moved.select(1, 2).copy_(along - clip.joints.select(1, 0).select(1, 2));
+    clip.trans = clip.trans + moved;
+    clip.joints = clip.joints + moved.unsqueeze(1);
+    std::vector<int64_t> unreached;
+    const Tensor way = learned_detours(shipped(), poses_of(clip), whole_keys({0, 120}), scene, 1, &unreached);
+    EXPECT_TRUE(way.isfinite().all().item<bool>()) << length;
+    EXPECT_EQ(unreached.empty(), length < 7) << length;
+    EXPECT_EQ(way.abs().max().item<double>() > 0.15, length > 0.9 && length < 7) << length;
+  }
 }
 
 TEST(LearnedDetours, LeadAroundWhatBlocksTheLineInRoomsOfAllKinds) {
@@ -91,12 +125,27 @@ TEST(LearnedDetours, LeadAroundWhatBlocksTheLineInRoomsOfAllKinds) {
   int64_t found = 0, rooms = 0;
   for (const BlockedRoom& room : blocked_rooms(10, 121, 30, 7)) {
     const Poses keys = poses_of(room.ends);
-    std::vector<int64_t> unreached;
-    learned_detours(shipped(), keys, whole_keys({0, 120}), SceneDistances(room.scene), 3, &unreached);
-    found += unreached.empty() ? 1 : 0;
+    const Tensor way = learned_detours(shipped(), keys, whole_keys({0, 120}), SceneDistances(room.scene), 3);
+    // Measured on the scene itself, at heights of its own.
+    const SceneQuery query(room.scene.meshes.empty() ? room.scene : obstacles_of(room.scene));
+    const Eigen::Vector3f a = keys.root(0), b = keys.root(120);
+    double nearest = 10;
+    for (int64_t t = 0; t <= 120; ++t) {
+      const auto share = static_cast<float>(t) / 120;
+      Eigen::Vector3f at = a + share * (b - a) + Eigen::Vector3f(way[t][0].item<float>(), 0, way[t][1].item<float>());
+      at.y() = 0;
+      Eigen::Vector3f from_a = at - a, from_b = at - b;
+      from_a.y() = from_b.y() = 0;
+      if (std::min(from_a.norm(), from_b.norm()) < 0.5F) continue;
+      Tensor places = torch::zeros({30, 3});
+      for (int64_t i = 0; i < 30; ++i)
+        places[i].copy_(torch::tensor({at.x(), 0.22F + 0.05F * static_cast<float>(i), at.z()}));
+      nearest = std::min(nearest, query.closest(places).distances.min().item<double>());
+    }
+    found += nearest > 0.2 ? 1 : 0;
     ++rooms;
   }
-  EXPECT_GE(found, rooms - 1) << "free of everything from key to key";
+  EXPECT_EQ(found, rooms) << "0.2 m from everything, all the way from key to key";
 }
 
 }  // namespace

@@ -296,6 +296,26 @@ TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
               HasSubstr("was not trained on noisy key frames"));
 }
 
+TEST(SceneInbetweener, WithoutPathNetSearchesForTheWay) {
+  Networks networks = residual_networks();
+  const Clip clip = walker(121, 1.1, 0, 1);
+  Options r = request("ends", 121);
+  r.refine = false;
+  r.stage = Stage::baseline;
+  const auto run = [&](Way way) {
+    r.way = way;
+    return SceneInbetweener(networks).run(clip, scene_with_block(), r).motion.joints;
+  };
+  EXPECT_FALSE(SceneInbetweener(networks).has_path_net());
+  EXPECT_EQ(largest_difference(run(Way::learned), run(Way::searched)), 0);
+  EXPECT_GT(largest_difference(run(Way::searched), run(Way::straight)), 0.2);
+  torch::manual_seed(7);
+  networks.path = PathNet();  // which knows nothing yet: what its ways run into is left to A*
+  EXPECT_TRUE(SceneInbetweener(networks).has_path_net());
+  EXPECT_GT(largest_difference(run(Way::learned), run(Way::straight)), 0.2);
+  EXPECT_THAT(refusal_of([] { way_named("left"); }), HasSubstr("none of learned, searched and straight"));
+}
+
 TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   Networks seeing = residual_networks(), blind = seeing;
   blind.config.inference.guidance = 0;
