@@ -137,12 +137,12 @@ void add_inbetween(CLI::App& app) {
   add_controls(*verb, o->options.controls, o->controls);
   verb->add_flag_callback(
       "--no-refine", [o] { o->options.refine = false; }, "Leave the motion as the network makes it");
-  verb->add_option_function<std::string>(
-          "--way", [o](const std::string& name) { o->options.way = inhabit::inbetween::way_named(name); },
-          "Around what stands between keys: learned (PathNet's way, where the model has one), searched (A*'s) or "
-          "straight (the denoiser alone goes around)")
-      ->check(CLI::IsMember({"learned", "searched", "straight"}))
-      ->default_str("learned");
+  using inhabit::inbetween::Way;
+  verb->add_option("--way", o->options.way,
+                   "Around what stands between keys: learned (PathNet's way, the default), searched (A*'s) or straight "
+                   "(the denoiser alone goes around)")
+      ->transform(one_of<Way>({{"learned", Way::learned}, {"searched", Way::searched}, {"straight", Way::straight}}))
+      ->option_text("NAME");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   add_writing(*verb, o->writing, /*loop=*/false);

@@ -8,6 +8,8 @@
 #include "inhabit/inbetween/blocked_rooms.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/obstacle_detours.h"
+#include "inhabit/math/random.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
@@ -96,6 +98,29 @@ TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
   const Tensor none = learned_detours(shipped(), w.keys, whole_keys({0, 120}), SceneDistances(room), 1, &unreached);
   EXPECT_EQ(none.abs().max().item<float>(), 0);
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
+}
+
+TEST(LearnedDetours, LeaveChairsThatAStarFindsNoWayOutOf) {
+  const torch::NoGradGuard no_gradients;
+  std::mt19937_64 random(3);
+  const Walk w;
+  for (int i = 0; i < 12; ++i) {
+    Scene room = floor_scene();
+    MeshBuilder chair, table;
+    const double half = uniform(random, 0.2, 0.26), aside = uniform(random, -0.3, 0.3);
+    chair.box({0, 0.225, -kAway}, {half, 0.225, half});
+    chair.box({0, 0.7, -kAway - half}, {half, 0.25, 0.04});
+    table.box({aside, 0.37, 0.1}, {uniform(random, 0.3, 0.6), 0.37, uniform(random, 0.2, 0.4)});
+    room.meshes.push_back(chair.mesh("chair", {0.5F, 0.5F, 0.5F}));
+    room.meshes.push_back(table.mesh("table", {0.5F, 0.5F, 0.5F}));
+    const SceneDistances scene(room);
+    std::vector<int64_t> unreached;
+    const Tensor way = learned_detours(shipped(), w.keys, whole_keys({0, 120}), scene, 1, &unreached);
+    EXPECT_TRUE(unreached.empty()) << i;
+    EXPECT_GT(way.abs().max().item<double>(), 0.2) << i;
+    detours_of_poses(w.keys, whole_keys({0, 120}), scene, &unreached);
+    EXPECT_FALSE(unreached.empty()) << i << ": else this test says nothing";
+  }
 }
 
 TEST(LearnedDetours, TakeLinesOfEveryLength) {
