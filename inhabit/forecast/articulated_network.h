@@ -39,10 +39,12 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
 
   /// What the network has made of a past: how it goes on by itself, and the tokens behind the last block.
   struct Seen {
-    torch::Tensor past;         ///< (B, P, 22, 3) as it was given
-    torch::Tensor path, turns;  ///< (B, T, 3), (B, T, 17, 6) of the continuation
-    torch::Tensor tokens;       ///< (B, S, width)
+    torch::Tensor past;    ///< (B, P, 22, 3) as it was given
+    torch::Tensor path;    ///< (B, T, 3) of the continuation
+    torch::Tensor turns;   ///< (B, T, 17, 6) of the continuation
+    torch::Tensor tokens;  ///< (B, S, width)
   };
+  /// The first part of forward(), with the same arguments.
   Seen see(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
   /// The motion, where these DCT coefficients (B, coefficients, 3 + 6 * 17) are added to the continuation.
   MotionForecast go_on(const Seen& seen, const torch::Tensor& coefficients) const;

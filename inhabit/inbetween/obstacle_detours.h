@@ -36,8 +36,10 @@ inline constexpr double kNearKeys = 0.45, kWide = 0.15, kQuickest = 0.08;
 
 /// Two key frames, one after the other, that give the root, 0.9 m apart or more.
 struct RootLeg {
-  int64_t from, to;      ///< frames
-  Eigen::Vector2d a, b;  ///< where the root is in them, metres (x, z)
+  int64_t from;       ///< frame of the first
+  int64_t to;         ///< frame of the second
+  Eigen::Vector2d a;  ///< where the root is in the first, metres (x, z)
+  Eigen::Vector2d b;  ///< and in the second
 };
 /// @param root (T, 3) metres, read in key frames only. @param groups (T, 25) what each frame constrains
 std::vector<RootLeg> root_legs(const torch::Tensor& root, const torch::Tensor& groups);

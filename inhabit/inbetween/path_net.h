@@ -24,7 +24,8 @@ inline constexpr int64_t kPathPoints = 32;
 
 /// The straight line between two keys, on the floor.
 struct PathLine {
-  Eigen::Vector2d from, to;  ///< metres (x, z)
+  Eigen::Vector2d from;  ///< metres (x, z)
+  Eigen::Vector2d to;    ///< metres (x, z)
 
   /// Metres from end to end.
   double length() const { return (to - from).norm(); }
@@ -68,15 +69,16 @@ struct PathNetImpl : torch::nn::Module {
   /// @param map (B, 48, 64) of path_map. @param length (B) metres of the lines
   ProposedPaths forward(const torch::Tensor& map, const torch::Tensor& length);
 
-  torch::nn::Sequential fine{nullptr};                               ///< map to 24 x 32 cells
-  torch::nn::Sequential middle{nullptr};                             ///< to 12 x 16
-  torch::nn::Sequential coarse{nullptr};                             ///< to 6 x 8
-  torch::nn::Conv2d back_to_middle{nullptr}, back_to_fine{nullptr};  ///< up again, beside what was there
-  torch::nn::Sequential propose{nullptr};  ///< sines and log-probabilities from the coarsest cells
-  torch::nn::Linear look{nullptr};         ///< what a point of a path sees to its token
-  torch::nn::ModuleList mix{nullptr};      ///< over points and channels
-  torch::nn::Linear move{nullptr};         ///< token to metres
-  bool bfloat16 = false;                   ///< products in training are made in bfloat16 (nn/bfloat16.h)
+  torch::nn::Sequential fine{nullptr};        ///< map to 24 x 32 cells
+  torch::nn::Sequential middle{nullptr};      ///< to 12 x 16
+  torch::nn::Sequential coarse{nullptr};      ///< to 6 x 8
+  torch::nn::Conv2d back_to_middle{nullptr};  ///< up again, beside what was there
+  torch::nn::Conv2d back_to_fine{nullptr};    ///< likewise
+  torch::nn::Sequential propose{nullptr};     ///< sines and log-probabilities from the coarsest cells
+  torch::nn::Linear look{nullptr};            ///< what a point of a path sees to its token
+  torch::nn::ModuleList mix{nullptr};         ///< over points and channels
+  torch::nn::Linear move{nullptr};            ///< token to metres
+  bool bfloat16 = false;                      ///< products in training are made in bfloat16 (nn/bfloat16.h)
 };
 TORCH_MODULE(PathNet);
 
