@@ -137,11 +137,10 @@ void add_inbetween(CLI::App& app) {
   add_controls(*verb, o->options.controls, o->controls);
   verb->add_flag_callback(
       "--no-refine", [o] { o->options.refine = false; }, "Leave the motion as the network makes it");
-  using inhabit::inbetween::Way;
   verb->add_option("--way", o->options.way,
                    "Around what stands between keys: learned (PathNet's way, the default), searched (A*'s) or straight "
                    "(the denoiser alone goes around)")
-      ->transform(one_of<Way>({{"learned", Way::learned}, {"searched", Way::searched}, {"straight", Way::straight}}))
+      ->transform(one_of<inhabit::inbetween::Way>(inhabit::inbetween::ways()))
       ->option_text("NAME");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");

@@ -68,14 +68,14 @@ void add_train(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("train", "Train a system's networks");
   verb->require_subcommand(1);
   const std::string folders = "Native data set folders";
-  add_training(*verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
-               "Which of contact, motion, hypotheses (several ways to go on) and ltd (a baseline), and of preset paper "
-               "no_contact and adapt (motion on "
-               "predicted contacts); both: contact and motion; all (default: all but ltd)",
-               inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
-                 expand(run.stages, config);
-                 return inhabit::forecast::train(run, config);
-               });
+  add_training(
+      *verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
+      "Which of contact, motion, hypotheses (several ways to go on) and ltd (a baseline), and of preset paper "
+      "no_contact and adapt (motion on predicted contacts); both: contact and motion; all (default: all but ltd)",
+      inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
+        expand(run.stages, config);
+        return inhabit::forecast::train(run, config);
+      });
   add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",
                "cmu:FOLDER, h36m:FOLDER or a native data set folder",
                "Which of intention (ours), seq2seq and ltd (default: all)", inhabit::anticipate::preset,
@@ -88,8 +88,7 @@ void add_train(CLI::App& app) {
   add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20",
                folders + " (for all stages but path)",
                "Which of denoiser and, of residual motion, deployed (the denoiser as it is sampled in use) and path "
-               "(PathNet, the "
-               "way around what stands between keys); default: all",
+               "(PathNet, the way around what stands between keys); default: all",
                inhabit::inbetween::preset, inhabit::inbetween::train);
   add_training(*verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
                "Which of pose, rollout (PoseNet on its own motion), control, contact, and of what they are compared "

@@ -1,7 +1,6 @@
 #include "inhabit/inbetween/drawn_floors.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -102,6 +101,7 @@ Floor draw_floor(std::mt19937_64& random) {
 std::optional<WalkPath> way_over(const Floor& floor) {
   const Vector2d from(-floor.length / 2, 0), to = -from;
   if (floor.distance(from) < kEndsFree || floor.distance(to) < kEndsFree) return std::nullopt;
+  // Seen here, most floors need no grid.
   const auto line_free = [&] {
     for (double u = from.x(); u < to.x(); u += 0.05)
       if (floor.distance({u, 0}) < kWide) return false;

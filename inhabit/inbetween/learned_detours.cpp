@@ -17,23 +17,19 @@ constexpr int64_t kPlacesChecked = 256;                   // of a path
 constexpr double kLongestLine = kMapCell * kMapLong - 1;  // metres: half a metre of the map is left beyond each key
 constexpr float kRunsInto = 0.07F;                        // metres: nearer than that somebody is in it
 
-/// Whether each of the paths (4, 2, 14) is free of obstacles away from the keys, and nowhere too quick.
-std::vector<char> walkable(const Tensor& sines, const SceneDistances& scene, const PathLine& line, int64_t frames) {
+/// Whether a path of these sines (2, 14) is free of obstacles away from the keys, and nowhere too quick.
+bool walkable(const Tensor& sines, const SceneDistances& scene, const PathLine& line, int64_t frames) {
   const Tensor length = torch::tensor(line.length(), torch::kFloat32);
-  const Tensor places = path_places(sines, torch::linspace(0, 1, kPlacesChecked), length).contiguous();  // (4, 256, 2)
-  const Tensor steps = path_places(sines, torch::linspace(0, 1, frames + 1), length).diff(1, 1).norm(2, {2});
-  const auto place = places.accessor<float, 3>();
-  std::vector<char> out;
-  for (int64_t k = 0; k < sines.size(0); ++k) {
-    bool good = steps[k].max().item<double>() <= kQuickest;
-    for (int64_t i = 0; i < kPlacesChecked && good; ++i) {
-      const Vector2d at = line.world(place[k][i][0], place[k][i][1]);
-      const bool near_key = std::min((at - line.from).norm(), (at - line.to).norm()) < kNearKeys;
-      good = near_key || nearest_upright(scene, at) >= kRunsInto;
-    }
-    out.push_back(good ? 1 : 0);
+  const Tensor steps = path_places(sines, torch::linspace(0, 1, frames + 1), length).diff(1, 0).norm(2, {1});
+  if (steps.max().item<double>() > kQuickest) return false;
+  const Tensor places = path_places(sines, torch::linspace(0, 1, kPlacesChecked), length).contiguous();  // (256, 2)
+  const auto place = places.accessor<float, 2>();
+  for (int64_t i = 0; i < kPlacesChecked; ++i) {
+    const Vector2d at = line.world(place[i][0], place[i][1]);
+    const bool near_key = std::min((at - line.from).norm(), (at - line.to).norm()) < kNearKeys;
+    if (!near_key && nearest_upright(scene, at) < kRunsInto) return false;
   }
-  return out;
+  return true;
 }
 
 /// The hypothesis that is drawn, then the others, likeliest first.
@@ -66,11 +62,10 @@ Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups,
     const ProposedPaths proposed =
         network->forward(map.unsqueeze(0), torch::tensor({static_cast<float>(line.length())}));
     const Tensor sines = proposed.rounds.back()[0];
-    const std::vector<char> good = walkable(sines, scene, line, leg.to - leg.from);
     const std::vector<int64_t> order =
         in_order(proposed.log_probability[0], item_seed(seed, static_cast<uint64_t>(leg.to)));
-    const auto taken =
-        std::find_if(order.begin(), order.end(), [&](int64_t k) { return good[static_cast<size_t>(k)] != 0; });
+    const auto taken = std::find_if(order.begin(), order.end(),
+                                    [&](int64_t k) { return walkable(sines[k], scene, line, leg.to - leg.from); });
     if (taken == order.end()) {
       if (unreached) unreached->push_back(leg.to);
       continue;

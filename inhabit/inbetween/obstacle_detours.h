@@ -30,9 +30,12 @@ bool line_blocked(const FreeSpace& floor, const Eigen::Vector2d& from, const Eig
 std::optional<WalkPath> way_around_obstacles(const FreeSpace& floor, const Eigen::Vector2d& from,
                                              const Eigen::Vector2d& to, double longest);
 
-/// Metres around key frames that may be occupied, as somebody sits there; metres: a line that comes nearer to something
-/// elsewhere is blocked; metres a frame: a path that needs a higher speed is not taken.
-inline constexpr double kNearKeys = 0.45, kWide = 0.15, kQuickest = 0.08;
+/// Metres around key frames that may be occupied: somebody sits there.
+inline constexpr double kNearKeys = 0.45;
+/// Metres: a line that comes nearer to something is blocked.
+inline constexpr double kWide = 0.15;
+/// Metres a frame: a path that needs a higher speed is not taken.
+inline constexpr double kQuickest = 0.08;
 
 /// Two key frames, one after the other, that give the root, 0.9 m apart or more.
 struct RootLeg {

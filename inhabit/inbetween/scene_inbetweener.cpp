@@ -153,11 +153,16 @@ struct SceneInbetweener::Impl {
   mutable nn::InstancePool<FastDenoiser> denoisers;
 };
 
+const std::map<std::string, Way>& ways() {
+  static const std::map<std::string, Way> all = {
+      {"learned", Way::learned}, {"searched", Way::searched}, {"straight", Way::straight}};
+  return all;
+}
+
 Way way_named(const std::string& name) {
-  for (const auto& [known, way] :
-       {std::pair("learned", Way::learned), std::pair("searched", Way::searched), std::pair("straight", Way::straight)})
-    if (name == known) return way;
-  throw Error("way '" + name + "'", "is none of learned, searched and straight");
+  const auto found = ways().find(name);
+  if (found == ways().end()) throw Error("way '" + name + "'", "is none of learned, searched and straight");
+  return found->second;
 }
 
 SceneInbetweener::SceneInbetweener(const Networks& networks)

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,7 +28,9 @@ enum class Way {
   searched,  ///< as A* says
   straight   ///< through what stands there: the denoiser alone goes around
 };
-/// "learned", "searched" or "straight". Throws Error for other names.
+/// By their names.
+const std::map<std::string, Way>& ways();
+/// Throws Error for a name that is none of theirs.
 Way way_named(const std::string& name);
 
 /// What motion is asked for, beside the clip and the scene.

@@ -6,6 +6,7 @@
 
 #include <numeric>
 
+#include "forecast/bones.h"
 #include "forecast/walker_data.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/losses.h"
@@ -49,13 +50,6 @@ Tensor some_past() {
   return past - past.slice(1, 29).slice(2, 0, 1);
 }
 
-Tensor lengths(const Tensor& joints) {
-  std::vector<Tensor> out;
-  for (int j = 1; j < kStandardJoints; ++j)
-    out.push_back((joints.select(-2, j) - joints.select(-2, standard_parents()[static_cast<size_t>(j)])).norm(2, {-1}));
-  return torch::stack(out, -1);
-}
-
 TEST(PosedFrom, IsForwardKinematicsOfRotationsSinceTheLastPose) {
   torch::manual_seed(3);
   const Skeleton skeleton = builtin_body().skeleton;
@@ -91,7 +85,7 @@ TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {
   const Tensor joints = forecast_joints(f, 0);
   ASSERT_EQ(joints.sizes(), (torch::IntArrayRef{2, 60, 22, 3}));
   EXPECT_GT(largest_difference(joints, past.slice(1, 29).expand_as(joints)), 0.3);  // it moves
-  EXPECT_LT(largest_difference(lengths(joints), lengths(past.slice(1, 29)).expand({2, 60, 21})), 1e-5);
+  EXPECT_LT(largest_difference(bone_lengths(joints), bone_lengths(past.slice(1, 29)).expand({2, 60, 21})), 1e-5);
 }
 
 TEST(ArticulatedNetwork, LeavesFromTheLastPoseAtItsVelocity) {

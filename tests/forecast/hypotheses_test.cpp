@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "forecast/bones.h"
 #include "forecast/walker_data.h"
 #include "inhabit/forecast/contact_forecaster.h"
 #include "inhabit/forecast/losses.h"
@@ -54,13 +55,6 @@ Tensor one_past() {
   return past - past.slice(1, 29).slice(2, 0, 1);
 }
 
-Tensor bones(const Tensor& joints) {
-  std::vector<Tensor> out;
-  for (int j = 1; j < kStandardJoints; ++j)
-    out.push_back((joints.select(-2, j) - joints.select(-2, standard_parents()[static_cast<size_t>(j)])).norm(2, {-1}));
-  return torch::stack(out, -1);
-}
-
 TEST(Hypotheses, LeaveFromTheLastPoseOnThePersonsOwnBones) {
   const torch::NoGradGuard no_gradients;
   Model m(3);
@@ -70,7 +64,7 @@ TEST(Hypotheses, LeaveFromTheLastPoseOnThePersonsOwnBones) {
   ASSERT_EQ(found.joints.sizes(), torch::IntArrayRef({1, 3, 60, 22, 3}));
   EXPECT_NEAR(found.log_probability.exp().sum().item<double>(), 1, 1e-5);
   const Tensor last = past.select(1, 29);
-  EXPECT_LT(largest(bones(found.joints) - bones(last)), 1e-4);
+  EXPECT_LT(largest(bone_lengths(found.joints) - bone_lengths(last)), 1e-4);
   EXPECT_LT(largest(found.joints.select(2, 0) - m.forecast(past).select(1, 0).unsqueeze(1)), 0.1)
       << "the gate is all but shut";
   EXPECT_GT(largest(found.joints[0][0] - found.joints[0][1]), 0.05) << "they differ";

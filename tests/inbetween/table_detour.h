@@ -48,6 +48,14 @@ inline Detour table_detour(int64_t frames, double rate) {
   return out;
 }
 
+/// The clip with everybody moved by `detours` (T, 2) along x and z.
+inline Clip walked_along(Clip clip, const Tensor& detours) {
+  clip.joints = clip.joints.clone();
+  clip.joints.select(2, 0).add_(detours.select(1, 0).unsqueeze(1));
+  clip.joints.select(2, 2).add_(detours.select(1, 1).unsqueeze(1));
+  return clip;
+}
+
 /// Whether the root comes over the table in any frame.
 inline bool crosses_table(const Clip& clip) {
   const Tensor root = clip.root_path().abs();
