@@ -48,7 +48,8 @@ BENCHMARK(fused)->Name("contact_features/fused")->Unit(benchmark::kMillisecond)-
 
 void plain_contact_points(benchmark::State& state) {
   const Input in;
-  for (auto _ : state) benchmark::DoNotOptimize(forecast::contact_maps_from_dct(in.contact, in.config).max(3));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(forecast::contact_maps_from_dct(in.contact, in.config.frames(), in.config.joints).max(3));
 }
 BENCHMARK(plain_contact_points)->Name("contact_points/plain")->Unit(benchmark::kMillisecond)->UseRealTime();
 

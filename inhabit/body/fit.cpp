@@ -1,10 +1,13 @@
 #include "inhabit/body/fit.h"
 
+#include <ATen/Parallel.h>
+
 #include <Eigen/Dense>
 
 #include "inhabit/body/bones.h"
 #include "inhabit/body/fit_frames.h"
 #include "inhabit/error.h"
+#include "inhabit/math/block_band.h"
 #include "inhabit/math/quaternion.h"
 
 namespace inhabit {
@@ -109,7 +112,7 @@ struct Moments {
 
 /// One frame's own part of the normal equations. Turning joint i by d moves joint k below it by (R_i d) x (p_k - p_i),
 /// so that what two joints share are sums over the joints below the lower one: no Jacobian is written out.
-void add_frame(const Problem& problem, const Targets& y, const Frame& frame, MatrixXd& h, VectorXd& g) {
+void add_frame(const Problem& problem, const Targets& y, const Frame& frame, MatrixXd& h, Eigen::Ref<VectorXd> g) {
   BonesPose pose;
   pose_bones(problem.bones, frame.local, frame.trans, pose);
   const std::vector<int>& parents = problem.bones.parents;
@@ -177,61 +180,57 @@ Frame moved(const Frame& frame, const Eigen::Ref<const VectorXd>& step) {
   return out;
 }
 
-/// Levenberg-Marquardt over a window of frames. Only neighbouring frames are coupled, through smoothness, so the normal
-/// equations are block tridiagonal and solved by a block Cholesky sweep.
+/// Levenberg-Marquardt over a window of frames. Only neighbouring frames are coupled, through smoothness.
 void solve_window(const Problem& problem, const std::vector<Targets>& targets, size_t first, std::vector<Frame>& frames,
                   const Frame* before) {
-  const size_t n = frames.size();
+  const auto n = static_cast<int64_t>(frames.size());
   const double s2 = problem.smoothness * problem.smoothness;
-  double now = cost(problem, targets, first, frames, before), damping = 1e-6;
-  std::vector<MatrixXd> h(n, MatrixXd(kUnknowns, kUnknowns));
-  std::vector<VectorXd> g(n, VectorXd(kUnknowns)), step(n, VectorXd(kUnknowns));
-  std::vector<Eigen::LLT<MatrixXd>> factor(n);
+  double now = cost(problem, targets, first, frames, before), damping = 1e-4;
+  std::vector<MatrixXd> h(frames.size(), MatrixXd(kUnknowns, kUnknowns));
+  VectorXd g(n * kUnknowns), step;
+  BlockBand matrix(n, kUnknowns, 1);
+  const auto row = [](int64_t frame, size_t i = 0) { return frame * kUnknowns + 3 * static_cast<int64_t>(i); };
   for (int round = 0; round < kRounds; ++round) {
-    for (size_t t = 0; t < n; ++t) add_frame(problem, targets[first + t], frames[t], h[t], g[t]);
-    for (size_t t = 0; t < n; ++t) {
-      const Frame* last = t == 0 ? before : &frames[t - 1];
+    at::parallel_for(0, n, 16, [&](int64_t begin, int64_t end) {
+      for (int64_t t = begin; t < end; ++t)
+        add_frame(problem, targets[first + static_cast<size_t>(t)], frames[static_cast<size_t>(t)],
+                  h[static_cast<size_t>(t)], g.segment<kUnknowns>(row(t)));
+    });
+    for (int64_t t = 0; t < n; ++t) {
+      const auto frame = static_cast<size_t>(t);
+      const Frame* last = t == 0 ? before : &frames[frame - 1];
       if (last == nullptr) continue;
       for (size_t i = 0; i < kTurning.size(); ++i) {
-        const Vector3d r = turn_between(*last, frames[t], kTurning[i]);
-        const auto at = 3 * static_cast<Eigen::Index>(i);
-        g[t].segment<3>(at) += s2 * r;
-        if (t > 0) g[t - 1].segment<3>(at) -= s2 * r;
+        const Vector3d r = turn_between(*last, frames[frame], kTurning[i]);
+        g.segment<3>(row(t, i)) += s2 * r;
+        if (t > 0) g.segment<3>(row(t - 1, i)) -= s2 * r;
       }
-      h[t].diagonal().head(kTurns).array() += s2;
-      if (t > 0) h[t - 1].diagonal().head(kTurns).array() += s2;
+      h[frame].diagonal().head(kTurns).array() += s2;
+      if (t > 0) h[frame - 1].diagonal().head(kTurns).array() += s2;
     }
     bool better = false;
     double next = now;
     while (!better && damping < 1) {
-      MatrixXd pivot, inverse;
-      for (size_t t = 0; t < n; ++t) {
-        pivot = h[t];
-        pivot.diagonal().array() += damping;
-        step[t] = -g[t];
-        if (t > 0) {
-          // The coupling block is -s2 on the turns' diagonal: of L^-T L^-1 the lower half alone is looked at.
-          inverse.setIdentity(kUnknowns, kTurns);
-          factor[t - 1].matrixL().solveInPlace(inverse);
-          pivot.topLeftCorner<kTurns, kTurns>().selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose(),
-                                                                                           -s2 * s2);
-          step[t].head(kTurns) += s2 * factor[t - 1].solve(step[t - 1]).head(kTurns);
-        }
-        factor[t].compute(pivot);
+      const auto fill = [&](int64_t t) {
+        matrix.clear(t);
+        BlockBand::Block own = matrix.at(t, 0);
+        own = h[static_cast<size_t>(t)];
+        own.diagonal().array() += damping;
+        if (t + 1 < n) matrix.at(t, 1).diagonal().head(kTurns).setConstant(-s2);
+      };
+      step = -g;
+      if (matrix.solve(fill, step)) {
+        std::vector<Frame> trial;
+        trial.reserve(frames.size());
+        for (int64_t t = 0; t < n; ++t)
+          trial.push_back(moved(frames[static_cast<size_t>(t)], step.segment<kUnknowns>(row(t))));
+        next = cost(problem, targets, first, trial, before);
+        better = next < now;
+        if (better) frames = std::move(trial);
       }
-      for (size_t t = n; t-- > 0;) {
-        if (t + 1 < n) step[t].head(kTurns) += s2 * step[t + 1].head(kTurns);
-        step[t] = factor[t].solve(step[t]);
-      }
-      std::vector<Frame> trial;
-      trial.reserve(n);
-      for (size_t t = 0; t < n; ++t) trial.push_back(moved(frames[t], step[t]));
-      next = cost(problem, targets, first, trial, before);
-      better = next < now;
-      if (better) frames = std::move(trial);
       damping = better ? std::max(1e-8, damping * 0.2) : damping * 20;
     }
-    if (!better || now - next < 1e-4 * now) break;
+    if (!better || now - next < 3e-3 * now) break;
     now = next;
   }
 }

@@ -32,7 +32,7 @@ struct BodyFit {
 /// @param betas (B) shape of the body; undefined: the mean. Throws Error as fit_body().
 BodyFit fit_rotations(const BodyModel& model, const torch::Tensor& joints, const torch::Tensor& betas = {});
 
-/// The same over all frames of a clip together, some hundred times slower: from fit_rotations() on, Levenberg-Marquardt
+/// The same over all frames of a clip together, some thirty times slower: from fit_rotations() on, Levenberg-Marquardt
 /// minimises joint error, rotation between frames, rotation beyond the model's joint limits, and twist, which positions
 /// do not determine. For joints with noise, whose bone lengths may differ from the body's and from frame to frame.
 /// Throws Error on wrong shapes or numbers that are not finite.

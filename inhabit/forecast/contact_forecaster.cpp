@@ -13,6 +13,7 @@
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/instance_pool.h"
+#include "inhabit/nn/one_blas_thread.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/sampling.h"
@@ -58,6 +59,11 @@ Clip embodied(const Clip& past, const torch::Tensor& joints) {
 
 }  // namespace
 
+torch::Tensor Forecast::contact_maps() const {
+  const torch::NoGradGuard no_gradients;
+  return contact_maps_from_dct(contact_dct.unsqueeze(0), frames, joints.size(1))[0];
+}
+
 struct ContactForecaster::Impl {
   Config config;
   mutable nn::InstancePool<FastContactNetwork> contact;
@@ -101,7 +107,7 @@ const Config& ContactForecaster::config() const { return impl_->config; }
 
 int64_t ContactForecaster::hypotheses() const { return impl_->hypothesize ? config().articulated.hypotheses : 0; }
 
-Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points, bool maps) const {
+Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points) const {
   torch::NoGradGuard no_grad;
   const Config& c = config();
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
@@ -111,7 +117,8 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
   const torch::Tensor observed = frame.to_window(past).unsqueeze(0), scene = frame.to_window(points).unsqueeze(0);
   const torch::Tensor dct = impl_->contact.take()->forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
-  if (maps) out.contact_maps = contact_maps_from_dct(dct, c)[0];
+  out.contact_dct = dct[0];
+  out.frames = c.frames();
   torch::Tensor contacts = contact_points(scene, dct, c);
   out.joints = frame.to_world(impl_->motion(observed, contacts)[0]);
   const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
@@ -122,6 +129,7 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
 
 Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Options& options) const {
   torch::NoGradGuard no_grad;
+  const nn::OneBlasThread one_blas_thread;  // products are small, and its threads keep a core from what comes next
   const Config& c = config();
   if (c.joints != kStandardJoints)
     throw Error("the model", "observes " + std::to_string(c.joints) + " joints, not the standard 22");
@@ -143,7 +151,7 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   std::mt19937_64 random(options.seed);
   const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
                                                   options.points > 0 ? options.points : c.points, random);
-  out.forecast = predict(out.past.joints, points, !options.joints_alone);
+  out.forecast = predict(out.past.joints, points);
   if (options.joints_alone) {
     out.prediction.skeleton = out.past.skeleton;
     out.prediction.rate = c.rate;

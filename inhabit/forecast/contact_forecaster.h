@@ -17,8 +17,12 @@ namespace inhabit::forecast {
 struct Forecast {
   torch::Tensor joints;          ///< (T, J, 3)
   torch::Tensor points;          ///< (N, 3) the scene points that were looked at
-  torch::Tensor contact_maps;    ///< (P+T, J, N) predicted contact maps, Eq. 6; undefined where joints are wanted alone
+  torch::Tensor contact_dct;     ///< (L*J, N) coefficients of the predicted contact maps, Eq. 5
+  int64_t frames = 0;            ///< P+T
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
+
+  /// (P+T, J, N) predicted contact maps, Eq. 6: the larger part of the memory, so that they are made when asked for.
+  torch::Tensor contact_maps() const;
 };
 
 /// One of the ways in which the person may go on (hypotheses.h).
@@ -81,8 +85,8 @@ class ContactForecaster {
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 
   /// The networks alone. @param past (P, J, 3) at config().rate; @param points (N, 3) scene points near the person
-  /// (points_near, sample_points_near); @param maps whether contact maps are wanted, the larger part of the memory.
-  Forecast predict(const torch::Tensor& past, const torch::Tensor& points, bool maps = true) const;
+  /// (points_near, sample_points_near).
+  Forecast predict(const torch::Tensor& past, const torch::Tensor& points) const;
 
   /// How many ways to go on the model has; 0: the one forecast alone.
   int64_t hypotheses() const;

@@ -84,14 +84,14 @@ Tensor contact_targets(const Tensor& scene, const Tensor& joints, const Config& 
   return contact_coefficients(scene, joints, dct_matrix(joints.size(1), config.contact_coefficients), config);
 }
 
-Tensor contact_maps_from_dct(const Tensor& contact_dct, const Config& config) {
-  const int64_t batch = contact_dct.size(0), count = contact_dct.size(2);
-  const Tensor idct = idct_matrix(config.frames(), config.contact_coefficients).to(contact_dct.device());
+Tensor contact_maps_from_dct(const Tensor& contact_dct, int64_t frames, int64_t joints) {
+  const int64_t batch = contact_dct.size(0), count = contact_dct.size(2), coefficients = contact_dct.size(1) / joints;
+  const Tensor idct = idct_matrix(frames, coefficients).to(contact_dct.device());
   // matmul() would turn both about and copy them.
   return idct.unsqueeze(0)
       .expand({batch, -1, -1})
-      .bmm(contact_dct.reshape({batch, config.contact_coefficients, config.joints * count}))
-      .view({batch, config.frames(), config.joints, count});
+      .bmm(contact_dct.reshape({batch, coefficients, joints * count}))
+      .view({batch, frames, joints, count});
 }
 
 Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Config& config) {

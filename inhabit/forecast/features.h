@@ -15,8 +15,8 @@ torch::Tensor contact_features(const torch::Tensor& scene, const torch::Tensor& 
 /// of these coefficients plus a constant (what the maps hold beyond the first L): training needs no maps.
 torch::Tensor contact_targets(const torch::Tensor& scene, const torch::Tensor& joints, const Config& config);
 
-/// Contact maps (B, P+T, J, N) that coefficients (B, L*J, N) stand for (Eq. 5). Differentiable.
-torch::Tensor contact_maps_from_dct(const torch::Tensor& contact_dct, const Config& config);
+/// Contact maps (B, frames, joints, N), frames = P+T, that coefficients (B, L*J, N) stand for (Eq. 5). Differentiable.
+torch::Tensor contact_maps_from_dct(const torch::Tensor& contact_dct, int64_t frames, int64_t joints);
 
 /// Contact points (B, T, J, 4) of the future frames: the scene point of largest contact value (the first of equals) and
 /// 1 where that value exceeds the threshold, else zeros.

@@ -20,7 +20,7 @@ Page forecast_page(const Result& result, const std::string& title) {
     page.people.push_back(
         {one.prediction, fmt::format("{:.0f} % likely", 100 * one.probability), Role::prediction, now, nullptr});
   page.contacts =
-      PageContacts{result.forecast.points, result.forecast.contact_maps.clamp(0, 1), {}, result.prediction.rate, 0};
+      PageContacts{result.forecast.points, result.forecast.contact_maps().clamp(0, 1), {}, result.prediction.rate, 0};
   return page;
 }
 

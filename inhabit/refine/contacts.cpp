@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "inhabit/refine/block_band.h"
+#include "inhabit/math/block_band.h"
 
 namespace inhabit::refine {
 namespace {

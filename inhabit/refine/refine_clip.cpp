@@ -52,6 +52,7 @@ constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the sc
 constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
 constexpr int kRounds = 2;
 constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
+constexpr int64_t kMostCoupling = 3;                        // frames: of smoothness of order 3
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
 double squared(double x) { return x * x; }
@@ -344,16 +345,28 @@ class Refinement {
     for (const int64_t parity : {0, 1})
       at::parallel_for(0, (count + 1 - parity) / 2, 1, [&](int64_t begin, int64_t end) {
         for (int64_t i = 2 * begin + parity; i < 2 * end + parity; i += 2) {
-          const auto [first, last] = windows[static_cast<size_t>(i)];
-          Problem window = part_of(problem_, found, first, last);
-          if (parity == 1) std::fill_n(window.fixed.begin(), kOverlap / 2, 1);
-          if (parity == 1 && i + 1 < count) std::fill_n(window.fixed.rbegin(), kOverlap / 2, 1);
-          const Trajectory solved = solve(window, options).trajectory;
-          std::copy(solved.begin(), solved.end(), found.begin() + first);
+          solve_window(windows[static_cast<size_t>(i)], parity == 1, parity == 1 && i + 1 < count, options, found);
           one_solved(count);
         }
       });
     return found;
+  }
+
+  /// @param keeps_first,keeps_last whether the outer halves of its overlaps stay as they are
+  void solve_window(const std::array<int64_t, 2>& window, bool keeps_first, bool keeps_last,
+                    const SolveOptions& options, Trajectory& found) const {
+    const auto [first, last] = window;
+    int64_t begin = first + (keeps_first ? kOverlap / 2 : 0), end = last - (keeps_last ? kOverlap / 2 : 0);
+    while (begin < end && kept(begin)) ++begin;
+    while (begin < end && kept(end - 1)) --end;
+    if (begin == end) return;
+    // Of the frames that stay around it only those matter that terms tie to others.
+    const int64_t from = std::max(first, begin - kMostCoupling), to = std::min(last, end + kMostCoupling);
+    Problem part = part_of(problem_, found, from, to);
+    std::fill_n(part.fixed.begin(), begin - from, 1);
+    std::fill_n(part.fixed.rbegin(), to - end, 1);
+    const Trajectory solved = solve(part, options).trajectory;
+    std::copy(solved.begin(), solved.end(), found.begin() + from);
   }
 
   void one_solved(int64_t windows) {

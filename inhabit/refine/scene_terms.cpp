@@ -249,14 +249,10 @@ std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& bet
 }
 
 Surroundings::Surroundings(const Scene& scene) {
-  Scene solid;
-  bool faces = false;
-  for (const Mesh& mesh : scene.meshes) {
-    if (mesh.faces.size(0) == 0) continue;
-    faces = true;
-    if (!is_floor(mesh.name)) solid.meshes.push_back(mesh);
-  }
-  if (faces) ground_ = std::make_unique<SceneQuery>(scene);
+  Scene solid, floor;
+  for (const Mesh& mesh : scene.meshes)
+    if (mesh.faces.size(0) > 0) (is_floor(mesh.name) ? floor : solid).meshes.push_back(mesh);
+  if (!floor.meshes.empty()) floor_ = std::make_unique<SceneQuery>(floor);
   if (!solid.meshes.empty()) solid_ = std::make_unique<SceneQuery>(solid);
 }
 
@@ -265,16 +261,19 @@ Surroundings::~Surroundings() = default;
 std::vector<double> Surroundings::floor_under(const Track& places) const {
   constexpr double kAbove = 0.3, kJustAbove = 0.05, kBelow = 1;
   std::vector<double> out(places.size(), std::nan(""));
-  if (ground_ == nullptr) return out;
+  if (floor_ == nullptr && solid_ == nullptr) return out;
   const auto below = [&](double above) {
     torch::Tensor from = point_rows(places);
     from.select(1, 1).add_(above);
     const torch::Tensor down = torch::tensor({0.F, -1.F, 0.F}).expand_as(from).contiguous();
-    const RayHits hits = ground_->cast(from, down, above + kBelow);
     std::vector<double> heights(places.size(), std::nan(""));
-    for (size_t i = 0; i < heights.size(); ++i) {
-      const auto row = static_cast<int64_t>(i);
-      if (hits.hit[row].item<bool>()) heights[i] = hits.points[row][1].item<double>();
+    for (const SceneQuery* query : {floor_.get(), solid_.get()}) {
+      if (query == nullptr) continue;
+      const RayHits hits = query->cast(from, down, above + kBelow);
+      const bool* hit = hits.hit.data_ptr<bool>();
+      const float* points = hits.points.data_ptr<float>();
+      for (size_t i = 0; i < heights.size(); ++i)
+        if (hit[i]) heights[i] = std::fmax(heights[i], points[3 * i + 1]);
     }
     return heights;
   };

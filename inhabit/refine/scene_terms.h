@@ -39,7 +39,7 @@ class Surroundings {
                                 double reach, double weight) const;
 
  private:
-  std::unique_ptr<SceneQuery> ground_, solid_;
+  std::unique_ptr<SceneQuery> floor_, solid_;
 };
 
 }  // namespace inhabit::refine

@@ -112,6 +112,7 @@ Solution solve(const Problem& problem, const SolveOptions& options) {
     out.cost = linearise(problem, unknowns, out.trajectory, equations);
     require(std::isfinite(out.cost), "the cost is not finite");
     if (round == 0) out.start_cost = out.cost;
+    if (out.cost == 0) break;  // no term asks for anything
     std::vector<VectorXd> step(matrices.size());
     std::vector<char> good(matrices.size(), 1);
     const auto find = [&](size_t i) {

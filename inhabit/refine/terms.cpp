@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/panel_kernel.h"
 #include "inhabit/refine/depth_terms.h"
-#include "inhabit/refine/panel_kernel.h"
 #include "inhabit/refine/trajectory.h"
 
 namespace inhabit::refine {
@@ -342,7 +342,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
   double cost =
       add_place_differences(problem, core, places_of(problem, core, poses), start_places(problem, core), &out.places);
 
-  out.jacobians.assign(static_cast<size_t>(frames * rows * padded), 0.0);
+  out.jacobians.resize(static_cast<size_t>(frames * rows * padded));
   out.own.resize(static_cast<size_t>(frames));
   using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
@@ -350,6 +350,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
     const std::vector<Matrix3d> rotations = matrices_of(poses[t]);
     FrameRows& own = out.own[static_cast<size_t>(t)];
     double* places = out.jacobians.data() + t * rows * padded;
+    std::fill_n(places, rows * padded, 0.0);
     for (int64_t row = 0; row < rows; ++row)
       add_point_row(problem, unknowns, problem.points[static_cast<size_t>(core[static_cast<size_t>(row / 3)])],
                     poses[t], rotations, Vector3d::Unit(row % 3), 1, places + row * padded);

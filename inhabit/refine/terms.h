@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "inhabit/refine/block_band.h"
+#include "inhabit/math/block_band.h"
 #include "inhabit/refine/problem.h"
 #include "inhabit/refine/rotation_terms.h"
 

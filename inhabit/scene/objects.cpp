@@ -1,7 +1,9 @@
 #include "inhabit/scene/objects.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 #include "inhabit/scene/query.h"
 
@@ -10,6 +12,13 @@ namespace {
 
 bool is_number(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Lower and upper corner of what its vertices span.
+std::pair<Eigen::Vector3f, Eigen::Vector3f> box_of(const Mesh& mesh) {
+  const torch::Tensor vertices = mesh.vertices.contiguous();
+  const Eigen::Map<const Eigen::Matrix3Xf> columns(vertices.data_ptr<float>(), 3, vertices.size(0));
+  return {columns.rowwise().minCoeff(), columns.rowwise().maxCoeff()};
 }
 
 }  // namespace
@@ -42,11 +51,13 @@ Scene obstacles_of(const Scene& scene, const std::string& without) {
 Scene rooms_looking_in(Scene scene, const torch::Tensor& people) {
   for (Mesh& mesh : scene.meshes) {
     if (mesh.vertices.numel() == 0 || mesh.faces.numel() == 0) continue;
-    const torch::Tensor low = std::get<0>(mesh.vertices.min(0)), high = std::get<0>(mesh.vertices.max(0));
+    const auto [lower, upper] = box_of(mesh);
+    if (!((upper - lower).array() > Eigen::Array3f(1.5F, 1.8F, 1.5F)).all()) continue;
+    const auto row = [](const Eigen::Vector3f& p) { return torch::tensor({p.x(), p.y(), p.z()}); };
+    const torch::Tensor low = row(lower), high = row(upper);
     const auto most_of = [](const torch::Tensor& flags) {
       return flags.to(torch::kFloat32).mean().item<double>() > 0.5;
     };
-    if (!(high - low > torch::tensor({1.5F, 1.8F, 1.5F})).all().item<bool>()) continue;
     if (!most_of(torch::logical_and(people > low, people < high).all(1))) continue;
     Scene alone;
     alone.meshes.push_back(mesh);

@@ -32,18 +32,26 @@ struct Edge {
   bool forward;
 };
 
+/// By their ends, then by face.
 std::vector<Edge> sorted_edges(const Solid& solid, const std::vector<uint32_t>& number) {
-  std::vector<Edge> edges;
-  edges.reserve(3 * solid.faces.size());
-  for (uint32_t f = 0; f < solid.faces.size(); ++f) {
-    for (size_t k = 0; k < 3; ++k) {
-      const uint32_t a = number[solid.faces[f][k]], b = number[solid.faces[f][(k + 1) % 3]];
-      if (a != b) edges.push_back({std::min(a, b), std::max(a, b), f, a < b});
+  // Counted into place by their lower end; few share one.
+  std::vector<uint32_t> begin(solid.vertices.size() + 1, 0);
+  const auto each_edge = [&](const auto& use) {
+    for (uint32_t f = 0; f < solid.faces.size(); ++f) {
+      for (size_t k = 0; k < 3; ++k) {
+        const uint32_t a = number[solid.faces[f][k]], b = number[solid.faces[f][(k + 1) % 3]];
+        if (a != b) use(Edge{std::min(a, b), std::max(a, b), f, a < b});
+      }
     }
-  }
-  std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-    return x.low != y.low ? x.low < y.low : x.high != y.high ? x.high < y.high : x.face < y.face;
-  });
+  };
+  each_edge([&](const Edge& edge) { ++begin[edge.low + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Edge> edges(begin.back());
+  std::vector<uint32_t> end = begin;
+  each_edge([&](const Edge& edge) { edges[end[edge.low]++] = edge; });
+  for (size_t low = 0; low + 1 < begin.size(); ++low)
+    std::sort(edges.begin() + begin[low], edges.begin() + begin[low + 1],
+              [](const Edge& x, const Edge& y) { return x.high != y.high ? x.high < y.high : x.face < y.face; });
   return edges;
 }
 

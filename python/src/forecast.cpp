@@ -34,7 +34,7 @@ void add_forecast(py::module_& m) {
           "points", [](const ForecastResult& r) { return r.forecast.points; },
           "(N, 3) float32, metres: the scene points that were looked at.")
       .def_property_readonly(
-          "contact_maps", [](const ForecastResult& r) { return r.forecast.contact_maps; },
+          "contact_maps", [](const ForecastResult& r) { return r.forecast.contact_maps(); },
           "(P + T, 22, N) float32 predicted contact maps (Eq. 6), 1 where a joint touches a point.")
       .def_property_readonly(
           "contact_points", [](const ForecastResult& r) { return r.forecast.contact_points; },

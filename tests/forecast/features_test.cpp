@@ -58,10 +58,12 @@ TEST(ContactTargets, SquaredErrorOfMapsIsThatOfCoefficientsAndAConstant) {
   const Input in(80);
   const Tensor maps = contact_maps(in.scene, in.motion, in.config.sigma);
   const Tensor target = contact_targets(in.scene, in.motion, in.config);
-  const double beyond = (maps - contact_maps_from_dct(target, in.config)).square().sum().item<double>();
+  const double beyond =
+      (maps - contact_maps_from_dct(target, in.config.frames(), in.config.joints)).square().sum().item<double>();
   for (int trial = 0; trial < 3; ++trial) {
     const Tensor guess = target + torch::randn_like(target) * 0.1;
-    const double by_maps = (maps - contact_maps_from_dct(guess, in.config)).square().sum().item<double>();
+    const double by_maps =
+        (maps - contact_maps_from_dct(guess, in.config.frames(), in.config.joints)).square().sum().item<double>();
     const double by_coefficients = (target - guess).square().sum().item<double>();
     EXPECT_NEAR(by_maps, by_coefficients + beyond, 1e-3 * by_maps);
   }
@@ -70,7 +72,7 @@ TEST(ContactTargets, SquaredErrorOfMapsIsThatOfCoefficientsAndAConstant) {
 TEST(ContactPoints, AreTheLargestOfTheMapsAboveTheThreshold) {
   Input in(90, 0.6);
   const Tensor dct = contact_targets(in.scene, in.motion, in.config);
-  const Tensor maps = contact_maps_from_dct(dct, in.config);
+  const Tensor maps = contact_maps_from_dct(dct, in.config.frames(), in.config.joints);
   const Tensor got = contact_points(in.scene, dct, in.config);
   int touching = 0, apart = 0;
   for (int64_t b = 0; b < 2; ++b) {

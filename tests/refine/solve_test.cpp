@@ -1,5 +1,5 @@
-// Protects the trajectory solver: its linear algebra against a dense solver, its Jacobians against finite differences,
-// and each term against what it must come to in closed form.
+// Protects the trajectory solver: its equations and its Jacobians against finite differences, and each term against
+// what it must come to in closed form.
 #include "inhabit/refine/solve.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
-#include "inhabit/math/simd.h"
 #include "inhabit/refine/terms.h"
+#include "tests/dense_band.h"
 
 namespace inhabit::refine {
 namespace {
@@ -71,56 +71,6 @@ Trajectory stepped(const Unknowns& unknowns, const Trajectory& from, int system,
     pose.local[j] = pose.local[j] * quaternion_of(d);
   }
   return out;
-}
-
-MatrixXd dense(BlockBand& band) {
-  const int64_t n = band.block();
-  MatrixXd out = MatrixXd::Zero(band.frames() * n, band.frames() * n);
-  for (int64_t t = 0; t < band.frames(); ++t)
-    for (int k = 0; k <= band.band() && t + k < band.frames(); ++k) out.block((t + k) * n, t * n, n, n) = band.at(t, k);
-  return out.selfadjointView<Eigen::Lower>();
-}
-
-/// How far the band's solution of a random system is from that of a dense solver, as a part of it.
-double distance_from_dense(int frames, int block, int band) {
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
-  BlockBand matrix(frames, block, band);
-  for (int64_t t = 0; t < frames; ++t) {
-    matrix.clear(t);
-    for (int k = 0; k <= band && t + k < frames; ++k)
-      matrix.at(t, k) = MatrixXd::NullaryExpr(block, block, [&] { return normal(random); });
-    matrix.at(t, 0).diagonal().array() += 10.0 * block * (band + 1);
-  }
-  const MatrixXd whole = dense(matrix);
-  const VectorXd right = VectorXd::NullaryExpr(int64_t{frames} * block, [&] { return normal(random); });
-  VectorXd got = right;
-  if (!matrix.solve([](int64_t) {}, got)) return INFINITY;
-  return (got - whole.llt().solve(right)).norm() / got.norm();
-}
-
-TEST(BlockBand, SolvesAsADenseSolverDoesAtEveryLevelOfInstructions) {
-  const Simd before = simd_level();
-  for (const Simd level : {Simd::kBaseline, Simd::kAvx2, Simd::kAvx512}) {
-    if (level > best_simd_level()) continue;
-    use_simd_level(level);
-    for (const auto& [frames, block, band] :
-         {std::tuple(1, 4, 0), {3, 2, 3}, {9, 5, 1}, {40, 3, 3}, {41, 7, 2}, {24, 6, 3}, {7, 1, 0}, {18, 69, 2}})
-      EXPECT_LT(distance_from_dense(frames, block, band), 1e-9)
-          << frames << " " << block << " " << band << " at " << simd_level_name(level);
-  }
-  use_simd_level(before);
-}
-
-TEST(BlockBand, SaysWhatHasNoFactor) {
-  BlockBand matrix(30, 2, 1);
-  const auto fill = [&](int64_t t) {
-    matrix.clear(t);
-    matrix.at(t, 0).setIdentity();
-    if (t == 17) matrix.at(t, 0)(1, 1) = -1;
-  };
-  VectorXd x = VectorXd::Ones(60);
-  EXPECT_FALSE(matrix.solve(fill, x));
 }
 
 /// A problem with every kind of term, none of them at its least.

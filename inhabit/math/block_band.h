@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-namespace inhabit::refine {
+namespace inhabit {
 
 /// A symmetric positive definite matrix of `frames` x `frames` blocks of size `block`, zero where frames are more than
 /// `band` apart. Its Cholesky factorisation eliminates frames from both ends at once, on two threads, which meet in the
@@ -55,4 +55,4 @@ class BlockBand {
   std::unique_ptr<double[]> values_;  ///< (frames, block, stride)
 };
 
-}  // namespace inhabit::refine
+}  // namespace inhabit

@@ -1,12 +1,12 @@
-#include "inhabit/refine/block_band.h"
+#include "inhabit/math/block_band.h"
 
 #include <ATen/Parallel.h>
 
 #include <algorithm>
 
-#include "inhabit/refine/panel_kernel.h"
+#include "inhabit/math/panel_kernel.h"
 
-namespace inhabit::refine {
+namespace inhabit {
 
 BlockBand::BlockBand(int64_t frames, int block, int band)
     : frames_(frames),
@@ -121,4 +121,4 @@ bool BlockBand::solve(const std::function<void(int64_t frame)>& fill, Eigen::Vec
   return true;
 }
 
-}  // namespace inhabit::refine
+}  // namespace inhabit

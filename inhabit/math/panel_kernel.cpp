@@ -1,11 +1,13 @@
-#include "inhabit/refine/panel_kernel.h"
+#include "inhabit/math/panel_kernel.h"
 
 #include <cmath>
 
 #include "inhabit/math/simd.h"
 
-namespace inhabit::refine {
+namespace inhabit {
 namespace {
+
+constexpr int64_t kGroup = 6;  // rows of a tile
 
 template <int kWidth>
 struct PanelVector {
@@ -43,41 +45,48 @@ INHABIT_INLINE void product_tile(const double* a, const double* b, int64_t strid
   }
 }
 
-/// One row group across all columns from `first` on.
-template <int kWidth, int kVectors, int kRows>
-INHABIT_INLINE void product_rows(const double* a, const double* b, int64_t stride, int64_t depth, double* c,
-                                 int64_t c_stride, int64_t first, int64_t columns) {
-  int64_t w = first;
-  for (; w + kWidth * kVectors <= columns; w += kWidth * kVectors)
-    product_tile<kWidth, kVectors, kRows>(a, b + w, stride, depth, c + w, c_stride);
-  for (; w < columns; w += kPanelWidth) product_tile<kPanelWidth, 1, kRows>(a, b + w, stride, depth, c + w, c_stride);
+/// All rows of c in the columns of one tile.
+template <int kWidth, int kVectors>
+INHABIT_INLINE void product_columns(const double* a, const double* b, int64_t stride, int64_t depth, double* c,
+                                    int64_t c_stride, int64_t rows) {
+  int64_t r = 0;
+  for (; r + kGroup <= rows; r += kGroup)
+    product_tile<kWidth, kVectors, kGroup>(a + r, b, stride, depth, c + r * c_stride, c_stride);
+  for (; r + 3 <= rows; r += 3) product_tile<kWidth, kVectors, 3>(a + r, b, stride, depth, c + r * c_stride, c_stride);
+  for (; r < rows; ++r) product_tile<kWidth, kVectors, 1>(a + r, b, stride, depth, c + r * c_stride, c_stride);
 }
 
+/// Columns go by in the outer loop: those of b that a tile needs stay in the nearest cache for all rows.
 template <int kWidth, int kVectors>
 INHABIT_INLINE void products(const double* a, const double* b, int64_t stride, int64_t depth, double* c,
                              int64_t c_stride, int64_t rows, int64_t columns, bool upper) {
-  constexpr int kRows = 6;
-  for (int64_t r = 0; r < rows;) {
-    const int64_t first = upper ? r / kPanelWidth * kPanelWidth : 0;
-    double* to = c + r * c_stride;
-    if (rows - r >= kRows) {
-      product_rows<kWidth, kVectors, kRows>(a + r, b, stride, depth, to, c_stride, first, columns);
-      r += kRows;
-    } else if (rows - r >= 3) {
-      product_rows<kWidth, kVectors, 3>(a + r, b, stride, depth, to, c_stride, first, columns);
-      r += 3;
-    } else {
-      product_rows<kWidth, kVectors, 1>(a + r, b, stride, depth, to, c_stride, first, columns);
-      r += 1;
-    }
+  constexpr int64_t kTile = kWidth * kVectors;
+  const auto down_to = [&](int64_t end) { return upper && end < rows ? end : rows; };
+  int64_t w = 0;
+  for (; w + kTile <= columns; w += kTile)
+    product_columns<kWidth, kVectors>(a, b + w, stride, depth, c + w, c_stride, down_to(w + kTile));
+  for (; w < columns; w += kPanelWidth)
+    product_columns<kPanelWidth, 1>(a, b + w, stride, depth, c + w, c_stride, down_to(w + kPanelWidth));
+}
+
+/// Rows of a group, which all earlier groups are subtracted from, among themselves.
+INHABIT_INLINE void eliminate_in_group(double* panel, int64_t stride, int64_t i, int64_t last, int64_t left,
+                                       int64_t columns) {
+  using V = PanelVector<kPanelWidth>;
+  const double* row = panel + i * stride;
+  for (int64_t j = i + 1; j < last; ++j) {
+    double* other = panel + j * stride;
+    const double factor = row[j];
+    for (int64_t w = left; w < columns; w += kPanelWidth) V::at(other + w) -= factor * V::at(row + w);
   }
 }
 
-/// Rows wait for all earlier ones at once, in groups, so that each is read and written once.
+/// The panel's first `rows` columns. Rows wait for all earlier ones at once, in groups, so that each is read and
+/// written once.
 template <int kWidth, int kVectors>
-INHABIT_INLINE bool factor_rows(double* panel, int64_t stride, int64_t rows, int64_t columns) {
+INHABIT_INLINE bool factor_square(double* panel, int64_t stride, int64_t rows) {
   using V = PanelVector<kPanelWidth>;
-  constexpr int64_t kGroup = 6;
+  const int64_t columns = padded_to_panel(rows);
   for (int64_t first = 0; first < rows; first += kGroup) {
     const int64_t last = first + kGroup < rows ? first + kGroup : rows;
     const int64_t left = first / kPanelWidth * kPanelWidth;
@@ -88,13 +97,43 @@ INHABIT_INLINE bool factor_rows(double* panel, int64_t stride, int64_t rows, int
       if (!(row[i] > 0) || !std::isfinite(row[i])) return false;
       const double scale = 1 / std::sqrt(row[i]);
       for (int64_t w = left; w < columns; w += kPanelWidth) V::at(row + w) *= scale;
+      eliminate_in_group(panel, stride, i, last, left, columns);
+    }
+  }
+  return true;
+}
+
+/// S of some of the panel's columns, [w, w + width), from Q and R.
+template <int kWidth, int kVectors>
+INHABIT_INLINE void factor_beside(double* panel, int64_t stride, int64_t rows, int64_t w) {
+  using V = PanelVector<kWidth>;
+  for (int64_t first = 0; first < rows; first += kGroup) {
+    const int64_t last = first + kGroup < rows ? first + kGroup : rows;
+    product_columns<kWidth, kVectors>(panel + first, panel + w, stride, first, panel + first * stride + w, stride,
+                                      last - first);
+    for (int64_t i = first; i < last; ++i) {
+      double* row = panel + i * stride;
+      const double scale = 1 / row[i];
+      typename V::type own[kVectors];
+#pragma GCC unroll 8
+      for (int v = 0; v < kVectors; ++v) own[v] = V::at(row + w + v * kWidth) = scale * V::at(row + w + v * kWidth);
       for (int64_t j = i + 1; j < last; ++j) {
-        double* other = panel + j * stride;
+        double* other = panel + j * stride + w;
         const double factor = row[j];
-        for (int64_t w = left; w < columns; w += kPanelWidth) V::at(other + w) -= factor * V::at(row + w);
+#pragma GCC unroll 8
+        for (int v = 0; v < kVectors; ++v) V::at(other + v * kWidth) -= factor * own[v];
       }
     }
   }
+}
+
+template <int kWidth, int kVectors>
+INHABIT_INLINE bool factor_rows(double* panel, int64_t stride, int64_t rows, int64_t columns) {
+  constexpr int64_t kTile = kWidth * kVectors;
+  if (!factor_square<kWidth, kVectors>(panel, stride, rows)) return false;
+  int64_t w = padded_to_panel(rows);
+  for (; w + kTile <= columns; w += kTile) factor_beside<kWidth, kVectors>(panel, stride, rows, w);
+  for (; w < columns; w += kPanelWidth) factor_beside<kPanelWidth, 1>(panel, stride, rows, w);
   return true;
 }
 
@@ -172,4 +211,4 @@ void substitute_backward(const double* panel, int64_t stride, int64_t rows, int6
   }
 }
 
-}  // namespace inhabit::refine
+}  // namespace inhabit

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-namespace inhabit::refine {
+namespace inhabit {
 
 // What a block-banded Cholesky factorisation does with rows of doubles. A panel is a block row: `rows` rows, `stride`
 // numbers apart, whose number of columns is a multiple of kPanelWidth, zeros where there is nothing.
@@ -31,4 +31,4 @@ void substitute_forward(const double* panel, int64_t stride, int64_t rows, int64
 void substitute_backward(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others, double* y,
                          const double* rest);
 
-}  // namespace inhabit::refine
+}  // namespace inhabit
