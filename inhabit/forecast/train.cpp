@@ -1,253 +1,36 @@
 #include "inhabit/forecast/train.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
-#include "inhabit/forecast/features.h"
-#include "inhabit/forecast/hypotheses.h"
-#include "inhabit/forecast/losses.h"
-#include "inhabit/forecast/model_file.h"
-#include "inhabit/forecast/motion_batch.h"
-#include "inhabit/forecast/sample.h"
-#include "inhabit/metrics/forecast_error.h"
+#include "inhabit/forecast/train_tasks.h"
 #include "inhabit/nn/parameters.h"
-#include "inhabit/train/stages.h"
 
 namespace inhabit::forecast {
 namespace {
 
 // A stage that keeps a prediction of each of its windows has fewer: some 15,000 of 200 minutes, which take 150 MB.
-constexpr int64_t kSparseStride = 15, kValidationStride = 30, kValidationWindows = 192;
-// Of the articulated network: decays of its weights' moving average and of the weights (AdamW).
-constexpr double kAverage = 0.999, kWeightDecay = 0.01;
-constexpr double kOthers = 0.03, kLikely = 0.02;  // of hypotheses that are not nearest; of their log-probabilities
+constexpr int64_t kSparseStride = 15, kValidationStride = 30;
 
-/// Windows as the contact network is trained on them.
-struct ContactBatch {
-  torch::Tensor points;    // (B, N, 3)
-  torch::Tensor features;  // (B, J L, N) DCT of the padded past's contact maps
-  torch::Tensor past;      // (B, P, J, 3)
-  torch::Tensor target;    // (B, J L, N) DCT of the true contact maps
+bool is_articulated(const Config& config) { return config.decoder == "articulated"; }
 
-  ContactBatch on(torch::Device d) const { return {points.to(d), features.to(d), past.to(d), target.to(d)}; }
-};
-
-ContactBatch contact_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows, uint64_t seed,
-                           bool augment) {
-  torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> all_joints, all_points;
-  for (const int64_t i : windows) {
-    const Sample s = data.sample(i, seed, augment);
-    all_joints.push_back(s.joints);
-    all_points.push_back(s.points);
-  }
-  const torch::Tensor joints = torch::stack(all_joints), points = torch::stack(all_points);
-  const torch::Tensor past = joints.slice(1, 0, config.past).contiguous();
-  return {points, contact_features(points, past, config), past, contact_targets(points, joints, config)};
+bool among(const std::vector<std::string>& names, const char* name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The windows of a batch: those of its indices, or in their places windows of recordings and generated ones by the
-/// share that config.training.recorded gives the former.
-std::vector<int64_t> windows_of(const TrainStep& step, const Data& data, double recorded) {
-  const WindowKinds& kinds = data.kinds();
-  if (recorded <= 0 || kinds.recorded.empty() || kinds.generated.empty()) return step.indices;
-  std::vector<int64_t> out;
-  for (size_t i = 0; i < step.indices.size(); ++i) {
-    const auto place = static_cast<double>(i);
-    const bool real = std::floor((place + 1) * recorded) > std::floor(place * recorded);
-    const std::vector<int64_t>& some = real ? kinds.recorded : kinds.generated;
-    out.push_back(some[static_cast<size_t>(step.indices[i]) % some.size()]);
-  }
-  return out;
-}
-
-/// The mean over evenly spread windows of the validation split of what `error` sums over some of them.
-double validated(const Data& data, size_t together, const std::function<double(const std::vector<int64_t>&)>& error) {
-  const std::vector<int64_t> windows = data.windows().spread(kValidationWindows);
-  double sum = 0;
-  for (size_t first = 0; first < windows.size(); first += together)
-    sum += error({windows.begin() + static_cast<int64_t>(first),
-                  windows.begin() + static_cast<int64_t>(std::min(first + together, windows.size()))});
-  return sum / static_cast<double>(windows.size());
-}
-
-TrainTask contact_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
-  const Config& config = model.config;
-  const auto loss = [&model, device](const ContactBatch& on_cpu) {
-    const ContactBatch b = on_cpu.on(device);
-    return contact_map_loss(model.contact->forward(b.points, b.features, b.past), b.target, model.config);
-  };
-  TrainTask task;
-  task.module = model.contact.ptr();
-  task.networks = {{"contact_net.", model.contact.ptr()}};
-  task.samples = data.size();
-  task.prepare = batches(
-      [&](const TrainStep& step) {
-        return contact_batch(data, config, windows_of(step, data, config.training.recorded), step.seed, true);
-      },
-      [loss](const ContactBatch& b, const TrainStep&) {
-        return Losses{{"map", loss(b)}};
-      });
-  task.validate = [&, loss] {
-    return validated(validation, 1, [&](const std::vector<int64_t>& some) {
-      return loss(contact_batch(validation, config, some, 0, false)).item<double>();
-    });
-  };
-  return task;
-}
-
-/// The sum over a batch's windows of path plus pose error, metres.
-double summed_error(const torch::Tensor& joints, const torch::Tensor& future, int root) {
-  return (path_error(joints, future, root).mean(1) + pose_error(joints, future, root).mean(1)).sum().item<double>();
-}
-
-/// Stage "motion", "no_contact" or "adapt" of the paper's network.
-TrainTask motion_task(const std::string& stage, Networks& model, const Data& data, const Data& validation,
-                      torch::Device device) {
-  const Config& config = model.config;
-  MotionNetwork network = stage == "no_contact" ? model.no_contact : model.motion;
-  const bool adapt = stage == "adapt";
-  // Preparing runs beside validation, so that each has its own contact network.
-  const auto contacts = [&] {
-    if (adapt) return predicted_contacts(config, model.contact);
-    return stage == "motion" ? true_contacts(config) : no_contacts(config);
-  };
-  TrainTask task;
-  task.module = network.ptr();
-  task.networks = {{stage == "no_contact" ? "no_contact_net." : "motion_net.", network.ptr()}};
-  task.samples = data.size();
-  task.prepare = batches(
-      [&, adapt, source = adapt ? every_other_true(config, contacts()) : contacts()](const TrainStep& step) {
-        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source,
-                            adapt ? 0 : step.seed, step.seed);
-      },
-      [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
-        const MotionBatch b = on_cpu.on(device);
-        const MotionLosses l = motion_losses(network->forward(b.past, b.contacts), b.future, b.contacts, config);
-        return Losses{{"total", l.total}, {"root", l.root}, {"local", l.local}, {"contact", l.contact}};
-      });
-  task.validate = [&, network, source = contacts(), device]() mutable {
-    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
-      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
-      return summed_error(
-          forecast_joints(network->forward(b.past.to(device), b.contacts.to(device)), config.root).cpu(), b.future,
-          config.root);
-    });
-  };
-  return task;
-}
-
-/// Stage "motion" of the articulated network: true, predicted and no contact points from the start. Validates with
-/// predicted ones.
-TrainTask articulated_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
-  const Config& config = model.config;
-  ArticulatedNetwork network = model.articulated;
-  TrainTask task;
-  task.module = network.ptr();
-  task.networks = {{"articulated_net.", network.ptr()}, {"contact_net.", model.contact.ptr()}};
-  task.outdated = {"hypotheses_net."};  // they differ from what this network said
-  task.samples = data.size();
-  task.average = kAverage;
-  task.weight_decay = kWeightDecay;
-  task.prepare = batches(
-      [&, source = mixed_contacts(config, predicted_contacts(config, model.contact))](const TrainStep& step) {
-        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, 0, step.seed,
-                            /*truth=*/true);
-      },
-      [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
-        const MotionBatch b = on_cpu.on(device);
-        const ArticulatedLosses l = articulated_losses(network->forward(b.past, b.contacts, b.given),
-                                                       b.past.select(1, config.past - 1), b.future, b.truth, config);
-        return Losses{
-            {"total", l.total}, {"path", l.path}, {"pose", l.pose}, {"contact", l.contact}, {"velocity", l.velocity}};
-      });
-  task.validate = [&, network, source = predicted_contacts(config, model.contact), device]() mutable {
-    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
-      const MotionBatch b = motion_batch(validation, config, some, source, 0, {}).on(device);
-      return summed_error(forecast_joints(network->forward(b.past, b.contacts, b.given), config.root).cpu(),
-                          b.future.cpu(), config.root);
-    });
-  };
-  return task;
-}
-
-/// Stage "hypotheses": the nearest of them is drawn to what happens, and said to be likely; the others by a little, so
-/// that none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
-TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
-  const Config& config = model.config;
-  HypothesesNetwork network = model.hypotheses;
-  ArticulatedNetwork articulated = model.articulated;
-  articulated->to(device);
-  const std::function<Hypotheses(const MotionBatch&)> hypotheses = [network,
-                                                                    articulated](const MotionBatch& b) mutable {
-    ArticulatedNetworkImpl::Seen seen;
-    {
-      const torch::NoGradGuard no_gradients;
-      seen = articulated->see(b.past, b.contacts, b.given);
-    }
-    return network->forward(articulated, seen);
-  };
-  TrainTask task;
-  task.module = network.ptr();
-  task.networks = {{"hypotheses_net.", network.ptr()}};
-  task.samples = data.size();
-  task.average = kAverage;
-  task.weight_decay = kWeightDecay;
-  task.prepare = batches(
-      [&, source = predicted_contacts(config, model.contact)](const TrainStep& step) {
-        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, 0, step.seed);
-      },
-      [&config, hypotheses, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
-        const MotionBatch b = on_cpu.on(device);
-        const Hypotheses found = hypotheses(b);
-        const torch::Tensor errors =
-            hypothesis_errors(found.joints, b.past.select(1, config.past - 1), b.future, config);
-        const auto [least, nearest] = errors.min(1, true);
-        const torch::Tensor distance = (1 - kOthers) * least.mean() + kOthers * errors.mean();
-        const torch::Tensor likely = -found.log_probability.gather(1, nearest).mean();
-        return Losses{{"total", distance + kLikely * likely}, {"nearest", least.mean()}, {"likely", likely}};
-      });
-  task.validate = [&, hypotheses, source = predicted_contacts(config, model.contact), device]() mutable {
-    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
-      const MotionBatch b = motion_batch(validation, config, some, source, 0, {}).on(device);
-      return hypothesis_errors(hypotheses(b).joints, b.past.select(1, config.past - 1), b.future, config)
-          .amin(1)
-          .sum()
-          .item<double>();
-    });
-  };
-  return task;
-}
-
-/// LTD: mean joint error in the world.
-TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
-  const Config& config = model.config;
-  auto forecast = [network = model.ltd, &config, device](const torch::Tensor& past) mutable {
-    return network->forward(past.to(device).flatten(2)).unflatten(2, {config.joints, 3});
-  };
-  TrainTask task;
-  task.module = model.ltd.ptr();
-  task.networks = {{"ltd_net.", model.ltd.ptr()}};
-  task.samples = data.size();
-  task.prepare = batches(
-      [&, source = no_contacts(config)](const TrainStep& step) {
-        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, step.seed,
-                            step.seed);
-      },
-      [forecast, device](const MotionBatch& b, const TrainStep&) mutable {
-        const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
-        return Losses{{"joints", error.sqrt().mean()}};
-      });
-  task.validate = [&, forecast, source = no_contacts(config)]() mutable {
-    return validated(validation, 1, [&](const std::vector<int64_t>& some) {
-      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
-      return (forecast(b.past).cpu() - b.future).norm(2, {3}).mean().item<double>();
-    });
-  };
-  return task;
+/// The stages of a run, in order.
+std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
+  std::vector<std::string> usual = {"contact", "motion"};
+  if (is_articulated(config) && config.articulated.hypotheses > 0) usual.emplace_back("hypotheses");
+  if (!is_articulated(config)) usual.insert(usual.end(), {"no_contact", "adapt"});
+  std::vector<std::string> names =
+      is_articulated(config) ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, usual)
+                             : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
+  if (among(names, "hypotheses") && config.articulated.hypotheses == 0)
+    throw Error("articulated.hypotheses", "is 0: there are none to be trained");
+  return names;
 }
 
 /// Copies the weights of a network of the same sizes; says nothing where the file has none.
@@ -270,9 +53,8 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
   sizes.articulated.hypotheses = config.articulated.hypotheses;
   if (!(sizes == config)) return;
   const auto keep = [&](const auto& network, const std::string& prefix, std::initializer_list<const char*> stages) {
-    const bool anew = std::any_of(stages.begin(), stages.end(), [&](const char* stage) {
-      return std::find(trained.begin(), trained.end(), stage) != trained.end();
-    });
+    const bool anew =
+        std::any_of(stages.begin(), stages.end(), [&](const char* stage) { return among(trained, stage); });
     if (!network.is_empty() && !anew) nn::collect_parameters(*network, prefix, header);
   };
   keep(start.contact, "contact_net.", {"contact"});
@@ -284,109 +66,133 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
   if (start.config.baselines == config.baselines) keep(start.ltd, "ltd_net.", {"ltd"});
 }
 
+/// The networks of a run, stage by stage, and where the weights of each come from.
+class Stages {
+ public:
+  Stages(const TrainRun& run, const Config& config, std::vector<std::string> names)
+      : run_(run),
+        config_(config),
+        names_(std::move(names)),
+        data_(run.data, "train", config, config.training.stride),
+        sparse_data_(run.data, "train", config, kSparseStride),
+        validation_(run.data, "val", config, kValidationStride),
+        start_(run.from.empty() ? Networks{} : load_networks(run.from)) {
+    model_.config = config;
+    if (data_.size() == 0)
+      throw Error(run.data.front(),
+                  "has no training window of " + std::to_string(config.past + config.future) + " frames");
+    if (validation_.size() == 0) throw Error(run.data.front(), "has no validation window");
+  }
+
+  const Networks& start() const { return start_; }
+
+  TrainStage stage(const std::string& name) {
+    const Config::Training& t = config_.training;
+    const bool contact = name == "contact", adapt = name == "adapt";
+    TrainStage out;
+    out.name = name;
+    out.steps = contact                ? t.contact_steps
+                : adapt                ? t.adapt_steps
+                : name == "hypotheses" ? t.hypotheses_steps
+                                       : t.motion_steps;
+    out.batch = contact ? t.contact_batch : t.motion_batch;
+    out.learning_rate = contact ? t.contact_rate : t.motion_rate;
+    out.schedule = t.schedule;
+    if (out.steps == 0)
+      out.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, out.batch));
+    out.task = [this, name] { return task(name); };
+    return out;
+  }
+
+ private:
+  /// Whether a stage keeps a prediction of each of its windows.
+  bool keeps_predictions(const std::string& name) const {
+    return name == "adapt" || name == "hypotheses" || (is_articulated(config_) && name == "motion");
+  }
+  const Data& data_of(const std::string& name) const { return keeps_predictions(name) ? sparse_data_ : data_; }
+
+  TrainTask task(const std::string& name) {
+    if (name == "contact") {
+      model_.contact = ContactNetwork(config_);
+      adopt(model_.contact, start_.contact, "contact_net.", run_.from);
+      return contact_task(model_, data_, validation_, run_.device);
+    }
+    if (name == "ltd") {
+      model_.ltd = make_ltd(config_);
+      adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
+      return ltd_task(model_, data_, validation_, run_.device);
+    }
+    const Networks before = earlier_stages(name);
+    if (keeps_predictions(name)) take_contact_network(name, before);
+    if (name == "hypotheses") return hypotheses(before);
+    if (is_articulated(config_)) {
+      model_.articulated = ArticulatedNetwork(config_);
+      adopt(model_.articulated, start_.articulated, "articulated_net.", run_.from);
+      return articulated_task(model_, sparse_data_, validation_, run_.device);
+    }
+    if (name == "no_contact") {
+      model_.no_contact = MotionNetwork(config_, /*with_contact=*/false);
+      adopt(model_.no_contact, start_.no_contact, "no_contact_net.", run_.from);
+    } else if (name == "adapt") {
+      model_.motion = before.motion;
+    } else {
+      model_.motion = MotionNetwork(config_);
+      adopt(model_.motion, start_.motion, "motion_net.", run_.from);
+    }
+    return motion_task(name, model_, data_of(name), validation_, run_.device);
+  }
+
+  /// What the model file holds by now, for stages that take it. A run of several stages begins the file anew, from the
+  /// weights of --from.
+  Networks earlier_stages(const std::string& name) const {
+    const bool anew = !run_.resume && names_.size() > 1 && name == names_.front() && !run_.from.empty();
+    return keeps_predictions(name) && !anew && std::filesystem::exists(run_.out) ? load_networks(run_.out) : Networks{};
+  }
+
+  void take_contact_network(const std::string& name, const Networks& before) {
+    model_.contact = ContactNetwork(config_);
+    const ContactNetwork& known = before.contact.is_empty() ? start_.contact : before.contact;
+    if (known.is_empty() || (name == "adapt" && before.motion.is_empty()))
+      throw Error(run_.out, name == "adapt" ? "lacks the contact or the motion network that stage adapt goes on from"
+                                            : "lacks the contact network whose predictions stage " + name + " takes");
+    adopt(model_.contact, known, "contact_net.", before.contact.is_empty() ? run_.from : run_.out);
+    model_.contact->eval();
+  }
+
+  TrainTask hypotheses(const Networks& before) {
+    const bool in_out = !before.articulated.is_empty();
+    const ArticulatedNetwork& known = in_out ? before.articulated : start_.articulated;
+    if (known.is_empty()) throw Error(run_.out, "lacks the motion network that stage hypotheses goes on from");
+    model_.articulated = ArticulatedNetwork(config_);
+    adopt(model_.articulated, known, "articulated_net.", in_out ? run_.out : run_.from);
+    model_.articulated->eval();
+    model_.hypotheses = HypothesesNetwork(config_);
+    if (start_.config.articulated.hypotheses == config_.articulated.hypotheses)
+      adopt(model_.hypotheses, start_.hypotheses, "hypotheses_net.", run_.from);
+    return hypotheses_task(model_, sparse_data_, validation_, run_.device);
+  }
+
+  const TrainRun& run_;
+  const Config& config_;
+  std::vector<std::string> names_;
+  Data data_, sparse_data_, validation_;
+  Networks start_, model_;
+};
+
 }  // namespace
 
 bool train(const TrainRun& run, const Config& config) {
   validate(config, run.out);
   if (config.training.mirror && (config.joints != kStandardJoints || config.hips.empty()))
     throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
-  const bool articulated = config.decoder == "articulated";
-  std::vector<std::string> usual = {"contact", "motion"};
-  if (articulated && config.articulated.hypotheses > 0) usual.emplace_back("hypotheses");
-  if (!articulated) usual.insert(usual.end(), {"no_contact", "adapt"});
-  const std::vector<std::string> names =
-      articulated ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, usual)
-                  : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
-  const auto trains = [&](const char* stage) { return std::find(names.begin(), names.end(), stage) != names.end(); };
-  if (trains("hypotheses") && config.articulated.hypotheses == 0)
-    throw Error("articulated.hypotheses", "is 0: there are none to be trained");
-  const Config::Training& t = config.training;
-  const Data data(run.data, "train", config, t.stride), sparse_data(run.data, "train", config, kSparseStride),
-      validation(run.data, "val", config, kValidationStride);
-  if (data.size() == 0)
-    throw Error(run.data.front(),
-                "has no training window of " + std::to_string(config.past + config.future) + " frames");
-  if (validation.size() == 0) throw Error(run.data.front(), "has no validation window");
-  // Stages that keep a prediction of each window.
-  const auto sparse = [&](const std::string& name) {
-    return name == "adapt" || name == "hypotheses" || (articulated && name == "motion");
-  };
-  const auto data_of = [&](const std::string& name) -> const Data& { return sparse(name) ? sparse_data : data; };
-
-  const Networks start = run.from.empty() ? Networks{} : load_networks(run.from);
-  Networks model;
-  model.config = config;
-  const auto make_task = [&](const std::string& name) {
-    if (name == "contact") {
-      model.contact = ContactNetwork(config);
-      adopt(model.contact, start.contact, "contact_net.", run.from);
-      return contact_task(model, data, validation, run.device);
-    }
-    if (name == "ltd") {
-      model.ltd = make_ltd(config);
-      adopt(model.ltd, start.ltd, "ltd_net.", run.from);
-      return ltd_task(model, data, validation, run.device);
-    }
-    // A run of several stages begins the file anew, from the weights of --from.
-    const bool anew = !run.resume && names.size() > 1 && name == names.front() && !run.from.empty();
-    const Networks before =
-        sparse(name) && !anew && std::filesystem::exists(run.out) ? load_networks(run.out) : Networks{};
-    if (sparse(name)) {
-      model.contact = ContactNetwork(config);
-      const ContactNetwork& known = before.contact.is_empty() ? start.contact : before.contact;
-      if (known.is_empty() || (name == "adapt" && before.motion.is_empty()))
-        throw Error(run.out, name == "adapt" ? "lacks the contact or the motion network that stage adapt goes on from"
-                                             : "lacks the contact network whose predictions stage " + name + " takes");
-      adopt(model.contact, known, "contact_net.", before.contact.is_empty() ? run.from : run.out);
-      model.contact->eval();
-    }
-    if (name == "hypotheses") {
-      const bool in_out = !before.articulated.is_empty();
-      const ArticulatedNetwork& known = in_out ? before.articulated : start.articulated;
-      if (known.is_empty()) throw Error(run.out, "lacks the motion network that stage hypotheses goes on from");
-      model.articulated = ArticulatedNetwork(config);
-      adopt(model.articulated, known, "articulated_net.", in_out ? run.out : run.from);
-      model.articulated->eval();
-      model.hypotheses = HypothesesNetwork(config);
-      if (start.config.articulated.hypotheses == config.articulated.hypotheses)
-        adopt(model.hypotheses, start.hypotheses, "hypotheses_net.", run.from);
-      return hypotheses_task(model, sparse_data, validation, run.device);
-    }
-    if (articulated) {
-      model.articulated = ArticulatedNetwork(config);
-      adopt(model.articulated, start.articulated, "articulated_net.", run.from);
-      return articulated_task(model, sparse_data, validation, run.device);
-    }
-    if (name == "no_contact") {
-      model.no_contact = MotionNetwork(config, /*with_contact=*/false);
-      adopt(model.no_contact, start.no_contact, "no_contact_net.", run.from);
-    } else {
-      model.motion = MotionNetwork(config);
-      adopt(model.motion, start.motion, "motion_net.", run.from);
-    }
-    if (name == "adapt") model.motion = before.motion;
-    return motion_task(name, model, data_of(name), validation, run.device);
-  };
+  const std::vector<std::string> names = stages_of(run, config);
+  Stages all(run, config, names);
   std::vector<TrainStage> stages;
-  for (const std::string& name : names) {
-    const bool contact = name == "contact", adapt = name == "adapt";
-    TrainStage stage{name,
-                     contact                ? t.contact_steps
-                     : adapt                ? t.adapt_steps
-                     : name == "hypotheses" ? t.hypotheses_steps
-                                            : t.motion_steps,
-                     contact ? t.contact_batch : t.motion_batch,
-                     contact ? t.contact_rate : t.motion_rate,
-                     t.schedule,
-                     12,
-                     [&, name] { return make_task(name); }};
-    if (stage.steps == 0)
-      stage.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, stage.batch));
-    stages.push_back(stage);
-  }
+  stages.reserve(names.size());
+  for (const std::string& name : names) stages.push_back(all.stage(name));
   SafeTensors header = model_header(config);
   if (!run.from.empty() && (names.size() > 1 || !std::filesystem::exists(run.out)))
-    keep_untrained(start, config, names, header);
+    keep_untrained(all.start(), config, names, header);
   return run_stages(stages, header, run);
 }
 

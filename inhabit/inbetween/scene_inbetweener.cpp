@@ -145,6 +145,20 @@ SourcePoses with_exact_keys(SourcePoses source, const Options& options, bool noi
   return source;
 }
 
+/// Which keys, and where `everywhere` which frames, are inside the scene, and how deep in what.
+void mark_collisions(bool everywhere, Result& out) {
+  const CollisionMeter meter(builtin_body(), out.scene);
+  out.key_collides = meter.colliding_frames(out.key_poses);
+  std::vector<int64_t> colliding;
+  for (int64_t k = 0; k < out.key_collides.numel(); ++k)
+    if (out.key_collides[k].item<bool>()) colliding.push_back(k);
+  out.key_immersions = immersions_of(meter, out.key_poses, colliding);
+  for (Immersion& immersion : out.key_immersions) immersion.frame = out.keys[static_cast<size_t>(immersion.frame)];
+  if (!everywhere) return;
+  out.collides = meter.colliding_frames(out.motion);
+  out.immersions = immersions_of_stretches(meter, out.motion, out.collides);
+}
+
 }  // namespace
 
 struct SceneInbetweener::Impl {
@@ -259,17 +273,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (!options.standard)
     out.on_source =
         on_source_skeleton(out.motion, with_exact_keys(asked.source, options, noisy), asked.source.frames.back() + 1);
-  if (options.stage != Stage::finished) return out;
-  const CollisionMeter meter(builtin_body(), out.scene);
-  out.key_collides = meter.colliding_frames(out.key_poses);
-  std::vector<int64_t> colliding;
-  for (int64_t k = 0; k < out.key_collides.numel(); ++k)
-    if (out.key_collides[k].item<bool>()) colliding.push_back(k);
-  out.key_immersions = immersions_of(meter, out.key_poses, colliding);
-  for (Immersion& immersion : out.key_immersions) immersion.frame = out.keys[static_cast<size_t>(immersion.frame)];
-  if (!options.collisions) return out;
-  out.collides = meter.colliding_frames(out.motion);
-  out.immersions = immersions_of_stretches(meter, out.motion, out.collides);
+  if (options.stage == Stage::finished) mark_collisions(options.collisions, out);
   return out;
 }
 

@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+
+#include "inhabit/forecast/model_file.h"
+#include "inhabit/forecast/sample.h"
+#include "inhabit/train/loop.h"
+
+namespace inhabit::forecast {
+
+// What the stages of train() minimise, and what they validate by. `model` holds the networks that are trained and those
+// whose predictions are taken; it and both data sets outlive the task.
+
+/// The contact network: squared error of the maps' DCT (Eq. 7).
+TrainTask contact_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+
+/// The paper's motion network (Eq. 10-13). @param stage "motion", "no_contact" or "adapt"
+TrainTask motion_task(const std::string& stage, Networks& model, const Data& data, const Data& validation,
+                      torch::Device device);
+
+/// The articulated network: true, predicted and no contact points from the start. Validates with predicted ones.
+TrainTask articulated_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+
+/// Hypotheses: the nearest of them is drawn to what happens, and said to be likely; the others by a little, so that
+/// none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
+TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+
+/// LTD: mean joint error in the world.
+TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+
+}  // namespace inhabit::forecast
