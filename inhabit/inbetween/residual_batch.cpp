@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "inhabit/inbetween/drawn_keys.h"
+#include "inhabit/inbetween/learned_detours.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/residual_input.h"
 #include "inhabit/math/random.h"
@@ -19,6 +20,7 @@ constexpr double kSelfConditioned = 0.5;  // fraction of batches that see an ear
 constexpr double kNoisiest = 0.2;         // fraction of windows at one of the noisiest tenth of the steps
 constexpr double kMostNoise = 2.5;        // level of noise on keys
 constexpr double kNoisyLast = 0.5;        // fraction of noisy windows whose last key is noisy, too, as in long clips
+constexpr double kWalked = 0.6;           // fraction of ways around obstacles that are those which were walked
 constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
 constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
 constexpr int kAcross = 8;                // parts of the line from a baseline's root to the true one
@@ -96,7 +98,10 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const Poses given = key_source(window.poses, noise, random);
     Baseline baseline = baseline_of(given, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
-    if (around && (taken || i == 0)) {
+    if (around && (taken || i == 0) && chance(random, kWalked)) {
+      // In use the way is free, and to be kept to: the one that was walked.
+      baseline = baseline_of(given, keys.groups, walked_detours(window.poses, keys.groups, window.scene), noise);
+    } else if (around && (taken || i == 0)) {
       // In use the way is settled when it is found: a truth on the other side would teach to cut across.
       Baseline way = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
       if (!on_other_side(window, way)) baseline = std::move(way);

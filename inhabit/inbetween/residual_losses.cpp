@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kPlaceUnit = 0.1, kMoveUnit = 0.02, kInsideUnit = 0.05;  // metres; the second a frame
 constexpr double kStanding = 0.008;                                       // metres a frame
+constexpr double kLow = 0.05, kLowUnit = 0.01;                            // metres over the floor
+constexpr double kSlides = 2;                                             // of feet that slide, beside those that stand
 constexpr double kBendUnit = 0.01, kJerkUnit = 0.01;                      // metres a frame^2 and a frame^3
 constexpr double kLeast = 0.05;  // of distances in these units, in the energy score
 
@@ -53,13 +55,14 @@ Joints joints_of(const ResidualBatch& b, const Tensor& predicted) {
   return out;
 }
 
+/// Ankles and balls of the feet (B, T, 4, 3).
+Tensor feet_of(const Tensor& joints) { return joints.index_select(2, torch::tensor({7, 8, 10, 11}, joints.device())); }
+
 /// Speed of feet that stand in truth, squared.
 Tensor feet_loss(const Joints& j) {
-  const auto feet_of = [](const Tensor& all) {
-    return all.index_select(2, torch::tensor({7, 8, 10, 11}, all.device())).diff(1, 1);
-  };
-  const Tensor standing = (feet_of(j.there).norm(2, 3) < kStanding).to(torch::kFloat32) * j.moving;
-  return mean_over(feet_of(j.here).square().sum(3), standing) / (kMoveUnit * kMoveUnit);
+  const auto steps = [](const Tensor& joints) { return feet_of(joints).diff(1, 1); };
+  const Tensor standing = (steps(j.there).norm(2, 3) < kStanding).to(torch::kFloat32) * j.moving;
+  return mean_over(steps(j.here).square().sum(3), standing) / (kMoveUnit * kMoveUnit);
 }
 
 Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
@@ -99,6 +102,15 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
           {"feet", feet},
           {"penetration", penetration},
           {"mm", mean_over(square.detach().sqrt(), j.open.expand_as(square)) * 1000}};
+}
+
+Tensor sliding_loss(const Tensor& joints, const Tensor& moving) {
+  const Tensor feet = feet_of(joints);
+  const Tensor height = torch::minimum(feet.slice(1, 1), feet.slice(1, 0, -1)).select(3, 1);
+  const Tensor low = torch::sigmoid((kLow - height) / kLowUnit);
+  const Tensor fast = ((feet.diff(1, 1).square().sum(3) + 1e-8).sqrt() - kStanding).clamp_min(0);
+  const Tensor slides = low * robust(fast.square(), kMoveUnit);
+  return mean_over(slides, moving.expand_as(slides));
 }
 
 Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, double least) {
@@ -142,13 +154,14 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
     rates.emplace_back(name, score(here, there, unit, mask));
     moves = moves + rates.back().second;
   }
-  const Tensor feet = feet_loss(j), penetration = penetration_loss(b, j.here);
+  const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving), penetration = penetration_loss(b, j.here);
   Losses out = {
-      {"total",
-       frames + joints + moves + config.training.feet_weight * feet + config.training.penetration_weight * penetration},
+      {"total", frames + joints + moves + config.training.feet_weight * (feet + kSlides * slides) +
+                    config.training.penetration_weight * penetration},
       {"frames", frames},
       {"joints", joints},
       {"feet", feet},
+      {"slides", slides},
       {"penetration", penetration},
       {"mm", mean_over((j.here - j.there).detach().norm(2, 3), j.open.expand({-1, -1, kStandardJoints})) * 1000}};
   out.insert(out.end(), rates.begin(), rates.end());

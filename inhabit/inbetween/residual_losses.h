@@ -19,6 +19,12 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
 Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
                        bool bfloat16);
 
+/// How fast feet near the floor go, as foot_skating() counts it but with gradients: low x robust(speed), low falling
+/// from 1 to 0 around 5 cm, speed beyond 8 mm a frame in units of 2 cm, the mean over ankles and balls of both feet. A
+/// sample takes its steps at other times than the truth does: what must not happen is that its own footholds slide.
+/// @param joints (B, T, 22, 3) metres, floor at y = 0. @param moving (B, T - 1, 1) 1 where a step counts
+torch::Tensor sliding_loss(const torch::Tensor& joints, const torch::Tensor& moving);
+
 /// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the
 /// square of a distance is increased by, so that its root is smooth
 torch::Tensor energy_score(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& truth, double least);

@@ -1,5 +1,5 @@
 // Protects the energy score that the denoiser is tuned by as it is deployed: least where samples are distributed as the
-// truth is, with the value that normal distributions have.
+// truth is, with the value that normal distributions have. And what it says of feet that slide.
 #include "inhabit/inbetween/residual_losses.h"
 
 #include <gtest/gtest.h>
@@ -36,6 +36,40 @@ TEST(EnergyScore, HasGradientsWhereSamplesMeet) {
   b.requires_grad_(true);
   energy_score(a, b, torch::zeros({1, 3}), 0.05).sum().backward();
   EXPECT_TRUE(a.grad().isfinite().all().item<bool>());
+}
+
+/// Feet at a height, going by so much a frame; all else far above.
+Tensor going(double height, double speed) {
+  Tensor joints = torch::full({1, 20, 22, 3}, 1.0);
+  for (const int64_t joint : {7, 8, 10, 11}) {
+    joints.select(2, joint).select(2, 1).fill_(height);
+    joints.select(2, joint).select(2, 2) += speed * torch::arange(20);
+  }
+  return joints;
+}
+
+double slides(double height, double speed) {
+  return sliding_loss(going(height, speed), torch::ones({1, 19, 1})).item<double>();
+}
+
+TEST(SlidingLoss, IsOfFeetThatAreLowAndGo) {
+  EXPECT_LT(slides(0, 0), 1e-6);
+  EXPECT_LT(slides(0, 0.008), 1e-6);    // what is measured of feet that stand
+  EXPECT_LT(slides(0.15, 0.05), 1e-3);  // a foot that swings
+  // At 5 cm half of it counts: 0.5 (sqrt(1 + ((0.048 - 0.008) / 0.02)^2) - 1).
+  EXPECT_NEAR(slides(0.05, 0.048), 0.5 * (std::sqrt(5.0) - 1), 1e-3);
+  EXPECT_GT(slides(0, 0.05), slides(0, 0.03));
+}
+
+TEST(SlidingLoss, SlowsFeetDownAndLiftsThem) {
+  Tensor joints = going(0.04, 0.03);
+  joints.requires_grad_(true);
+  sliding_loss(joints, torch::ones({1, 19, 1})).backward();
+  EXPECT_TRUE(joints.grad().isfinite().all().item<bool>());
+  EXPECT_LT(joints.grad()[0][9][10][1].item<double>(), 0);   // higher is better
+  EXPECT_GT(joints.grad()[0][19][10][2].item<double>(), 0);  // the last one goes too far
+  EXPECT_EQ(joints.grad()[0][9][3].abs().max().item<double>(), 0);
+  EXPECT_EQ(sliding_loss(joints, torch::zeros({1, 19, 1})).item<double>(), 0);  // between keys alone
 }
 
 }  // namespace
