@@ -4,7 +4,7 @@ install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMP
 install(TARGETS inhabit_verbs RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/inhabit COMPONENT runtime)
 # What users include; not how it is done inside: kernels, packed layers, how TinyGLTF and Embree are built in.
 install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.h"
-  REGEX "(_kernel|/fast_[a-z_]*|/inbetween/(fill_window|residual_sample)|/serve/(hub|http_session|live_session)|/(pickle_machine|pickle_globals|tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|each_person|import_frames|simd))[.]h$" EXCLUDE)
+  REGEX "(_kernel|/fast_[a-z_]*|/inbetween/(fill_window|residual_sample)|/serve/(hub|http_session|live_session)|/(pickle_machine|pickle_globals|tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|each_person|one_blas_thread|import_frames|simd))[.]h$" EXCLUDE)
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "training" EXCLUDE PATTERN "*.safetensors" PATTERN "*.md")
 install(DIRECTORY blender DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "*.py")
 install(FILES ${INHABIT_HELP_DIR}/inhabit.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)

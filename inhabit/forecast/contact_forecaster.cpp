@@ -60,8 +60,9 @@ Clip embodied(const Clip& past, const torch::Tensor& joints) {
 }  // namespace
 
 torch::Tensor Forecast::contact_maps() const {
+  if (!contact_dct.defined()) throw Error("contact maps", "are not made where joints are wanted alone");
   const torch::NoGradGuard no_gradients;
-  return contact_maps_from_dct(contact_dct.unsqueeze(0), frames, joints.size(1))[0];
+  return contact_maps_from_dct(contact_dct.unsqueeze(0), map_frames, joints.size(1))[0];
 }
 
 struct ContactForecaster::Impl {
@@ -109,6 +110,7 @@ int64_t ContactForecaster::hypotheses() const { return impl_->hypothesize ? conf
 
 Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tensor& points) const {
   torch::NoGradGuard no_grad;
+  const nn::OneBlasThread one_blas_thread;  // products are small, and its threads keep a core from what comes next
   const Config& c = config();
   if (past.sizes() != torch::IntArrayRef({c.past, c.joints, 3}))
     throw Error("the forecaster observes (" + std::to_string(c.past) + ", " + std::to_string(c.joints) +
@@ -118,7 +120,7 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
   const torch::Tensor dct = impl_->contact.take()->forward(scene, contact_features(scene, observed, c), observed);
   Forecast out;
   out.contact_dct = dct[0];
-  out.frames = c.frames();
+  out.map_frames = c.frames();
   torch::Tensor contacts = contact_points(scene, dct, c);
   out.joints = frame.to_world(impl_->motion(observed, contacts)[0]);
   const torch::Tensor touching = contacts[0].narrow(2, 3, 1);
@@ -129,7 +131,6 @@ Forecast ContactForecaster::predict(const torch::Tensor& past, const torch::Tens
 
 Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Options& options) const {
   torch::NoGradGuard no_grad;
-  const nn::OneBlasThread one_blas_thread;  // products are small, and its threads keep a core from what comes next
   const Config& c = config();
   if (c.joints != kStandardJoints)
     throw Error("the model", "observes " + std::to_string(c.joints) + " joints, not the standard 22");
@@ -153,6 +154,7 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
                                                   options.points > 0 ? options.points : c.points, random);
   out.forecast = predict(out.past.joints, points);
   if (options.joints_alone) {
+    out.forecast.contact_dct.reset();
     out.prediction.skeleton = out.past.skeleton;
     out.prediction.rate = c.rate;
     out.prediction.joints = out.forecast.joints;

@@ -17,11 +17,13 @@ namespace inhabit::forecast {
 struct Forecast {
   torch::Tensor joints;          ///< (T, J, 3)
   torch::Tensor points;          ///< (N, 3) the scene points that were looked at
-  torch::Tensor contact_dct;     ///< (L*J, N) coefficients of the predicted contact maps, Eq. 5
-  int64_t frames = 0;            ///< P+T
+  torch::Tensor contact_dct;     ///< (L*J, N) coefficients of the predicted contact maps, Eq. 5; undefined where joints
+                                 ///< are wanted alone
+  int64_t map_frames = 0;        ///< P+T, frames of the contact maps
   torch::Tensor contact_points;  ///< (T, J, 4) x y z, then whether the joint is in contact
 
-  /// (P+T, J, N) predicted contact maps, Eq. 6: the larger part of the memory, so that they are made when asked for.
+  /// (P+T, J, N) predicted contact maps, Eq. 6: the larger part of the memory, so that they are made at each call.
+  /// Throws Error where there are no coefficients.
   torch::Tensor contact_maps() const;
 };
 
@@ -42,7 +44,7 @@ struct Options {
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< the prediction is wanted on the standard skeleton alone
   /// The network's joints are wanted alone, on the standard skeleton: no body is fitted to them, nothing is refined and
-  /// no contact map written out, for streams. Result::prediction then has no rotations.
+  /// no coefficients of contact maps are kept, for streams. Result::prediction then has no rotations.
   bool joints_alone = false;
   int64_t samples = 1;  ///< over 1: so many ways to go on are wanted as well, the likeliest of the model's
 };

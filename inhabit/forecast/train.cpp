@@ -69,6 +69,8 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
 /// The networks of a run, stage by stage, and where the weights of each come from.
 class Stages {
  public:
+  Stages(const Stages&) = delete;  // its stages know where it is
+  Stages& operator=(const Stages&) = delete;
   Stages(const TrainRun& run, const Config& config, std::vector<std::string> names)
       : run_(run),
         config_(config),

@@ -9,6 +9,7 @@ namespace inhabit::forecast {
 /// - "motion", the motion network. The paper's: with true contact points. The articulated one: half of the windows with
 ///   what the contact network predicts (of this run, of the model file, or of the one that weights start from), most
 ///   others with true contact points, the rest without any;
+/// - "hypotheses", several ways to go on beside the articulated network's (hypotheses.h);
 /// - "ltd", LTD, a baseline, which must be asked for.
 /// Of the paper's network alone:
 /// - "no_contact", the same without contact points;

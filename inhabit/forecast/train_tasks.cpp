@@ -1,6 +1,9 @@
 #include "inhabit/forecast/train_tasks.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/hypotheses.h"

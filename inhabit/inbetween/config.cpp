@@ -46,6 +46,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.recorded", c.training.recorded);
   visit("training.blocked", c.training.blocked);
   visit("training.way_around", c.training.way_around);
+  visit("training.walked", c.training.walked);
+  visit("training.sliding_weight", c.training.sliding_weight);
   visit("training.noisy", c.training.noisy);
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
@@ -90,6 +92,8 @@ Config preset(const std::string& name) {
     config.training.bfloat16 = true;
     config.training.average = 0.999;
     config.training.noisy = 0.3;
+    config.training.walked = 0.6;
+    config.training.sliding_weight = 8;
   } else if (name != "paper") {
     throw Error("preset '" + name + "'", "unknown; there are compact, paper and features");
   }
@@ -187,6 +191,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.recorded", c.training.recorded, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);
   check.within("training.way_around", c.training.way_around, 0, 1);
+  check.within("training.walked", c.training.walked, 0, 1);
+  check.within("training.sliding_weight", c.training.sliding_weight, 0, 1000);
   check.within("training.noisy", c.training.noisy, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);

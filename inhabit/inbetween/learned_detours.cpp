@@ -15,7 +15,7 @@ namespace {
 
 constexpr int64_t kPlacesChecked = 256;                   // of a path
 constexpr double kLongestLine = kMapCell * kMapLong - 1;  // metres: half a metre of the map is left beyond each key
-constexpr int64_t kSway = 30;                             // frames
+constexpr int64_t kSway = 30;                             // frames: a second, two steps
 constexpr float kRunsInto = 0.07F;                        // metres: nearer than that somebody is in it
 
 /// Whether a path of these sines (2, 14) is free of obstacles away from the keys, and nowhere too quick.
@@ -54,15 +54,22 @@ Tensor walked_detours(const Poses& truth, const Tensor& groups, const SceneDista
   auto detour = out.accessor<float, 2>();
   for (const RootLeg& leg : root_legs(root_places(truth), groups)) {
     if (!line_blocked(scene, {leg.a, leg.b})) continue;
+    const auto at = [&](int64_t t) -> Vector2d {
+      const Eigen::Vector3f root = truth.root(std::clamp(t, leg.from, leg.to));
+      return {root.x(), root.z()};
+    };
+    const auto reflected = [&](int64_t t) -> Vector2d {
+      if (t < leg.from) return 2 * leg.a - at(2 * leg.from - t);
+      if (t > leg.to) return 2 * leg.b - at(2 * leg.to - t);
+      return at(t);
+    };
     std::vector<Vector2d> places;
     std::vector<double> gone = {0};  // metres
     for (int64_t t = leg.from; t <= leg.to; ++t) {
-      // Over a second, without the sway of steps, which tells of the feet.
-      const int64_t half = std::min({kSway / 2, t - leg.from, leg.to - t});
+      // Over a second, without the sway of steps, which tells of the feet; beyond a key as if reflected in it.
       Vector2d sum = Vector2d::Zero();
-      for (int64_t near = t - half; near <= t + half; ++near)
-        sum += Vector2d(truth.root(near).x(), truth.root(near).z());
-      places.emplace_back(sum / static_cast<double>(2 * half + 1));
+      for (int64_t near = t - kSway / 2; near <= t + kSway / 2; ++near) sum += reflected(near);
+      places.emplace_back(sum / static_cast<double>(kSway / 2 * 2 + 1));
       if (places.size() > 1) gone.push_back(gone.back() + (places.back() - places[places.size() - 2]).norm());
     }
     size_t k = 0;

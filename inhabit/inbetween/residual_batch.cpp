@@ -20,7 +20,6 @@ constexpr double kSelfConditioned = 0.5;  // fraction of batches that see an ear
 constexpr double kNoisiest = 0.2;         // fraction of windows at one of the noisiest tenth of the steps
 constexpr double kMostNoise = 2.5;        // level of noise on keys
 constexpr double kNoisyLast = 0.5;        // fraction of noisy windows whose last key is noisy, too, as in long clips
-constexpr double kWalked = 0.6;           // fraction of ways around obstacles that are those which were walked
 constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
 constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
 constexpr int kAcross = 8;                // parts of the line from a baseline's root to the true one
@@ -98,7 +97,7 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const Poses given = key_source(window.poses, noise, random);
     Baseline baseline = baseline_of(given, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
-    if (around && (taken || i == 0) && chance(random, kWalked)) {
+    if (around && (taken || i == 0) && chance(random, c.training.walked)) {
       // In use the way is free, and to be kept to: the one that was walked.
       baseline = baseline_of(given, keys.groups, walked_detours(window.poses, keys.groups, window.scene), noise);
     } else if (around && (taken || i == 0)) {

@@ -15,7 +15,6 @@ namespace {
 constexpr double kPlaceUnit = 0.1, kMoveUnit = 0.02, kInsideUnit = 0.05;  // metres; the second a frame
 constexpr double kStanding = 0.008;                                       // metres a frame
 constexpr double kLow = 0.05, kLowUnit = 0.01;                            // metres over the floor
-constexpr double kSlides = 2;                                             // of feet that slide, beside those that stand
 constexpr double kBendUnit = 0.01, kJerkUnit = 0.01;                      // metres a frame^2 and a frame^3
 constexpr double kLeast = 0.05;  // of distances in these units, in the energy score
 
@@ -156,7 +155,7 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
   }
   const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving), penetration = penetration_loss(b, j.here);
   Losses out = {
-      {"total", frames + joints + moves + config.training.feet_weight * (feet + kSlides * slides) +
+      {"total", frames + joints + moves + config.training.feet_weight * feet + config.training.sliding_weight * slides +
                     config.training.penetration_weight * penetration},
       {"frames", frames},
       {"joints", joints},

@@ -19,7 +19,7 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
 Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
                        bool bfloat16);
 
-/// How fast feet near the floor go, as foot_skating() counts it but with gradients: low x robust(speed), low falling
+/// How fast feet near the floor go, as foot_skating() but with gradients and stricter: low x robust(speed), low falling
 /// from 1 to 0 around 5 cm, speed beyond 8 mm a frame in units of 2 cm, the mean over ankles and balls of both feet. A
 /// sample takes its steps at other times than the truth does: what must not happen is that its own footholds slide.
 /// @param joints (B, T, 22, 3) metres, floor at y = 0. @param moving (B, T - 1, 1) 1 where a step counts

@@ -38,6 +38,8 @@ Config of_path_alone(const Config& file, const Config& config) {
 /// The networks of a run, stage by stage, and where the weights of each come from.
 class Stages {
  public:
+  Stages(const Stages&) = delete;  // its stages know where it is
+  Stages& operator=(const Stages&) = delete;
   Stages(const TrainRun& run, const Config& config) : run_(run), config_(config), names_(stages_of(run)) {
     const bool moves = names_.front() != "path";
     if (run.from.empty() && (!moves || (names_.front() != "denoiser" && !run.resume)))

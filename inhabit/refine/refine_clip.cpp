@@ -20,6 +20,7 @@
 #include "inhabit/refine/noise.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
+#include "inhabit/refine/terms.h"
 #include "inhabit/refine/weights.h"
 #include "inhabit/scene/objects.h"
 
@@ -52,7 +53,6 @@ constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the sc
 constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
 constexpr int kRounds = 2;
 constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
-constexpr int64_t kMostCoupling = 3;                        // frames: of smoothness of order 3
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
 double squared(double x) { return x * x; }
@@ -361,7 +361,7 @@ class Refinement {
     while (begin < end && kept(end - 1)) --end;
     if (begin == end) return;
     // Of the frames that stay around it only those matter that terms tie to others.
-    const int64_t from = std::max(first, begin - kMostCoupling), to = std::min(last, end + kMostCoupling);
+    const int64_t tied = coupling(problem_), from = std::max(first, begin - tied), to = std::min(last, end + tied);
     Problem part = part_of(problem_, found, from, to);
     std::fill_n(part.fixed.begin(), begin - from, 1);
     std::fill_n(part.fixed.rbegin(), to - end, 1);

@@ -1,6 +1,8 @@
 #include "inhabit/train/model_mean.h"
 
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "inhabit/error.h"
@@ -8,6 +10,22 @@
 namespace inhabit {
 
 using torch::Tensor;
+
+namespace {
+
+/// What models must have in common: all but how they were trained.
+std::map<std::string, std::string> sizes_of(const SafeTensors& model) {
+  std::map<std::string, std::string> out = model.metadata;
+  const auto config = out.find("config");
+  if (config == out.end()) return out;
+  auto fields = nlohmann::json::parse(config->second, nullptr, /*allow_exceptions=*/false);
+  if (!fields.is_object()) return out;
+  fields.erase("training");
+  config->second = fields.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return out;
+}
+
+}  // namespace
 
 SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vector<double>& weights) {
   if (paths.empty()) throw Error("mean of models", "needs one or more");
@@ -23,7 +41,7 @@ SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vec
   std::map<std::string, Tensor> sums;
   for (size_t i = 0; i < paths.size(); ++i) {
     const SafeTensors model = i == 0 ? mean : read_safetensors(paths[i]);
-    if (model.metadata != mean.metadata) throw Error(paths[i], "has another configuration than " + paths[0]);
+    if (sizes_of(model) != sizes_of(mean)) throw Error(paths[i], "has another configuration than " + paths[0]);
     if (model.tensors.size() != mean.tensors.size()) throw Error(paths[i], "has other tensors than " + paths[0]);
     for (const auto& [name, first] : mean.tensors) {
       const auto found = model.tensors.find(name);

@@ -35,7 +35,8 @@ void add_forecast(py::module_& m) {
           "(N, 3) float32, metres: the scene points that were looked at.")
       .def_property_readonly(
           "contact_maps", [](const ForecastResult& r) { return r.forecast.contact_maps(); },
-          "(P + T, 22, N) float32 predicted contact maps (Eq. 6), 1 where a joint touches a point.")
+          "(P + T, 22, N) float32 predicted contact maps (Eq. 6), 1 where a joint touches a point; made at each "
+          "access.")
       .def_property_readonly(
           "contact_points", [](const ForecastResult& r) { return r.forecast.contact_points; },
           "(T, 22, 4) float32: x y z metres, then whether the joint is in contact.");

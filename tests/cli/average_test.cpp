@@ -2,6 +2,8 @@
 // weighted mean of theirs, and models that have no mean are refused.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "anticipate/small_networks.h"
 #include "cli/refusal.h"
 #include "inhabit/anticipate/model_file.h"
@@ -66,8 +68,17 @@ TEST(Average, RefusesModelsThatHaveNone) {
   refused(a, {"1 weights for 2 models"}, " --weights 1");
   refused(a, {"weights must be"}, " --weights 1 nan");
   refused(a, {"weights must be"}, " --weights 0 0");
-  refused(changed("config.safetensors", [](SafeTensors& m) { m.metadata["config"] += " "; }),
-          {"config.safetensors", "another configuration"});
+  const auto with = [](const char* group, const char* field, double value) {
+    return [=](SafeTensors& m) {
+      auto config = nlohmann::json::parse(m.metadata["config"]);
+      (*group == 0 ? config : config[group])[field] = value;
+      m.metadata["config"] = config.dump();
+    };
+  };
+  refused(changed("config.safetensors", with("", "rate", 7)), {"config.safetensors", "another configuration"});
+  const std::string tuned = changed("tuned.safetensors", with("training", "batch", 7));
+  EXPECT_EQ(run_command("average " + a + " " + tuned + " -o " + (folder / "m.safetensors")).exit_code, 0)
+      << "trained in another way, the same networks";
   refused(changed("fewer.safetensors", [&](SafeTensors& m) { m.tensors.erase(some); }),
           {"fewer.safetensors", "other tensors"});
   refused(changed("shape.safetensors",

@@ -7,11 +7,11 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "dense_band.h"
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/refine/terms.h"
-#include "tests/dense_band.h"
 
 namespace inhabit::refine {
 namespace {
