@@ -27,7 +27,7 @@ INHABIT_INLINE void product_tile(const double* a, const double* b, int64_t strid
 #pragma GCC unroll 8
     for (int v = 0; v < kVectors; ++v) sum[r][v] = V::at(c + r * c_stride + v * kWidth);
   }
-  for (int64_t i = 0; i < depth; ++i, a += stride, b += stride) {
+  for (const double* const end = a + depth * stride; a != end; a += stride, b += stride) {
     typename V::type right[kVectors];
 #pragma GCC unroll 8
     for (int v = 0; v < kVectors; ++v) right[v] = V::at(b + v * kWidth);
