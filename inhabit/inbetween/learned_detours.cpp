@@ -15,7 +15,7 @@ namespace {
 
 constexpr int64_t kPlacesChecked = 256;                   // of a path
 constexpr double kLongestLine = kMapCell * kMapLong - 1;  // metres: half a metre of the map is left beyond each key
-constexpr int64_t kSway = 30;                             // frames: a second, two steps
+constexpr int64_t kHalfSway = 15;                         // frames: half a second, a step
 constexpr float kRunsInto = 0.07F;                        // metres: nearer than that somebody is in it
 
 /// Whether a path of these sines (2, 14) is free of obstacles away from the keys, and nowhere too quick.
@@ -55,7 +55,7 @@ Tensor walked_detours(const Poses& truth, const Tensor& groups, const SceneDista
   for (const RootLeg& leg : root_legs(root_places(truth), groups)) {
     if (!line_blocked(scene, {leg.a, leg.b})) continue;
     const auto at = [&](int64_t t) -> Vector2d {
-      const Eigen::Vector3f root = truth.root(std::clamp(t, leg.from, leg.to));
+      const Eigen::Vector3f& root = truth.root(std::clamp(t, leg.from, leg.to));
       return {root.x(), root.z()};
     };
     const auto reflected = [&](int64_t t) -> Vector2d {
@@ -68,8 +68,8 @@ Tensor walked_detours(const Poses& truth, const Tensor& groups, const SceneDista
     for (int64_t t = leg.from; t <= leg.to; ++t) {
       // Over a second, without the sway of steps, which tells of the feet; beyond a key as if reflected in it.
       Vector2d sum = Vector2d::Zero();
-      for (int64_t near = t - kSway / 2; near <= t + kSway / 2; ++near) sum += reflected(near);
-      places.emplace_back(sum / static_cast<double>(kSway / 2 * 2 + 1));
+      for (int64_t near = t - kHalfSway; near <= t + kHalfSway; ++near) sum += reflected(near);
+      places.emplace_back(sum / static_cast<double>(2 * kHalfSway + 1));
       if (places.size() > 1) gone.push_back(gone.back() + (places.back() - places[places.size() - 2]).norm());
     }
     size_t k = 0;
