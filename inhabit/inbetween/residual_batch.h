@@ -29,9 +29,8 @@ struct ResidualBatch {
 };
 
 /// Windows drawn anew: `recorded` of them recorded motion, every second one mirrored, their keys far apart or as in the
-/// paper, obstacles in the way of the baseline in `blocked` of them, which
-/// goes around in `way_around` (learned_detours.h has the ways that were walked). @param table (61, 135), see
-/// residual_scale
+/// paper, obstacles in the way of the baseline in `blocked` of them; it goes around in `way_around`, by a `walked` way
+/// (learned_detours.h) or A*'s. @param table (61, 135), see residual_scale
 ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const torch::Tensor& table, size_t count,
                          uint64_t seed);
 
