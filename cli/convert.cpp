@@ -32,7 +32,7 @@ bool into_folder(const Convert& o) {
 void convert_many(const Convert& o) {
   const std::string out = o.files.back();
   std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
-  std::map<std::string, std::string> targets;
+  std::map<std::string, std::string> targets, made;
   for (const inhabit::Conversion& each : inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format)) {
     files.push_back(each.in);
     targets[each.in] = each.out;
@@ -49,7 +49,7 @@ void convert_many(const Convert& o) {
           inhabit::Notes own;
           std::error_code failed;  // where it cannot be made, the file cannot be written, which is said
           std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), failed);
-          const std::string written = inhabit::convert_file(file, targets[file], o.options, &own);
+          const std::string written = inhabit::convert_file(file, targets[file], o.options, &own, &made);
           for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
           end_progress();
           std::printf("%s: %s\n", targets[file].c_str(), written.c_str());

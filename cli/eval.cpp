@@ -36,10 +36,10 @@ std::vector<inhabit::anticipate::Fold> folds_of(const AnticipateOptions& o, inha
   std::vector<std::pair<std::string, anticipate::Networks>> models;
   for (const std::string& file : files) {
     models.emplace_back(file, anticipate::load_networks(model_file(file, "")));
-    inhabit::set_used(models.back().second.config, o.settings, {"inference."});
+    inhabit::set_used(models.back().second.config, o.settings);
   }
   anticipate::Config config;  // of rows without a model
-  inhabit::set_used(config, o.settings, {"inference."});
+  inhabit::set_used(config, o.settings);
   return anticipate::evaluation_folds(o.data, o.split, models, config, &notes);
 }
 
@@ -175,7 +175,7 @@ void add_eval_interact(CLI::App& verb) {
     InteractFiles files;
     for (const std::string& model : o->models) {
       files.emplace_back(model, interact::load_networks(model_file(model, "")));
-      inhabit::set_used(files.back().second.config, o->settings, {"inference."});
+      inhabit::set_used(files.back().second.config, o->settings);
     }
     const auto write_table = [&](const ScoreTable& table) {
       if (table.rows.empty()) return say_part(parts);

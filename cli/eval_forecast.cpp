@@ -44,7 +44,7 @@ inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
   if (!o.json.empty()) require_writable(o.json);
   inhabit::forecast::Networks model =
       inhabit::forecast::load_networks(inhabit::model_file(o.model, "forecast-compact.safetensors"));
-  inhabit::set_used(model.config, o.settings, {"points=", "radius=", "contact_threshold="});
+  inhabit::set_used(model.config, o.settings);
   return model;
 }
 

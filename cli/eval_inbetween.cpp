@@ -28,8 +28,6 @@ using namespace inhabit;
 using inbetween::Layout;
 using inbetween::Method;
 
-const std::vector<std::string> kUse = {"inference.", "t_star="};
-
 /// The models that are measured, and what is done with them.
 struct ModelRows {
   std::vector<std::string> models, settings, rows;
@@ -64,7 +62,7 @@ void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::
     options.way = inbetween::way_named(setting.substr(4));
     return other_way = true;
   });
-  set_used(networks.config, settings, kUse);
+  set_used(networks.config, settings);
   for (Method& row : inbetween::model_rows(name, networks, options, plain || other_way))
     methods.push_back(std::move(row));
 }
@@ -88,7 +86,7 @@ std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config, bool noi
     methods = inbetween::interpolation_rows(noisy, o.refine);
   for (const std::string& file : o.models) {
     inbetween::Networks networks = inbetween::load_networks(model_file(file, ""));
-    set_used(networks.config, o.settings, kUse);
+    set_used(networks.config, o.settings);
     config = networks.config;
     if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
     for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {

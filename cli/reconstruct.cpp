@@ -10,6 +10,7 @@
 #include "inhabit/io/files.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/nn/used_settings.h"
 #include "inhabit/reconstruct/evaluate.h"
 #include "inhabit/reconstruct/input_files.h"
 #include "inhabit/reconstruct/reconstruction_page.h"
@@ -17,6 +18,7 @@
 #include "interrupted.h"
 #include "outputs.h"
 #include "progress.h"
+#include "settings.h"
 #include "verbs.h"
 
 namespace {
@@ -32,11 +34,12 @@ struct ReconstructArguments {
   reconstruct::Options options;
 };
 
-inbetween::SceneInbetweener noise_aware(const std::string& given) {
+inbetween::SceneInbetweener noise_aware(const std::string& given, const std::vector<std::string>& settings = {}) {
   const std::string model = model_file(given, "inbetween-noisy.safetensors");
-  auto out = inbetween::SceneInbetweener::load(model);
-  if (out.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
-  return out;
+  inbetween::Networks networks = inbetween::load_networks(model);
+  if (networks.config.t_star == 0) throw Error(model, "was not trained on noisy key frames");
+  set_used(networks.config, settings);
+  return inbetween::SceneInbetweener(networks);
 }
 
 void say_result(const reconstruct::Result& r) {
@@ -136,6 +139,7 @@ void add_eval_reconstruct(CLI::App& eval) {
   struct Arguments {
     reconstruct::Evaluation evaluation;
     std::string model, json, shard;
+    std::vector<std::string> settings;
     bool no_objects = false;
   };
   CLI::App* verb = eval.add_subcommand("reconstruct", "Reconstruction of rendered rooms with known errors");
@@ -165,6 +169,7 @@ void add_eval_reconstruct(CLI::App& eval) {
       "The depth's scale by the body alone, as the paper does");
   verb->add_flag("--no-objects", o->no_objects, "Only the body: no object meshes");
   verb->add_option("--model", o->model, "Noise-aware model of in-betweening (default: the one that ships)");
+  add_settings(*verb, o->settings);
   verb->add_option("--keep", e.keep,
                    "Folder that the first room's files are written to, as `inhabit reconstruct` reads them");
   verb->add_option("--json", o->json, "Also write the table as JSON");
@@ -177,7 +182,8 @@ void add_eval_reconstruct(CLI::App& eval) {
     evaluation.objects = !o->no_objects;
     evaluation.render.height = evaluation.render.width * 3 / 4;
     evaluation.progress = progress_of("rooms");
-    const std::vector<reconstruct::Errors> errors = reconstruct::evaluate(noise_aware(o->model), evaluation);
+    const std::vector<reconstruct::Errors> errors =
+        reconstruct::evaluate(noise_aware(o->model, o->settings), evaluation);
     if (errors.empty()) return say_part(evaluation.parts);
     const ScoreTable table = reconstruct::table_of(errors);
     if (!o->json.empty()) write_atomically(o->json, rows_json(table).dump(2) + "\n");

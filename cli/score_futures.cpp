@@ -1,21 +1,12 @@
 #include <cmath>
 
 #include "inhabit/error.h"
-#include "inhabit/motion/local_pose.h"
 #include "score.h"
 
 using namespace inhabit;
 using Json = nlohmann::ordered_json;
 
 namespace {
-
-std::vector<NamedMotion> joints_of(const std::vector<ScoredClip>& clips, const Skeleton& bones = {}) {
-  std::vector<NamedMotion> out;
-  out.reserve(clips.size());
-  for (const ScoredClip& of : clips)
-    out.push_back({of.name, bones.size() == 0 ? of.clip.joints : on_skeleton(of.clip, bones).joints});
-  return out;
-}
 
 Json at_seconds(const torch::Tensor& by_frame, double rate, double scale) {
   Json out = Json::array();
@@ -34,11 +25,9 @@ void score_ndms_of(Score& given) {
   options.rate = given.rate;
   const auto reference = score_clips(given, given.reference, given.reading_reference,
                                      options.rate * static_cast<double>(options.reference_stride));
-  // All on the bones of the first reference, as `eval anticipate` has them on those of the training data.
-  const Skeleton bones = reference.front().clip.skeleton;
   const auto motions =
       score_clips(given, given.motion, given.reading, options.rate, std::max(options.kappa, options.observed + 1));
-  const NdmsScore score = score_ndms(joints_of(motions, bones), joints_of(reference, bones), options);
+  const NdmsScore score = score_ndms(motions, reference, options);
   report_scores(
       given,
       {{"ndms", score.ndms},

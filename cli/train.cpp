@@ -50,18 +50,6 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   });
 }
 
-/// "both" and "all" in the place of the stages they stand for.
-void expand(std::vector<std::string>& stages, const inhabit::forecast::Config& config) {
-  if (stages == std::vector<std::string>{"both"}) stages = {"contact", "motion"};
-  if (stages == std::vector<std::string>{"all"}) {
-    stages = {"contact", "motion", "ltd"};
-    if (config.decoder == "recurrent")
-      stages.insert(stages.end(), {"no_contact", "adapt"});
-    else if (config.articulated.hypotheses > 0)
-      stages.emplace_back("hypotheses");
-  }
-}
-
 }  // namespace
 
 void add_train(CLI::App& app) {
@@ -72,13 +60,10 @@ void add_train(CLI::App& app) {
       *verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
       "Which of contact, motion, hypotheses (several ways to go on) and ltd (a baseline), and of preset paper "
       "no_contact and adapt (motion on predicted contacts); both: contact and motion; all (default: all but ltd)",
-      inhabit::forecast::preset, [](inhabit::TrainRun& run, const inhabit::forecast::Config& config) {
-        expand(run.stages, config);
-        return inhabit::forecast::train(run, config);
-      });
+      inhabit::forecast::preset, inhabit::forecast::train);
   add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",
                "cmu:FOLDER, h36m:FOLDER or a native data set folder",
-               "Which of intention (ours), seq2seq and ltd (default: all)", inhabit::anticipate::preset,
+               "Which of intention (ours), seq2seq, ltd and hisrep (default: all)", inhabit::anticipate::preset,
                [](inhabit::TrainRun& run, const inhabit::anticipate::Config& config) {
                  inhabit::Notes notes;
                  const bool done = inhabit::anticipate::train(run, config, &notes);

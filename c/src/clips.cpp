@@ -5,6 +5,7 @@
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/motion/usual_skeleton.h"
+#include "inhabit/version.h"
 
 namespace inhabit::c {
 namespace {

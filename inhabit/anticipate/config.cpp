@@ -57,6 +57,10 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("baselines.ltd_future", c.baselines.ltd_future);
   visit("baselines.ltd_hidden", c.baselines.ltd_hidden);
   visit("baselines.ltd_blocks", c.baselines.ltd_blocks);
+  visit("baselines.hisrep_query", c.baselines.hisrep_query);
+  visit("baselines.hisrep_future", c.baselines.hisrep_future);
+  visit("baselines.hisrep_hidden", c.baselines.hisrep_hidden);
+  visit("baselines.hisrep_blocks", c.baselines.hisrep_blocks);
 };
 
 }  // namespace
@@ -87,9 +91,6 @@ Config preset(const std::string& name) {
     c.training.average = 0;
     c.training.label_frames = 100;
     c.training.discriminator_hidden = 512;
-    c.baselines.seq2seq_hidden = 1024;
-    c.baselines.ltd_hidden = 256;
-    c.baselines.ltd_blocks = 12;
   } else if (name != "compact") {
     throw Error("preset '" + name + "'", "unknown; there are compact and paper");
   }
@@ -126,7 +127,8 @@ void validate(const Config& c, const std::string& subject) {
                                     {"training.discriminator_hidden", c.training.discriminator_hidden},
                                     {"intention_features", c.intention_features},
                                     {"baselines.seq2seq_hidden", c.baselines.seq2seq_hidden},
-                                    {"baselines.ltd_hidden", c.baselines.ltd_hidden}})
+                                    {"baselines.ltd_hidden", c.baselines.ltd_hidden},
+                                    {"baselines.hisrep_hidden", c.baselines.hisrep_hidden}})
     check.within(name, width, 1, 4096);
   check.within("noise", c.noise, 0, c.hidden - 1);
   // Judged from the last observed frames on, and in stretches of 30 frames of longer runs.
@@ -152,6 +154,10 @@ void validate(const Config& c, const std::string& subject) {
   check.within("baselines.ltd_past", c.baselines.ltd_past, 1, c.observed);
   check.within("baselines.ltd_future", c.baselines.ltd_future, 1, c.future);
   check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);
+  check.within("baselines.hisrep_query", c.baselines.hisrep_query, 2, c.observed - 1);
+  check.within("baselines.hisrep_future", c.baselines.hisrep_future, 1,
+               std::min(c.future, c.observed - c.baselines.hisrep_query));
+  check.within("baselines.hisrep_blocks", c.baselines.hisrep_blocks, 1, 64);
 }
 
 }  // namespace inhabit::anticipate

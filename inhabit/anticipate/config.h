@@ -62,18 +62,25 @@ struct Config {
     bool operator==(const Inference&) const = default;  ///< compares all settings
   } inference;                                          ///< the memory's are looked at in training as well
 
-  /// Sizes and training of what the networks are compared with.
+  /// Sizes, their authors' by default, and training of what the networks are compared with.
   struct Baselines {
     int steps = 2000;             ///< updates of each network's weights
     double learning_rate = 1e-3;  ///< its peak
-    int seq2seq_hidden = 256;     ///< residual sequence-to-sequence GRU (the original: 1024)
+    int seq2seq_hidden = 1024;    ///< residual sequence-to-sequence GRU
     int ltd_past = 25;            ///< LTD: frames seen
     int ltd_future = 25;          ///< frames predicted at a time
-    int ltd_hidden = 128;         ///< (the original: 256)
-    int ltd_blocks = 6;           ///< residual blocks (the original: 12)
+    int ltd_hidden = 256;         ///< width
+    int ltd_blocks = 12;          ///< residual blocks
+    int hisrep_query = 10;        ///< HisRep: frames that are compared with earlier ones
+    int hisrep_future = 10;       ///< frames predicted at a time
+    int hisrep_hidden = 256;      ///< width
+    int hisrep_blocks = 12;       ///< residual blocks
 
     bool operator==(const Baselines&) const = default;  ///< compares all settings
   } baselines;                                          ///< not looked at in use
+
+  /// What settings that say how trained networks are used begin with (nn/used_settings.h).
+  static std::vector<std::string> used() { return {"inference."}; }
 
   bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };

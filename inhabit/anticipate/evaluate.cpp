@@ -43,6 +43,9 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
         {"seq2seq", [=, &n](const Tensor& past, uint64_t) { return seq2seq_future(n, past.unsqueeze(0), frames); }});
   if (!n.ltd.is_empty())
     out.push_back({"LTD", [=, &n](const Tensor& past, uint64_t) { return ltd_future(n, past.unsqueeze(0), frames); }});
+  if (!n.hisrep.is_empty())
+    out.push_back(
+        {"HisRep", [=, &n](const Tensor& past, uint64_t) { return hisrep_future(n, past.unsqueeze(0), frames); }});
   if (n.forecasts()) {
     const FutureFunction ours = future_function(n);
     out.push_back({"ours",
@@ -55,7 +58,7 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   return out;
 }
 
-constexpr int64_t kMostMethods = 8;
+constexpr int64_t kMostMethods = 9;
 
 /// What every observation is measured for, over all folds, a row each.
 class Observations {
@@ -292,14 +295,14 @@ double validation_ndms(const Networks& networks, const std::vector<Sequence>& se
   return mean.value();
 }
 
-double validation_error(const Networks& networks, bool ltd, const std::vector<Sequence>& sequences) {
+double validation_error(const Networks& networks, BaselineFuture baseline, const std::vector<Sequence>& sequences) {
   const Config& c = networks.config;
   Mean mean;
   for (const Cut& window : test_windows(sequences, c, 32)) {
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
-    const Tensor future = ltd ? ltd_future(networks, past, known) : seq2seq_future(networks, past, known);
+    const Tensor future = baseline(networks, past, known);
     const Tensor truth = features.slice(0, window.now, window.now + known);
     mean.add((feature_poses(future[0]) - feature_poses(truth)).norm(2, {2}).mean().item<double>());
   }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/data/measured_parts.h"
@@ -82,6 +83,6 @@ nlohmann::ordered_json table_json(const Table& table);
 /// action.
 double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
 /// Mean joint error, metres, of a baseline over the first second.
-double validation_error(const Networks& networks, bool ltd, const std::vector<Sequence>& sequences);
+double validation_error(const Networks& networks, BaselineFuture baseline, const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate

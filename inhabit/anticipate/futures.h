@@ -26,10 +26,13 @@ Followed followed_motion(const Networks& networks, const torch::Tensor& past, co
 /// The networks step by step, as they are trained. @param past (S, t, F) metres and radians, or one for all (1, t, F).
 Futures plain_futures(const Networks& networks, const torch::Tensor& past, const FutureNoise& noise, int64_t frames);
 
-/// The two compared networks; deterministic. (B, t, F) -> (B, frames, F), metres and radians. LTD goes on on its own
-/// predictions.
+/// The networks that ours are compared with; deterministic. (B, t, F) -> (B, frames, F), metres and radians. LTD and
+/// HisRep go on on their own predictions.
 torch::Tensor seq2seq_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
 torch::Tensor ltd_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
+torch::Tensor hisrep_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
+/// One of them.
+using BaselineFuture = torch::Tensor (*)(const Networks& networks, const torch::Tensor& past, int64_t frames);
 
 /// Futures of the authors' networks: labels for the next four seconds are forecast from the last two, as probabilities,
 /// and poses follow them; then again from what was forecast. Arguments as in plain_futures; the Gumbel noise is unused.

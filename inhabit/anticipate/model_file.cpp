@@ -13,6 +13,11 @@ nn::TrajectoryGraph make_ltd(const Config& c) {
   return nn::TrajectoryGraph(kFeatureCount, b.ltd_past, b.ltd_future, b.ltd_hidden, b.ltd_blocks);
 }
 
+nn::MotionAttention make_hisrep(const Config& c) {
+  const Config::Baselines& b = c.baselines;
+  return nn::MotionAttention(kFeatureCount, b.hisrep_query, b.hisrep_future, b.hisrep_hidden, b.hisrep_blocks);
+}
+
 SafeTensors model_header(const Config& config, const Skeleton& skeleton, const FeatureScale& scale) {
   SafeTensors content = nn::model_content(kSystem, to_json(config));
   content.tensors["skeleton.offsets"] = skeleton.offsets;
@@ -99,6 +104,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   if (!networks.released_pose.is_empty()) nn::collect_parameters(*networks.released_pose, "pose_net.", content);
   if (!networks.seq2seq.is_empty()) nn::collect_parameters(*networks.seq2seq, "seq2seq_net.", content);
   if (!networks.ltd.is_empty()) nn::collect_parameters(*networks.ltd, "ltd_net.", content);
+  if (!networks.hisrep.is_empty()) nn::collect_parameters(*networks.hisrep, "hisrep_net.", content);
   write_safetensors(path, content, half);
 }
 
@@ -118,8 +124,9 @@ Networks load_networks(const std::string& path) {
   }
   n.seq2seq = file.network("seq2seq_net.", [&] { return Seq2SeqNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
+  n.hisrep = file.network("hisrep_net.", [&] { return make_hisrep(n.config); });
   if (n.intention.is_empty() && n.pose.is_empty() && n.released_intention.is_empty() && n.released_pose.is_empty() &&
-      n.seq2seq.is_empty() && n.ltd.is_empty())
+      n.seq2seq.is_empty() && n.ltd.is_empty() && n.hisrep.is_empty())
     throw Error(path, "holds no network");
   if (!n.released_pose.is_empty()) {
     n.clusters.codes = file.tensor("clusters.codes", {n.config.labels, kLabelCode});

@@ -9,6 +9,7 @@
 #include "inhabit/anticipate/released_networks.h"
 #include "inhabit/body/skeleton.h"
 #include "inhabit/io/safetensors.h"
+#include "inhabit/nn/motion_attention.h"
 #include "inhabit/nn/trajectory_graph.h"
 
 namespace inhabit::anticipate {
@@ -26,6 +27,7 @@ struct Networks {
   ReleasedPoseNetwork released_pose{nullptr};            ///< likewise
   Seq2SeqNetwork seq2seq{nullptr};                       ///< "seq2seq_net."
   nn::TrajectoryGraph ltd{nullptr};                      ///< "ltd_net.", LTD
+  nn::MotionAttention hisrep{nullptr};                   ///< "hisrep_net.", HisRep
 
   /// Whether the networks that forecast intention and pose are there.
   bool forecasts() const {
@@ -36,6 +38,7 @@ struct Networks {
 
 /// A new network of the config's sizes.
 nn::TrajectoryGraph make_ltd(const Config& config);
+nn::MotionAttention make_hisrep(const Config& config);
 
 /// What files of this system say they are of.
 inline constexpr const char* kSystem = "intention-anticipation";

@@ -345,32 +345,61 @@ BaselineBatch baseline_batch(const Data& data, const Config& c, const std::vecto
   return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known)};
 }
 
-/// Seq2Seq or LTD: joint error over the first second.
+/// What ours is compared with, and how it is trained: by the error of the first `frames`.
+struct Baseline {
+  int64_t frames;
+  std::shared_ptr<torch::nn::Module> network;
+  std::function<Tensor(const Tensor& past)> forecast;  ///< (B, observed, F) -> (B, frames, F), standardised
+  BaselineFuture future;
+};
+
+/// Of the name of its stage; its network, new, is among `networks` from then on.
+Baseline make_baseline(const std::string& name, Networks& networks) {
+  const Config& c = networks.config;
+  if (name == "ltd") {
+    networks.ltd = make_ltd(c);
+    return {c.baselines.ltd_future, networks.ltd.ptr(),
+            [network = networks.ltd, from = c.observed - c.baselines.ltd_past](const Tensor& past) mutable {
+              return network->forward(past.slice(1, from));
+            },
+            ltd_future};
+  }
+  if (name == "hisrep") {
+    networks.hisrep = make_hisrep(c);
+    return {c.baselines.hisrep_future, networks.hisrep.ptr(),
+            [network = networks.hisrep](const Tensor& past) mutable { return network->forward(past); }, hisrep_future};
+  }
+  networks.seq2seq = Seq2SeqNetwork(c);
+  const int64_t second = std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
+  return {second, networks.seq2seq.ptr(),
+          [network = networks.seq2seq, second](const Tensor& past) mutable { return network->forward(past, second); },
+          seq2seq_future};
+}
+
+/// Seq2Seq, LTD or HisRep, by their joint error.
 TrainTask baseline_task(const std::string& name, Networks& networks, const Data& data,
                         const std::vector<Sequence>& validation, torch::Device device) {
   const Config& c = networks.config;
-  const bool ltd = name == "ltd";
-  const int64_t frames = ltd ? c.baselines.ltd_future : std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
+  const Baseline baseline = make_baseline(name, networks);
   TrainTask task;
-  if (ltd)
-    task.module = (networks.ltd = make_ltd(c)).ptr();
-  else
-    task.module = (networks.seq2seq = Seq2SeqNetwork(c)).ptr();
+  task.module = baseline.network;
   task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
   task.prepare = batches(
-      [&, frames](const TrainStep& step) { return baseline_batch(data, c, step.indices, step.seed, frames); },
-      [&, frames, ltd, device, scale = networks.scale.to(device)](const BaselineBatch& on_cpu, const TrainStep&) {
+      [&, frames = baseline.frames](const TrainStep& step) {
+        return baseline_batch(data, c, step.indices, step.seed, frames);
+      },
+      [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
+                                                                                   const TrainStep&) {
         const BaselineBatch b = on_cpu.on(device);
-        const Tensor forecast = ltd ? networks.ltd->forward(b.past.slice(1, c.observed - c.baselines.ltd_past))
-                                    : networks.seq2seq->forward(b.past, frames);
+        const Tensor forecast = forecast_of(b.past);
         const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
                      root = root_reconstruction_loss(forecast, b.future, b.known);
         return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
       });
-  task.validate = [&, ltd, device, module = task.module] {
-    const OnCpu moved(device, {module});
-    return validation_error(networks, ltd, validation);
+  task.validate = [&, baseline, device] {
+    const OnCpu moved(device, {baseline.network});
+    return validation_error(networks, baseline.future, validation);
   };
   return task;
 }
@@ -380,7 +409,7 @@ TrainTask baseline_task(const std::string& name, Networks& networks, const Data&
 bool train(const TrainRun& run, const Config& config, Notes* notes) {
   validate(config, run.out);
   const std::vector<std::string> names =
-      chosen_stages(run.stages, {"intention", "seq2seq", "ltd"}, {"intention", "seq2seq", "ltd"});
+      chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep"}, {"intention", "seq2seq", "ltd", "hisrep"});
   if (run.data.size() != 1) throw Error("data", "is one folder here, not " + std::to_string(run.data.size()));
   if (!run.from.empty()) throw Error("from", "is not for anticipation: a run starts at random");
   const std::string& source = run.data.front();

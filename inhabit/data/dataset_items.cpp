@@ -12,6 +12,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/json_text.h"
+#include "inhabit/version.h"
 
 namespace inhabit {
 namespace {
@@ -51,7 +52,8 @@ std::string unfinished_path(const Dataset& dataset) {
 /// The items that an unfinished run has made: a first line with its job, then a line for each.
 class Unfinished {
  public:
-  Unfinished(const Dataset& dataset, const json& job) : path_(unfinished_path(dataset)), head_(job.dump()) {
+  Unfinished(const Dataset& dataset, const json& job)
+      : path_(unfinished_path(dataset)), head_(json({{"version", INHABIT_VERSION}, {"job", job}}).dump()) {
     if (std::filesystem::exists(path_)) read(dataset.folder);
   }
 
@@ -80,8 +82,9 @@ class Unfinished {
     std::string line;
     std::getline(lines, line);
     if (line != head_)
-      throw Error(path_,
-                  "is of a run with other settings that was not finished: give those again, or remove " + folder);
+      throw Error(path_, "is of a run with other settings, or of another version than " INHABIT_VERSION
+                         ", that was not finished: finish it as it was begun, or remove " +
+                             folder);
     DatasetItems found;
     try {
       while (std::getline(lines, line) && !lines.eof()) read_item(json::parse(line), found);

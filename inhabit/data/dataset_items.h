@@ -29,7 +29,7 @@ DatasetItems gather_items(Dataset& dataset, DatasetItems items);
 /// @param job all that the items depend on. @param shard_items their places in the whole job. @param make called with
 /// such a place, from several threads at once
 /// @return what gather_items does. Throws Error(FOLDER/unfinished.jsonl, ...) where the run that was ended had another
-/// job
+/// job, or was of another version of this library, which may make other clips of it
 DatasetItems make_items(Dataset& dataset, const nlohmann::json& job, const std::vector<int64_t>& shard_items,
                         const Progress& progress, const std::function<DatasetItem(int64_t item)>& make);
 

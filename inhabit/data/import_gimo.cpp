@@ -5,7 +5,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "inhabit/body/vposer.h"
+#include "inhabit/data/vposer.h"
 #include "inhabit/data/import_frames.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"

@@ -106,6 +106,9 @@ struct Config {
 
   /// P + T, of a window.
   int frames() const { return past + future; }
+  /// What settings that say how trained networks are used begin with (nn/used_settings.h).
+  static std::vector<std::string> used() { return {"points=", "radius=", "contact_threshold="}; }
+
   bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 

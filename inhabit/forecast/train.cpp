@@ -25,9 +25,15 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   std::vector<std::string> usual = {"contact", "motion"};
   if (is_articulated(config) && config.articulated.hypotheses > 0) usual.emplace_back("hypotheses");
   if (!is_articulated(config)) usual.insert(usual.end(), {"no_contact", "adapt"});
+  std::vector<std::string> asked = run.stages;
+  if (asked == std::vector<std::string>{"both"}) asked = {"contact", "motion"};
+  if (asked == std::vector<std::string>{"all"}) {
+    asked = usual;
+    asked.emplace_back("ltd");
+  }
   std::vector<std::string> names =
-      is_articulated(config) ? chosen_stages(run.stages, {"contact", "motion", "hypotheses", "ltd"}, usual)
-                             : chosen_stages(run.stages, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
+      is_articulated(config) ? chosen_stages(asked, {"contact", "motion", "hypotheses", "ltd"}, usual)
+                             : chosen_stages(asked, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
   if (among(names, "hypotheses") && config.articulated.hypotheses == 0)
     throw Error("articulated.hypotheses", "is 0: there are none to be trained");
   return names;

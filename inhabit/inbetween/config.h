@@ -108,6 +108,9 @@ struct Config {
   bool takes_noise() const { return residual && training.noisy > 0; }
   /// M, channels of the key mask.
   int64_t mask_channels() const { return partial_keys ? kMaskChannels : 1; }
+  /// What settings that say how trained networks are used begin with (nn/used_settings.h).
+  static std::vector<std::string> used() { return {"inference.", "t_star="}; }
+
   bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 

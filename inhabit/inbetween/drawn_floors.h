@@ -12,6 +12,10 @@ struct DrawnFloors {
   torch::Tensor distance;  ///< (B, 48, 64) metres to obstacles, negative inside, in the line's axes
   torch::Tensor length;    ///< (B) metres of the lines
   torch::Tensor offsets;   ///< (B, 32, 2) metres of the way that A* finds, from the line at a steady pace
+
+  DrawnFloors to(torch::Device device) const {  ///< the same on another device
+    return {distance.to(device), length.to(device), offsets.to(device)};
+  }
 };
 
 /// Boxes that block the line between two places, boxes beside it, sometimes a wall or two pieces with an opening

@@ -77,7 +77,7 @@ Tensor up(const Tensor& x) { return torch::upsample_nearest2d(x, {2 * x.size(2),
 
 /// (14, S): sines at shares of the time.
 Tensor sines_at(const Tensor& shares) {
-  return torch::sin(torch::arange(1, kPathSines + 1, torch::kFloat32).unsqueeze(1) * M_PI * shares);
+  return torch::sin(torch::arange(1, kPathSines + 1, shares.options()).unsqueeze(1) * M_PI * shares);
 }
 
 /// Where each cell is in the line's axes, in units of what the map reaches: (2, 48, 64).
@@ -151,7 +151,7 @@ Tensor path_places(const Tensor& sines, const Tensor& shares, const Tensor& leng
 Tensor path_shares() { return (torch::arange(kPathPoints, torch::kFloat32) + 0.5) / static_cast<double>(kPathPoints); }
 
 Tensor at_places(const Tensor& maps, const Tensor& places) {
-  const Tensor reach = torch::tensor({kMapCell * kMapLong / 2, kMapCell * kMapWide / 2}).to(places.dtype());
+  const Tensor reach = torch::tensor({kMapCell * kMapLong / 2, kMapCell * kMapWide / 2}).to(places.options());
   return tn::functional::grid_sample(
       maps, places / reach,
       tn::functional::GridSampleFuncOptions().mode(torch::kBilinear).padding_mode(torch::kBorder).align_corners(false));
@@ -182,8 +182,9 @@ PathNetImpl::PathNetImpl() {
 ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
   const int64_t batch = map.size(0), tokens = batch * kPathHypotheses;
   const Tensor size = (length / 4).view({batch, 1, 1, 1}), own = map.unsqueeze(1);
-  const Tensor cells = torch::cat(
-      {own, cell_places().expand({batch, 2, kMapWide, kMapLong}), size.expand({batch, 1, kMapWide, kMapLong})}, 1);
+  const Tensor cells = torch::cat({own, cell_places().to(map.device()).expand({batch, 2, kMapWide, kMapLong}),
+                                   size.expand({batch, 1, kMapWide, kMapLong})},
+                                  1);
   Tensor features, coarsest;
   {
     const Bfloat16Products products(bfloat16 && is_training());
@@ -195,15 +196,15 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
   const Tensor proposed = propose->forward(coarsest).view({batch, kPathHypotheses, 2 * kPathSines + 1});
   ProposedPaths out;
   out.log_probability = torch::log_softmax(proposed.select(2, 2 * kPathSines), 1);
-  const Tensor falling = 1 / torch::arange(1, kPathSines + 1, torch::kFloat32);  // finer bends are smaller
+  const Tensor falling = 1 / torch::arange(1, kPathSines + 1, map.options());  // finer bends are smaller
   Tensor sines = proposed.narrow(2, 0, 2 * kPathSines).view({batch, kPathHypotheses, 2, kPathSines}) * falling * kUnit;
   out.rounds.push_back(sines);
 
-  const Tensor shares = path_shares(), basis = sines_at(shares);  // (14, 32)
-  const Tensor waves = torch::arange(1, kTimes / 2 + 1, torch::kFloat32).unsqueeze(1) * M_PI * shares;
+  const Tensor shares = path_shares().to(map.device()), basis = sines_at(shares);  // (14, 32)
+  const Tensor waves = torch::arange(1, kTimes / 2 + 1, map.options()).unsqueeze(1) * M_PI * shares;
   const Tensor time = torch::cat({torch::sin(waves), torch::cos(waves)}).t().expand({tokens, kPathPoints, kTimes});
   const Tensor straight = path_places({}, shares, length).unsqueeze(1);  // (B, 1, 32, 2)
-  const Tensor around = places_around();
+  const Tensor around = places_around().to(map.device());
   const auto as_tokens = [&](const Tensor& x) { return x.reshape({tokens, kPathPoints, -1}); };
   for (int64_t round = 0; round < kPathRounds; ++round) {
     sines = sines.detach();

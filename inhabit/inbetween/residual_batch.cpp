@@ -7,6 +7,7 @@
 #include "inhabit/inbetween/learned_detours.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/residual_input.h"
+#include "inhabit/inbetween/walked_detours.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::inbetween {
@@ -154,14 +155,13 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
 
 }  // namespace
 
-ProbedPoints probe_all(const std::vector<SceneDistances>& scenes, const Tensor& points) {
-  std::vector<Tensor> distances, gradients;
-  for (size_t b = 0; b < scenes.size(); ++b) {
-    ProbedPoints one = probe(scenes[b], points[static_cast<int64_t>(b)]);
-    distances.push_back(std::move(one.distance));
-    gradients.push_back(std::move(one.gradient));
-  }
-  return {torch::stack(distances), torch::stack(gradients)};
+ResidualBatch ResidualBatch::to(torch::Device device) const {
+  ResidualBatch out = *this;
+  out.frames = frames.to(device);
+  for (Tensor* t :
+       {&out.residual, &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.kept, &out.steps, &out.noise})
+    *t = t->to(device);
+  return out;
 }
 
 Tensor residual_table(const PoseWindows& data, const Config& config, uint64_t seed) {

@@ -26,11 +26,13 @@ struct ResidualBatch {
   torch::Tensor noise;     ///< (B, 135, T) normal, deviation 1; 0 where `open` is
   std::vector<SceneDistances> scenes;  ///< (B) also where the scene is hidden
   bool self_conditioned = false;       ///< the denoiser sees a prediction of its own, else zeros in its place
+
+  ResidualBatch to(torch::Device device) const;  ///< the same on another device, scenes as they are
 };
 
 /// Windows drawn anew: `recorded` of them recorded motion, every second one mirrored, their keys far apart or as in the
 /// paper, obstacles in the way of the baseline in `blocked` of them; it goes around in `way_around`, by a `walked` way
-/// (learned_detours.h) or A*'s. @param table (61, 135), see residual_scale
+/// (walked_detours.h) or A*'s. @param table (61, 135), see residual_scale
 ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const torch::Tensor& table, size_t count,
                          uint64_t seed);
 
@@ -39,8 +41,5 @@ ResidualBatch twice(const ResidualBatch& batch, uint64_t seed);
 
 /// The table of a data set's residuals.
 torch::Tensor residual_table(const PoseWindows& data, const Config& config, uint64_t seed);
-
-/// Distances of points (B, T, 30, 3) to each window's scene.
-ProbedPoints probe_all(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);
 
 }  // namespace inhabit::inbetween

@@ -52,6 +52,16 @@ Tensor static_features(const Baseline& baseline, const Tensor& fan, double rate)
   return out.t().contiguous();
 }
 
+Tensor body_features(const ResidualFrames& frames, const std::vector<SceneDistances>& scenes, const Tensor& predicted) {
+  const torch::NoGradGuard no_gradients;
+  const Tensor points = body_points(to_world(frames, residual_joints(frames, predicted)));
+  return point_features(probe(scenes, points), frames.turn).transpose(1, 2);
+}
+
+Tensor denoiser_channels(const Tensor& x, const Tensor& before, const Tensor& fixed, const Tensor& body) {
+  return torch::cat({x, before, fixed, body}, 1);
+}
+
 Tensor bone_lengths(const Poses& poses) {
   Tensor out = torch::empty({kBoneFeatures});
   for (size_t j = 1; j < kStandardJoints; ++j) out.data_ptr<float>()[j - 1] = poses.offsets[j].norm();

@@ -24,6 +24,15 @@ inline constexpr int64_t kBoneFeatures = kStandardJoints - 1;
 /// (244, T). @param fan (T, 75) of scene_fan; zeros hide the scene.
 torch::Tensor static_features(const Baseline& baseline, const torch::Tensor& fan, double rate);
 
+/// (B, 120, T): the scenes of B windows at the body as `predicted` (B, 135, T), divided residuals, has it.
+torch::Tensor body_features(const ResidualFrames& frames, const std::vector<SceneDistances>& scenes,
+                            const torch::Tensor& predicted);
+
+/// The denoiser's input (B, 634, T), in training and in use. @param x noisy residual @param before the one predicted
+/// at the step before @param fixed of static_features @param body of body_features; zeros hide the scene
+torch::Tensor denoiser_channels(const torch::Tensor& x, const torch::Tensor& before, const torch::Tensor& fixed,
+                                const torch::Tensor& body);
+
 /// (21) metres.
 torch::Tensor bone_lengths(const Poses& poses);
 

@@ -22,14 +22,9 @@ constexpr double kLeast = 0.05;  // of distances in these units, in the energy s
 Tensor denoise(const Networks& networks, const ResidualBatch& b, const Tensor& x, const Tensor& before,
                const Tensor& steps, bool bfloat16) {
   Denoiser network = networks.network;
-  Tensor seen;
-  {
-    const torch::NoGradGuard no_gradients;
-    const Tensor points = body_points(to_world(b.frames, residual_joints(b.frames, before)));
-    seen = point_features(probe_all(b.scenes, points), b.frames.turn) * b.kept.view({-1, 1, 1});
-  }
+  const Tensor body = body_features(b.frames, b.scenes, before) * b.kept.view({-1, 1, 1});
   const Bfloat16Products products(bfloat16);
-  const Tensor input = torch::cat({x, before, b.fixed, seen.transpose(1, 2)}, 1);
+  const Tensor input = denoiser_channels(x, before, b.fixed, body);
   return network->residual(input, steps, network->embed_shape(b.bones)).to(torch::kFloat32) * b.open;
 }
 
@@ -66,7 +61,7 @@ Tensor feet_loss(const Joints& j) {
 
 Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
   const Tensor points = body_points(joints);
-  const ProbedPoints probed = probe_all(b.scenes, points);
+  const ProbedPoints probed = probe(b.scenes, points);
   // The distance as it changes with the points: its value and its gradient are the field's.
   const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
   const Tensor inside = ((b.room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
@@ -142,7 +137,7 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
   const Tensor frames = score(predicted.transpose(1, 2), b.residual.transpose(1, 2), std::sqrt(kResidualFeatures),
                               j.open.squeeze(2)),
                joints = score(j.here, j.there, kPlaceUnit, j.open);
-  Tensor moves = torch::zeros({}), mask = j.open;
+  Tensor moves = torch::zeros_like(frames), mask = j.open;
   Losses rates;
   Tensor here = j.here, there = j.there;
   for (const auto& [name, unit] :

@@ -22,15 +22,14 @@ Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Ba
       how.guidance == 0 ? hidden : static_features(baseline, scene_fan(scene, baseline), rate).unsqueeze(0);
   Tensor before = torch::zeros({1, kResidualFeatures, count});
   const auto denoise = [&](const Tensor& x, int64_t t) {
-    const auto predict = [&](const Tensor& fixed, const Tensor& points) {
-      return denoiser.residual(torch::cat({x, before, fixed, points}, 1), t, shape) * open;
+    const auto predict = [&](const Tensor& fixed, const Tensor& body) {
+      return denoiser.residual(denoiser_channels(x, before, fixed, body), t, shape) * open;
     };
     Tensor clean;
     if (how.guidance == 0) {
       clean = predict(hidden, no_points);
     } else {
-      const Tensor places = body_points(to_world(frames, residual_joints(frames, before)));
-      clean = predict(shown, point_features(probe(scene, places), frames.turn).transpose(1, 2));
+      clean = predict(shown, body_features(frames, {scene}, before));
       if (how.guidance != 1) clean = how.guidance * clean + (1 - how.guidance) * predict(hidden, no_points);
     }
     return before = clean;

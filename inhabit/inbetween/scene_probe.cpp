@@ -188,6 +188,16 @@ ProbedPoints probe(const SceneDistances& scene, const Tensor& points) {
   return out;
 }
 
+ProbedPoints probe(const std::vector<SceneDistances>& scenes, const Tensor& points) {
+  std::vector<Tensor> distances, gradients;
+  for (size_t b = 0; b < scenes.size(); ++b) {
+    ProbedPoints one = probe(scenes[b], points[static_cast<int64_t>(b)]);
+    distances.push_back(std::move(one.distance));
+    gradients.push_back(std::move(one.gradient));
+  }
+  return {torch::stack(distances).to(points.device()), torch::stack(gradients).to(points.device())};
+}
+
 Tensor point_features(const ProbedPoints& probed, const Tensor& turn) {
   const Tensor close = (1 - probed.distance.clamp_min(-kMostInside) / kSeen).clamp_min(0).unsqueeze(3);  // (B, T, P, 1)
   const Tensor uphill = torch::matmul(probed.gradient, turn) * close;  // rows g^T R = (R^T g)^T

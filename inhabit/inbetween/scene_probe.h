@@ -56,6 +56,8 @@ struct ProbedPoints {
   torch::Tensor gradient;  ///< (..., 3) metres a metre, world
 };
 ProbedPoints probe(const SceneDistances& scene, const torch::Tensor& points);
+/// Of points (B, ...) of B windows, each in its own scene; on the points' device.
+ProbedPoints probe(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);
 
 /// What a network sees of probed body points (B, T, 30): closeness and the gradient of it in the heading frame (B, T,
 /// 120). @param turn (B, T, 3, 3) heading frame to world

@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/inbetween/conditioning.h"
+#include "inhabit/inbetween/denoiser_task.h"
 #include "inhabit/inbetween/drawn_keys.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
@@ -198,13 +199,7 @@ bool train(const TrainRun& run, const Config& config) {
   const auto make_task = [&] {
     networks.network = Denoiser(config);
     if (start) adopt_weights(*networks.network, *start->network, run.from);
-    TrainTask task;
-    task.settings = to_json(config) + (run.from.empty() ? "" : " from " + run.from);
-    task.average = config.training.average;
-    task.weight_decay = config.training.weight_decay;
-    task.module = networks.network.ptr();
-    task.networks = {{"net.", networks.network.ptr()}};
-    task.samples = data.size();
+    TrainTask task = denoiser_task(networks, run, data.size());
     const auto losses = [&](WindowBatch batch, bool bfloat16) {
       batch.to(run.device);
       return window_losses(networks, schedule, batch, bfloat16);

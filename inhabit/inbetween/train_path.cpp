@@ -22,8 +22,9 @@ constexpr int64_t kEpoch = 100'000, kFloorBatches = 8, kBatchFloors = 64;
 
 Losses path_losses(PathNet network, const DrawnFloors& floors) {
   const ProposedPaths proposed = network->forward(path_map(floors.distance), floors.length);
-  const Tensor shares = path_shares(), target = floors.offsets.unsqueeze(1), map = floors.distance.unsqueeze(1);
-  const Tensor often = (torch::arange(kClearPoints, torch::kFloat32) + 0.5) / static_cast<double>(kClearPoints);
+  const Tensor shares = path_shares().to(floors.length.device()), target = floors.offsets.unsqueeze(1),
+               map = floors.distance.unsqueeze(1);
+  const Tensor often = (torch::arange(kClearPoints, shares.options()) + 0.5) / static_cast<double>(kClearPoints);
   const auto straight = [&](const Tensor& at) { return path_places({}, at, floors.length).unsqueeze(1); };
   const auto clearance = [&](const Tensor& places) { return at_places(map, places).squeeze(1); };
   const Tensor line = straight(often);
@@ -36,7 +37,7 @@ Losses path_losses(PathNet network, const DrawnFloors& floors) {
   };
   const Tensor nearest = distances(proposed.rounds.back()).argmin(1, true);  // (B, 1)
   const Tensor of_nearest = nearest.unsqueeze(2).expand({-1, 1, kClearPoints});
-  Tensor total = torch::zeros({});
+  Tensor total = torch::zeros({}, shares.options());
   double weight = 1;
   for (auto sines = proposed.rounds.rbegin(); sines != proposed.rounds.rend(); ++sines, weight *= kLater) {
     const Tensor away = distances(*sines);
@@ -58,18 +59,19 @@ Losses path_losses(PathNet network, const DrawnFloors& floors) {
       {"total", total}, {"likely", likely}, {"metres", distances(last).gather(1, first).mean()}, {"touches", touches}};
 }
 
-TrainTask path_task(const PathNet& network, uint64_t seed) {
+TrainTask path_task(const PathNet& network, uint64_t seed, torch::Device device) {
   TrainTask task;
   task.module = network.ptr();
   task.networks = {{"path.", network.ptr()}};
   task.samples = kEpoch;
-  task.prepare =
-      batches([](const TrainStep& step) { return draw_floors(step.indices.size(), step.seed); },
-              [network](const DrawnFloors& floors, const TrainStep&) { return path_losses(network, floors); });
-  task.validate = [network, seed] {
+  task.prepare = batches([](const TrainStep& step) { return draw_floors(step.indices.size(), step.seed); },
+                         [network, device](const DrawnFloors& floors, const TrainStep&) {
+                           return path_losses(network, floors.to(device));
+                         });
+  task.validate = [network, seed, device] {
     double sum = 0;
     for (int64_t i = 0; i < kFloorBatches; ++i)
-      sum += path_losses(network, draw_floors(kBatchFloors, item_seed(~seed, static_cast<uint64_t>(i))))
+      sum += path_losses(network, draw_floors(kBatchFloors, item_seed(~seed, static_cast<uint64_t>(i))).to(device))
                  .front()
                  .second.item<double>();
     return sum / kFloorBatches;

@@ -11,7 +11,7 @@ namespace inhabit::inbetween {
 Losses path_losses(PathNet network, const DrawnFloors& floors);
 
 /// PathNet's training. It needs no data set: floors are drawn as it goes.
-/// @param seed of the floors that validate
-TrainTask path_task(const PathNet& network, uint64_t seed);
+/// @param seed of the floors that validate @param device where the network is trained
+TrainTask path_task(const PathNet& network, uint64_t seed, torch::Device device);
 
 }  // namespace inhabit::inbetween

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "inhabit/error.h"
+#include "inhabit/inbetween/denoiser_task.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/residual_batch.h"
 #include "inhabit/inbetween/residual_losses.h"
@@ -103,7 +104,7 @@ class Stages {
     networks_.path = PathNet();
     if (start_ && start_->path) nn::load_parameters(*networks_.path, "path.", read_safetensors(run_.from), run_.from);
     networks_.path->bfloat16 = config_.training.bfloat16;
-    TrainTask out = path_task(networks_.path, run_.seed);
+    TrainTask out = path_task(networks_.path, run_.seed, run_.device);
     out.settings = to_json(config_);
     out.average = config_.training.average;
     out.weight_decay = config_.training.weight_decay;
@@ -116,21 +117,15 @@ class Stages {
   TrainTask task(const std::string& from, const Draw& draw, const LossesOf& losses) {
     networks_.network = Denoiser(config_);
     if (!from.empty()) nn::load_parameters(*networks_.network, "net.", read_safetensors(from), from);
-    TrainTask out;
-    out.settings = to_json(config_) + (run_.from.empty() ? "" : " from " + run_.from);
-    out.average = config_.training.average;
-    out.weight_decay = config_.training.weight_decay;
-    out.module = networks_.network.ptr();
-    out.networks = {{"net.", networks_.network.ptr()}};
-    out.samples = data_->size();
+    TrainTask out = denoiser_task(networks_, run_, data_->size());
     out.prepare = batches([this, draw](const TrainStep& step) { return draw(*data_, step.indices.size(), step.seed); },
                           [this, losses](const ResidualBatch& b, const TrainStep&) {
-                            return losses(networks_, schedule_, b, config_.training.bfloat16);
+                            return losses(networks_, schedule_, b.to(run_.device), config_.training.bfloat16);
                           });
     out.validate = [this, draw, losses] {
       double sum = 0;
       for (int64_t i = 0; i < kValidationBatches; ++i) {
-        const ResidualBatch b = draw(*validation_, 32, item_seed(run_.seed, static_cast<uint64_t>(i)));
+        const ResidualBatch b = draw(*validation_, 32, item_seed(run_.seed, static_cast<uint64_t>(i))).to(run_.device);
         sum += losses(networks_, schedule_, b, false).front().second.template item<double>();
       }
       return sum / kValidationBatches;

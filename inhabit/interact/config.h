@@ -112,6 +112,9 @@ struct Config {
   int64_t ego_points() const;
   /// Numbers of the chair's grid: a position and a value for each voxel.
   int64_t chair_size() const { return int64_t{4} * chair_grid * chair_grid * chair_grid; }
+  /// What settings that say how trained networks are used begin with (nn/used_settings.h).
+  static std::vector<std::string> used() { return {"inference."}; }
+
   bool operator==(const Config&) const = default;  ///< compares all settings, the preset's name too
 };
 

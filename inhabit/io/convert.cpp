@@ -16,7 +16,16 @@
 namespace inhabit {
 namespace {
 
-std::string convert_motion(const std::string& in, const std::string& out, const ConvertOptions& given, Notes* notes) {
+using Written = std::map<std::string, std::string>;  // files and what each was made of
+
+void take(const std::string& file, const std::string& in, Written* written) {
+  if (written == nullptr) return;
+  const auto [before, fresh] = written->emplace(file, in);
+  if (!fresh) throw Error(file, "would be written of both " + before->second + " and " + in);
+}
+
+std::string convert_motion(const std::string& in, const std::string& out, const ConvertOptions& given, Notes* notes,
+                           Written* written) {
   ClipReadOptions options = given.reading;
   BodyModel body;
   if (!given.body.empty()) {
@@ -35,6 +44,7 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
     if (extension_of(out) != "glb") throw Error(out, "only .glb holds a scene beside the motion");
     scene = read_scene_file(given.scene);
   }
+  for (const std::string& file : clip_files(out, clips.size())) take(file, in, written);
   write_clips(out, clips, given.writing, {}, given.scene.empty() ? nullptr : &scene.scene);
   const Clip clip = to_be_written(clips.front(), given.writing, out);
   return fmt::format("{}{} frames at {:g} a second ({:.2f} s), {} joints",
@@ -45,7 +55,8 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
                      clip.frames(), clip.rate, clip.seconds(), clip.skeleton.size());
 }
 
-std::string convert_scene(const std::string& in, const std::string& out, const ConvertOptions& given) {
+std::string convert_scene(const std::string& in, const std::string& out, const ConvertOptions& given,
+                          Written* written) {
   SceneReadOptions options;
   options.up = given.reading.up;
   if (given.reading.scale > 0) options.scale = given.reading.scale;
@@ -55,15 +66,17 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
                 "is a scene: times, frame rates, --loop, --asf, --retarget, --scene, --out-up and --body go with "
                 "motions");
   const SceneFile file = read_scene_file(in, options);
+  take(out, in, written);
   write_scene(out, file.scene);
   return describe(file.report);
 }
 
 }  // namespace
 
-std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options, Notes* notes) {
+std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options, Notes* notes,
+                         std::map<std::string, std::string>* written) {
   const bool is_motion = is_clip_file(in) || !is_scene_extension(extension_of(in));
-  return is_motion ? convert_motion(in, out, options, notes) : convert_scene(in, out, options);
+  return is_motion ? convert_motion(in, out, options, notes, written) : convert_scene(in, out, options, written);
 }
 
 std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,12 @@ struct ConvertOptions {
 };
 
 /// Writes a motion or a scene in another format, told by the extensions (files.h, scene_file.h).
-/// @param notes what was detected or assumed is added to it. Returns one line for people that says what was written.
-/// Throws Error naming the file that cannot be read or written, or that the options do not go with.
+/// @param notes what was detected or assumed is added to it. @param written the files of earlier calls and what each
+/// was made of, to which those of this call are added; may be null. Returns one line for people that says what was
+/// written. Throws Error naming the file that cannot be read or written, is among `written`, or that the options do not
+/// go with.
 std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options,
-                         Notes* notes = nullptr);
+                         Notes* notes = nullptr, std::map<std::string, std::string>* written = nullptr);
 
 /// A file to be converted, and what it becomes.
 struct Conversion {

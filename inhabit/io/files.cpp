@@ -154,6 +154,16 @@ void write_clip(const std::string& path, const Clip& clip, const Scene* scene) {
   write_glb(path, {{&posed, standard ? &builtin_body() : nullptr}}, scene);
 }
 
+std::vector<std::string> clip_files(const std::string& path, size_t motions) {
+  if (motions == 1 || extension_of(path) == "npz") return {path};
+  const fs::path p(path);
+  std::vector<std::string> out;
+  for (size_t i = 0; i < motions; ++i)
+    out.push_back(
+        (p.parent_path() / (fmt::format("{}_{:03}{}", p.stem().string(), i, p.extension().string()))).string());
+  return out;
+}
+
 void write_clips(const std::string& path, const std::vector<Clip>& clips, const WriteOptions& writing,
                  const std::map<std::string, torch::Tensor>& more, const Scene* scene) {
   std::vector<Clip> written;
@@ -166,11 +176,8 @@ void write_clips(const std::string& path, const std::vector<Clip>& clips, const 
         if (array.defined()) array = array.index_select(1, frames_written(clips.front(), writing));
     return write_clips_npz(path, written, rows);
   }
-  const fs::path p(path);
-  for (size_t i = 0; i < written.size(); ++i) {
-    const std::string number = written.size() == 1 ? "" : fmt::format("_{:03}", i);
-    write_clip((p.parent_path() / (p.stem().string() + number + p.extension().string())).string(), written[i], scene);
-  }
+  const std::vector<std::string> files = clip_files(path, written.size());
+  for (size_t i = 0; i < written.size(); ++i) write_clip(files[i], written[i], scene);
 }
 
 void write_scene(const std::string& path, const Scene& scene) {

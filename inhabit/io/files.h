@@ -31,6 +31,9 @@ bool is_clip_file(const std::string& path);
 /// be written or its extension is no motion format.
 void write_clip(const std::string& path, const Clip& clip, const Scene* scene = nullptr);
 
+/// The files that write_clips makes of so many motions (and nothing more) at `path`.
+std::vector<std::string> clip_files(const std::string& path, size_t motions);
+
 /// Writes motions of one skeleton and length, cut and resampled as `writing` says: several, or with `more`, into one
 /// .npz (write_clips_npz), into other formats one file each, NAME_000.bvh and so on; one motion as write_clip does.
 /// @param more arrays of an .npz with a row a motion and a column a frame

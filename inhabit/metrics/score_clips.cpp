@@ -12,6 +12,7 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/floor.h"
+#include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/scene/floor.h"
@@ -25,6 +26,26 @@ ScoredClip scored_clip(const Clip& clip, double rate, int64_t least, const std::
     throw Error(name, fmt::format("has {} frames at {:g} a second, {:.2f} s; {:.2f} s are needed", clip.frames(),
                                   clip.rate, clip.seconds(), static_cast<double>(least) / rate));
   return out;
+}
+
+std::vector<NamedMotion> joints_of(const std::vector<ScoredClip>& clips) {
+  std::vector<NamedMotion> out;
+  out.reserve(clips.size());
+  for (const ScoredClip& of : clips) out.push_back({of.name, of.clip.joints});
+  return out;
+}
+
+NdmsScore score_ndms(const std::vector<ScoredClip>& motions, const std::vector<ScoredClip>& reference,
+                     const NdmsOptions& options) {
+  if (reference.empty()) throw Error("reference", "holds no motion");
+  const Skeleton& bones = reference.front().clip.skeleton;
+  const auto on_bones = [&](const std::vector<ScoredClip>& clips) {
+    std::vector<NamedMotion> out;
+    out.reserve(clips.size());
+    for (const ScoredClip& of : clips) out.push_back({of.name, on_skeleton(of.clip, bones).joints});
+    return out;
+  };
+  return score_ndms(on_bones(motions), on_bones(reference), options);
 }
 
 Clip over_floor(const Clip& clip, const Scene& scene) {

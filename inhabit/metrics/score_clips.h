@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/metrics/score_motions.h"
 #include "inhabit/motion/clip.h"
 #include "inhabit/scene/scene.h"
 
@@ -19,6 +20,14 @@ struct ScoredClip {
 /// @param rate frames a second to score at. @param least frames that are needed at that rate. Throws Error(name, ...)
 /// where the skeleton cannot be mapped or the motion is shorter, in the frames that it has itself.
 ScoredClip scored_clip(const Clip& clip, double rate, int64_t least, const std::string& name);
+
+/// The joints of each, as score_motions.h takes them.
+std::vector<NamedMotion> joints_of(const std::vector<ScoredClip>& clips);
+
+/// score_ndms of motions and real ones that are all on the bones of the first real one, as evaluate() of anticipation
+/// has them on those of the training data.
+NdmsScore score_ndms(const std::vector<ScoredClip>& motions, const std::vector<ScoredClip>& reference,
+                     const NdmsOptions& options);
 
 /// The clip over the floor y = 0: that of the scene under the feet, or without a scene the one that the feet stand on.
 Clip over_floor(const Clip& clip, const Scene& scene);

@@ -7,10 +7,11 @@
 
 namespace inhabit {
 
-/// Sets fields of a model that is measured, "inference.guidance=0" each: those that begin with one of `keys`, which say
-/// how it is used. Throws Error naming the setting for any other.
+/// Sets fields of a model that is measured, "inference.guidance=0" each: those that begin as Config::used() says, which
+/// are how it is used. Throws Error naming the setting for any other.
 template <class Config>
-void set_used(Config& config, const std::vector<std::string>& settings, const std::vector<std::string>& keys) {
+void set_used(Config& config, const std::vector<std::string>& settings) {
+  const std::vector<std::string> keys = Config::used();
   std::string there;
   for (const std::string& key : keys) there += (there.empty() ? "" : ", ") + key;
   for (const std::string& setting : settings)

@@ -17,8 +17,8 @@ import zipfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 NAME = "inhabit"
-with open(os.path.join(ROOT, "CMakeLists.txt"), encoding="utf-8") as project:
-    VERSION = re.search(r"project\(inhabit VERSION ([0-9.]+)", project.read())[1]
+with open(os.path.join(ROOT, "inhabit", "version.h"), encoding="utf-8") as header:
+    VERSION = re.search(r'INHABIT_VERSION "([0-9.]+)"', header.read())[1]
 METADATA = f"""Metadata-Version: 2.1
 Name: {NAME}
 Version: {VERSION}

@@ -30,9 +30,9 @@ struct Asked {
   Progress progress;
 
   template <class Networks>
-  Networks networks(Networks (*load)(const std::string&), const std::string& shipped, const Texts& keys) const {
+  Networks networks(Networks (*load)(const std::string&), const std::string& shipped) const {
     Networks out = load(model_file(model, shipped));
-    set_used(out.config, settings, keys);
+    set_used(out.config, settings);
     return out;
   }
   Error nothing(const std::string& what) const {
@@ -41,8 +41,7 @@ struct Asked {
 };
 
 std::string forecast_rows(const Asked& asked) {
-  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors",
-                                    {"points=", "radius=", "contact_threshold="});
+  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
   const forecast::Data data(asked.data, asked.split, model.config, 30);
   if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
   return table_json(forecast::evaluate(model, data, asked.progress)).dump();
@@ -50,7 +49,7 @@ std::string forecast_rows(const Asked& asked) {
 
 std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds) {
   if (asked.data.size() != 1) throw Error("data", "is one set of recordings: 'cmu:FOLDER', 'h36m:FOLDER' or FOLDER");
-  const auto model = asked.networks(&anticipate::load_networks, "anticipate-cmu.safetensors", {"inference."});
+  const auto model = asked.networks(&anticipate::load_networks, "anticipate-cmu.safetensors");
   anticipate::Evaluation how;
   how.samples = samples;
   how.seconds = seconds;
@@ -66,8 +65,7 @@ std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds)
 }
 
 std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double noise, bool refine) {
-  const auto model =
-      asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors", {"inference.", "t_star="});
+  const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
   const inbetween::Data data(asked.data, asked.split, model.config, model.config.frames);
   if (data.size() == 0) throw asked.nothing("window of " + std::to_string(model.config.frames) + " frames");
   std::vector<inbetween::Window> windows;
@@ -87,7 +85,7 @@ std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double no
 }
 
 std::string interact_rows(const Asked& asked, double seconds) {
-  const auto model = asked.networks(&interact::load_networks, "interact-compact.safetensors", {"inference."});
+  const auto model = asked.networks(&interact::load_networks, "interact-compact.safetensors");
   const auto trials = interact::trials_of(asked.data, asked.split, asked.windows > 0 ? asked.windows : 120, seconds);
   if (trials.empty()) throw asked.nothing("clip in which somebody sits");
   const auto methods = interact::methods_of({{"", model}}, seconds, {{.raw = true}, {}});
@@ -95,8 +93,7 @@ std::string interact_rows(const Asked& asked, double seconds) {
 }
 
 std::string contacts_rows(const Asked& asked) {
-  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors",
-                                    {"points=", "radius=", "contact_threshold="});
+  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
   forecast::Config dense = model.config;
   dense.points = forecast::kDensePoints;
   const forecast::Data data(asked.data, asked.split, model.config, 30);
@@ -107,8 +104,7 @@ std::string contacts_rows(const Asked& asked) {
 }
 
 std::string detour_rows(const Asked& asked, bool refine) {
-  const auto model =
-      asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors", {"inference.", "t_star="});
+  const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
   std::vector<inbetween::Method> methods = inbetween::interpolation_rows(false, refine);
   for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
     methods.push_back(std::move(row));
@@ -122,7 +118,8 @@ std::string detour_rows(const Asked& asked, bool refine) {
 }
 
 std::string reconstruct_rows(const Asked& asked, double seconds) {
-  const auto inbetweener = inbetween::SceneInbetweener::load(model_file(asked.model, "inbetween-noisy.safetensors"));
+  const inbetween::SceneInbetweener inbetweener(
+      asked.networks(&inbetween::load_networks, "inbetween-noisy.safetensors"));
   reconstruct::Evaluation how;
   if (asked.windows > 0) how.rooms = asked.windows;
   how.seed = asked.seed;
@@ -168,7 +165,6 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
   const bool own_rooms = system == "detour" || system == "reconstruct";
   if (asked.data.empty() != own_rooms)
     throw Error("data", own_rooms ? "is of no use: '" + system + "' makes its own rooms" : "is missing");
-  if (system == "reconstruct" && !asked.settings.empty()) throw Error("settings", "are of no use to 'reconstruct'");
   if (system == "contacts" && windows) throw Error("windows", "are of no use to 'contacts', which takes all");
   const std::string rows = released(rows_of->second);
   return python_of(rows);

@@ -4,6 +4,7 @@
 #include "calls.h"
 #include "inhabit/error.h"
 #include "inhabit/io/shipped_model.h"
+#include "inhabit/version.h"
 
 namespace {
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "calls.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/score_features.h"
@@ -9,7 +11,6 @@
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/metrics/score_clips.h"
 #include "inhabit/metrics/score_motions.h"
-#include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit::python {
@@ -18,14 +19,16 @@ namespace {
 using Clips = std::vector<Clip>;
 
 /// Motions on the standard skeleton at the score's rate.
-std::vector<NamedMotion> standard_motions(const Clips& clips, double rate, const std::string& what) {
+std::vector<ScoredClip> scored(const Clips& clips, double rate, const std::string& what, int64_t least = 1) {
   if (clips.empty()) throw Error(what, "holds no clip");
-  std::vector<NamedMotion> out;
-  for (size_t i = 0; i < clips.size(); ++i) {
-    const std::string name = what + " " + std::to_string(i);
-    out.push_back({name, resample(retarget(clips[i], name), rate, name).joints});
-  }
+  std::vector<ScoredClip> out;
+  for (size_t i = 0; i < clips.size(); ++i)
+    out.push_back(scored_clip(clips[i], rate, least, what + " " + std::to_string(i)));
   return out;
+}
+
+std::vector<NamedMotion> standard_motions(const Clips& clips, double rate, const std::string& what) {
+  return joints_of(scored(clips, rate, what));
 }
 
 /// (N, 64) of all windows of the clips, by the network that ships.
@@ -58,16 +61,15 @@ py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int6
   if (words != "poses" && words != "package") throw Error("words", "is '" + words + "', neither poses nor package");
   options.words = words == "poses" ? WordKind::poses : WordKind::package;
   const NdmsScore score = released([&] {
-    return score_ndms(standard_motions(motions, rate, "motion"),
-                      standard_motions(reference, rate * static_cast<double>(options.reference_stride), "reference"),
-                      options);
+    return score_ndms(scored(motions, rate, "motion", std::max(kappa, observed + 1)),
+                      scored(reference, rate * static_cast<double>(options.reference_stride), "reference"), options);
   });
   py::list by_motion;
   for (const NdmsOfMotion& of : score.motions)
     by_motion.append(
         py::dict("ndms"_a = of.ndms, "coded"_a = of.coded, "words"_a = of.words, "by_second"_a = of.by_second));
-  return py::dict("ndms"_a = score.ndms, "words"_a = score.words, "reference_words"_a = score.reference_words,
-                  "motions"_a = by_motion);
+  return py::dict("ndms"_a = score.ndms, "coded"_a = score.coded, "words"_a = score.words,
+                  "reference_words"_a = score.reference_words, "motions"_a = by_motion);
 }
 
 py::dict collisions_of(const Clip& clip, const Scene& scene) {
@@ -96,7 +98,8 @@ void add_score(py::module_& m) {
         "observed"_a = 0, "words"_a = "poses",
         "Normalised directional motion similarity (Eq. 10-12 of the anticipation paper) of clips with real ones: 1 is "
         "motion\n"
-        "that people make. A dictionary of ndms, words, reference_words and the same of each motion.\n\n"
+        "that people make. A dictionary of ndms, coded (in the form that the authors' code computes), words, "
+        "reference_words and the same of each motion.\n\n"
         "rate: frames a second to score at; kappa: frames of a word; observed: frames (at rate) at each start that do "
         "not\n"
         "count; words: of poses that know neither place nor heading, as the authors evaluate, or as their package has "

@@ -53,6 +53,7 @@ struct Straight {
     Networks n = untrained(c);
     n.seq2seq = nullptr;
     n.ltd = nullptr;
+    n.hisrep = nullptr;
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
     n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);
@@ -133,7 +134,7 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   std::vector<std::string> methods;
   for (const Scores& row : table.actions[0].rows) methods.push_back(row.method);
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "memory alone", "seq2seq", "LTD",
-                                               "ours"}));
+                                               "HisRep", "ours"}));
   const Scores* ours = row_of(table, "walk", "ours");
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_GT(ours->apd[i], 0);
@@ -147,9 +148,9 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   EXPECT_NE(row_of(evaluate_one(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
   networks.pose = nullptr;
   networks.seq2seq = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 4U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 5U);
   networks.memory = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 3U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 4U);
   EXPECT_TRUE(evaluate_one(networks, people(12), options).actions.empty());
 }
 
@@ -257,9 +258,9 @@ TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
   networks.seq2seq = Seq2SeqNetwork(networks.config);
   networks.seq2seq->out->weight.zero_();
   networks.seq2seq->out->bias.copy_(straight.change / networks.scale.deviation);
-  EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 0, 1e-3);
+  EXPECT_NEAR(validation_error(networks, seq2seq_future, recordings), 0, 1e-3);
   networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' motion, over all 22 joints
-  EXPECT_NEAR(validation_error(networks, /*trajectory=*/false, recordings), 13 * straight.mean_speed * 21 / 22, 1e-3);
+  EXPECT_NEAR(validation_error(networks, seq2seq_future, recordings), 13 * straight.mean_speed * 21 / 22, 1e-3);
 }
 
 }  // namespace

@@ -127,11 +127,12 @@ TEST(ComparedFutures, GoOnForAnyHorizon) {
   const Config& c = networks.config;
   const Tensor past = pasts(c, 3);
   for (const int64_t frames : {1, 6, 7, 30}) {
-    const Tensor ltd = ltd_future(networks, past, frames);
-    EXPECT_EQ(ltd.sizes(), (torch::IntArrayRef{3, frames, kFeatureCount}));
-    EXPECT_LT(largest(ltd - ltd_future(networks, past, 40).slice(1, 0, frames)), 1e-5) << frames;
-    EXPECT_EQ(seq2seq_future(networks, past, frames).sizes(), ltd.sizes());
-    EXPECT_TRUE(torch::isfinite(ltd).all().item<bool>());
+    for (const BaselineFuture baseline : {seq2seq_future, ltd_future, hisrep_future}) {
+      const Tensor future = baseline(networks, past, frames);
+      EXPECT_EQ(future.sizes(), (torch::IntArrayRef{3, frames, kFeatureCount}));
+      EXPECT_LT(largest(future - baseline(networks, past, 40).slice(1, 0, frames)), 1e-5) << frames;
+      EXPECT_TRUE(torch::isfinite(future).all().item<bool>());
+    }
   }
 }
 

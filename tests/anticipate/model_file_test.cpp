@@ -58,6 +58,7 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   expect_same_parameters(saved.pose, loaded.pose);
   expect_same_parameters(saved.seq2seq, loaded.seq2seq);
   expect_same_parameters(saved.ltd, loaded.ltd);
+  expect_same_parameters(saved.hisrep, loaded.hisrep);
   const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
   EXPECT_TRUE(torch::equal(ltd_future(loaded, past, 9), ltd_future(saved, past, 9)));
   const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
@@ -81,11 +82,13 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   some.intention = nullptr;
   some.seq2seq = nullptr;
   some.ltd = nullptr;
+  some.hisrep = nullptr;
   some.config.naive_clusters = true;
   some.clusters = cluster_recordings(people(60), some.config, 1);
   save_networks(folder / "m.safetensors", some);
   const Networks loaded = load_networks(folder / "m.safetensors");
-  EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty());
+  EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty() &&
+              loaded.hisrep.is_empty());
   EXPECT_FALSE(loaded.pose.is_empty());
   EXPECT_FALSE(loaded.clusters.labels.defined());
 }
@@ -116,9 +119,9 @@ TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = R"({"hidden": -4})"; }), HasSubstr("out of range"));
   EXPECT_THAT(changed([](auto& f) { f.metadata["config"] = "{}"; }), HasSubstr("intention_net.encoder"))
       << "networks of other sizes";
-  for (const char* name :
-       {"skeleton.offsets", "scale.mean", "scale.deviation", "clusters.poses", "clusters.labels", "pose_net.out.weight",
-        "intention_net.decoder.bias_hh", "seq2seq_net.gru.weight_ih_l0", "ltd_net.norm0.running_var"}) {
+  for (const char* name : {"skeleton.offsets", "scale.mean", "scale.deviation", "clusters.poses", "clusters.labels",
+                           "pose_net.out.weight", "intention_net.decoder.bias_hh", "seq2seq_net.gru.weight_ih_l0",
+                           "ltd_net.norm0.running_var", "hisrep_net.query.0.weight"}) {
     SCOPED_TRACE(name);
     EXPECT_THAT(changed([&](auto& f) { f.tensors.erase(name); }), HasSubstr(name));
     EXPECT_THAT(changed([&](auto& f) { f.tensors[name] = torch::ones({2, 2}); }), HasSubstr(name));

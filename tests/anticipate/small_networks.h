@@ -23,6 +23,10 @@ inline inhabit::anticipate::Config small_anticipate_config() {
   c.baselines.ltd_future = 6;
   c.baselines.ltd_hidden = 10;
   c.baselines.ltd_blocks = 1;
+  c.baselines.hisrep_query = 4;
+  c.baselines.hisrep_future = 5;
+  c.baselines.hisrep_hidden = 10;
+  c.baselines.hisrep_blocks = 1;
   return c;
 }
 
@@ -44,9 +48,11 @@ inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config
   n.pose = PoseNetwork(config);
   n.seq2seq = Seq2SeqNetwork(config);
   n.ltd = make_ltd(config);
+  n.hisrep = make_hisrep(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();
   n.ltd->eval();
+  n.hisrep->eval();
   return n;
 }

@@ -81,7 +81,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
     }
   }
   for (const char* key : {"intention rec", "intention root", "intention intention", "seq2seq rec", "seq2seq root",
-                          "ltd rec", "ltd root"}) {
+                          "ltd rec", "ltd root", "hisrep rec", "hisrep root"}) {
     ASSERT_EQ(first.count(key), 1U) << key;
     EXPECT_LT(last[key][0], first[key][0]) << key;
   }
@@ -90,7 +90,7 @@ TEST(TrainAnticipate, LowersEveryLossThatIsNoDiscriminators) {
     EXPECT_EQ(first.count(key), 1U) << key;
   const Networks trained = load_networks(t.run.out);
   EXPECT_FALSE(trained.intention.is_empty() || trained.pose.is_empty() || trained.seq2seq.is_empty() ||
-               trained.ltd.is_empty());
+               trained.ltd.is_empty() || trained.hisrep.is_empty());
   EXPECT_FALSE(std::filesystem::exists(t.run.out + ".checkpoint.safetensors"));
 }
 

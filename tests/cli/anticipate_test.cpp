@@ -31,7 +31,9 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
                                 "future=16 gamma=4 clusters=6 labels=3 hidden=14 noise=5"
                                 " intention_hidden=10 intention_features=4 training.discriminator_hidden=16"
                                 " training.discriminator_frames=4 baselines.seq2seq_hidden=12 baselines.ltd_past=8"
-                                " baselines.ltd_future=6 baselines.ltd_hidden=10 baselines.ltd_blocks=1");
+                                " baselines.ltd_future=6 baselines.ltd_hidden=10 baselines.ltd_blocks=1"
+                                " baselines.hisrep_query=4 baselines.hisrep_future=5 baselines.hisrep_hidden=10"
+                                " baselines.hisrep_blocks=1");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 
@@ -84,7 +86,7 @@ TEST(Anticipate, FromADataSetToAModelToFuturesToTheirScores) {
   for (const json& row : got["rows"])
     if (row["action"] == "mean") methods.push_back(row["method"]);
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "retrieval", "memory alone",
-                                               "seq2seq", "LTD", "ours", "real motion"}));
+                                               "seq2seq", "LTD", "HisRep", "ours", "real motion"}));
   for (const std::string& method : methods) EXPECT_THAT(r.out, ::testing::HasSubstr(method));
 
   expect_shards_alike("eval anticipate --data " + data + " --model " + model + " --samples 2 --windows 2 --seconds 4");

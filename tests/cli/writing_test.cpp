@@ -108,5 +108,17 @@ TEST(ManyFiles, AreConvertedOneByOneAndBadOnesCounted) {
                  {"is no data set but a folder of motion", "synth fit --mocap"}, empty.path.string());
 }
 
+TEST(ManyFiles, NeverOverwriteEachOther) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "in");
+  const Clip walk = slice(read_clip(kWalk), 0, 20);
+  write_clips(folder / "in/a.npz", {walk, walk});
+  write_clip(folder / "in/a_000.npz", walk);
+  const CommandResult r = run_command("convert " + folder / "in" + " " + folder / "out" + " --format bvh");
+  EXPECT_EQ(r.exit_code, 1);
+  EXPECT_THAT(r.err, HasSubstr("out/a_000.bvh: would be written of both " + folder / "in/a.npz" + " and "));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/a_001.bvh"));
+}
+
 }  // namespace
 }  // namespace inhabit

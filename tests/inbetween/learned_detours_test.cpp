@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "inbetween/table_detour.h"
+#include "inbetween/whole_keys.h"
 #include "inhabit/inbetween/blocked_rooms.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/model_file.h"
@@ -22,19 +23,13 @@ const PathNet& shipped() {
   return network;
 }
 
-Tensor whole_keys(const std::vector<int64_t>& frames) {
-  Tensor groups = torch::zeros({121, kKeyGroups});
-  for (const int64_t frame : frames) groups[frame].fill_(1);
-  return groups;
-}
-
 struct Walk {
   Detour detour = table_detour(121, 30);
   Poses keys = poses_of(detour.ends);
   SceneDistances scene = SceneDistances(detour.room);
   Tensor way(const std::vector<int64_t>& frames, uint64_t seed = 1, std::vector<int64_t>* unreached = nullptr) const {
     const torch::NoGradGuard no_gradients;
-    return learned_detours(shipped(), keys, whole_keys(frames), scene, seed, unreached);
+    return learned_detours(shipped(), keys, whole_keys(121, frames), scene, seed, unreached);
   }
 };
 
@@ -64,8 +59,9 @@ TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const Walk w;
   const torch::NoGradGuard no_gradients;
   EXPECT_EQ(w.way({0, 20, 30}).abs().max().item<float>(), 0) << "before the table";
-  EXPECT_EQ(learned_detours(shipped(), w.keys, whole_keys({0, 120}), SceneDistances(), 1).abs().max().item<float>(), 0);
-  Tensor groups = whole_keys({0, 60, 120});
+  EXPECT_EQ(
+      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(), 1).abs().max().item<float>(), 0);
+  Tensor groups = whole_keys(121, {0, 60, 120});
   groups[60].zero_();
   groups[60][kJointGroups + 20] = 1;  // a wrist
   EXPECT_EQ(learned_detours(shipped(), w.keys, groups, w.scene, 1).abs().max().item<float>(), 0);
@@ -82,8 +78,7 @@ TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
   Clip hurried =
       frames_at(w.detour.ends, {0, 0, 0, 0, 0, 0, 0, 0, 0,  0, 0,
                                 0, 0, 0, 0, 0, 0, 0, 0, 120});  // from one side to the other in two thirds of a second
-  Tensor ends = torch::zeros({20, kKeyGroups});
-  for (const int64_t end : {0, 19}) ends[end].fill_(1);
+  const Tensor ends = whole_keys(20, {0, 19});
   EXPECT_EQ(learned_detours(shipped(), poses_of(hurried), ends, w.scene, 1, &unreached).abs().max().item<float>(), 0);
   EXPECT_EQ(unreached, std::vector<int64_t>{19});
   Scene room = floor_scene();
@@ -91,7 +86,8 @@ TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
   wall.box({0, 1.2, 0}, {6, 1.2, 0.1});
   room.meshes.push_back(wall.mesh("wall", {0.5F, 0.5F, 0.5F}));
   unreached.clear();
-  const Tensor none = learned_detours(shipped(), w.keys, whole_keys({0, 120}), SceneDistances(room), 1, &unreached);
+  const Tensor none =
+      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(room), 1, &unreached);
   EXPECT_EQ(none.abs().max().item<float>(), 0);
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
@@ -111,46 +107,12 @@ TEST(LearnedDetours, LeaveChairsThatAStarFindsNoWayOutOf) {
     room.meshes.push_back(table.mesh("table", {0.5F, 0.5F, 0.5F}));
     const SceneDistances scene(room);
     std::vector<int64_t> unreached;
-    const Tensor way = learned_detours(shipped(), w.keys, whole_keys({0, 120}), scene, 1, &unreached);
+    const Tensor way = learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), scene, 1, &unreached);
     EXPECT_TRUE(unreached.empty()) << i;
     EXPECT_GT(way.abs().max().item<double>(), 0.2) << i;
-    detours_of_poses(w.keys, whole_keys({0, 120}), scene, &unreached);
+    detours_of_poses(w.keys, whole_keys(121, {0, 120}), scene, &unreached);
     EXPECT_FALSE(unreached.empty()) << i << ": else this test says nothing";
   }
-}
-
-/// A second in place, three on a half circle around the table with the sway of steps, one a second.
-Clip walked_half_circle() {
-  Clip clip = table_detour(121, 30).ends;
-  const Tensor t = torch::arange(121, torch::kFloat32), on = ((t - 30).clamp_min(0) / 90) * M_PI;
-  const Tensor radius = kAway + 0.03 * torch::sin(on * 6);
-  const Tensor root = torch::stack({radius * torch::sin(on), torch::zeros({121}), -radius * torch::cos(on)}, 1);
-  Tensor moved = root - clip.joints.select(1, 0);
-  moved.select(1, 1).zero_();
-  clip.trans = clip.trans + moved;
-  clip.joints = clip.joints + moved.unsqueeze(1);
-  return clip;
-}
-
-TEST(WalkedDetours, AreThePathThatWasTakenAtEvenSpeed) {
-  const Walk w;
-  const Clip walked = walked_half_circle();
-  const Tensor detours = walked_detours(poses_of(walked), whole_keys({0, 120}), w.scene);
-  EXPECT_EQ(detours[0].abs().max().item<float>(), 0);
-  EXPECT_EQ(detours[120].abs().max().item<float>(), 0);
-  const Tensor share = torch::linspace(0, 1, 121), from = walked.joints[0][0], to = walked.joints[120][0];
-  const auto along = [&](int64_t axis) { return from[axis] + share * (to[axis] - from[axis]); };
-  const Tensor path = torch::stack({along(0), along(2)}, 1) + detours;  // (121, x z)
-  const Tensor off = path.norm(2, {1}) - kAway;
-  // The mean over a second of a circle lies within it.
-  const double half = M_PI / 6, within = kAway * (1 - std::sin(half) / half);
-  EXPECT_LT((off + within).slice(0, 25, 96).abs().max().item<double>(), 0.012)
-      << "on the circle, without the sway of 3 cm";
-  EXPECT_GT(path[60][0].item<double>(), 0.9 * kAway) << "half of the way in half of the time";
-  const Tensor speed = path.diff(1, 0).norm(2, {1});
-  EXPECT_NEAR(speed.max().item<double>(), speed.mean().item<double>(), 0.1 * speed.mean().item<double>());
-  EXPECT_EQ(walked_detours(poses_of(walked), whole_keys({0, 120}), SceneDistances()).abs().max().item<float>(), 0)
-      << "nothing stands there";
 }
 
 TEST(LearnedDetours, TakeLinesOfEveryLength) {
@@ -168,7 +130,7 @@ TEST(LearnedDetours, TakeLinesOfEveryLength) {
     clip.trans = clip.trans + moved;
     clip.joints = clip.joints + moved.unsqueeze(1);
     std::vector<int64_t> unreached;
-    const Tensor way = learned_detours(shipped(), poses_of(clip), whole_keys({0, 120}), scene, 1, &unreached);
+    const Tensor way = learned_detours(shipped(), poses_of(clip), whole_keys(121, {0, 120}), scene, 1, &unreached);
     EXPECT_TRUE(way.isfinite().all().item<bool>()) << length;
     EXPECT_EQ(unreached.empty(), length < 7) << length;
     EXPECT_EQ(way.abs().max().item<double>() > 0.15, length > 0.9 && length < 7) << length;
@@ -180,7 +142,7 @@ TEST(LearnedDetours, LeadAroundWhatBlocksTheLineInRoomsOfAllKinds) {
   int64_t found = 0, rooms = 0;
   for (const BlockedRoom& room : blocked_rooms(10, 121, 30, 7)) {
     const Poses keys = poses_of(room.ends);
-    const Tensor way = learned_detours(shipped(), keys, whole_keys({0, 120}), SceneDistances(room.scene), 3);
+    const Tensor way = learned_detours(shipped(), keys, whole_keys(121, {0, 120}), SceneDistances(room.scene), 3);
     // Measured on the scene itself, at heights of its own.
     const SceneQuery query(room.scene.meshes.empty() ? room.scene : obstacles_of(room.scene));
     const Eigen::Vector3f a = keys.root(0), b = keys.root(120);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "inbetween/table_detour.h"
+#include "inbetween/whole_keys.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/keyframes.h"
 
@@ -20,16 +21,11 @@ struct Walk {
   Detour detour = table_detour(121, 30);
   Tensor root = detour.ends.root_path() - detour.ends.root_path()[0] * torch::tensor({1.F, 0.F, 1.F});
   Tensor floor = scene_floor(SceneQuery(detour.room), detour.ends.joints[0][0], 0);
-  Tensor keys(const std::vector<int64_t>& frames) const {
-    Tensor groups = torch::zeros({121, kKeyGroups});
-    for (const int64_t frame : frames) groups[frame].fill_(1);
-    return groups;
-  }
 };
 
 TEST(WaysAround, BendWhereTheTableStands) {
   const Walk w;
-  const Tensor detours = detours_around(w.floor, w.root, w.keys({0, 120}));
+  const Tensor detours = detours_around(w.floor, w.root, whole_keys(121, {0, 120}));
   EXPECT_TRUE(crosses_table(w.detour.ends));
   EXPECT_FALSE(crosses_table(walked_along(w.detour.ends, detours)));
   EXPECT_EQ(detours[0].abs().max().item<float>(), 0);
@@ -40,18 +36,19 @@ TEST(WaysAround, BendWhereTheTableStands) {
 TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const Walk w;
   const Tensor free = torch::full({96, 96}, -1.F);
-  EXPECT_EQ(detours_around(free, w.root, w.keys({0, 120})).abs().max().item<float>(), 0);
-  Tensor groups = w.keys({0, 60, 120});
+  EXPECT_EQ(detours_around(free, w.root, whole_keys(121, {0, 120})).abs().max().item<float>(), 0);
+  Tensor groups = whole_keys(121, {0, 60, 120});
   groups[60].zero_();
   groups[60][kJointGroups + 20] = 1;  // a wrist
   EXPECT_EQ(detours_around(w.floor, w.root, groups).abs().max().item<float>(), 0);
-  EXPECT_EQ(detours_around(w.floor, w.root, w.keys({0, 20, 30})).abs().max().item<float>(), 0) << "before the table";
-  EXPECT_EQ(detours_around(w.floor, w.root * 3, w.keys({0, 120})).abs().max().item<float>(), 0)
+  EXPECT_EQ(detours_around(w.floor, w.root, whole_keys(121, {0, 20, 30})).abs().max().item<float>(), 0)
+      << "before the table";
+  EXPECT_EQ(detours_around(w.floor, w.root * 3, whole_keys(121, {0, 120})).abs().max().item<float>(), 0)
       << "ends beyond the floor";
   const Tensor wall = torch::full({96, 96}, -1.F);
   wall.slice(1, 58, 60).fill_(1);
   std::vector<int64_t> unreached;
-  EXPECT_EQ(detours_around(wall, w.root, w.keys({0, 120}), &unreached).abs().max().item<float>(), 0)
+  EXPECT_EQ(detours_around(wall, w.root, whole_keys(121, {0, 120}), &unreached).abs().max().item<float>(), 0)
       << "no path at all";
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
@@ -63,7 +60,7 @@ TEST(WaysAround, AreFoundFromDistancesAsFromTheSceneItself) {
   ends.joints = ends.joints + torch::tensor({0.2F, 0.F, 0.F});
   const Poses poses = poses_of(ends);
   const SceneDistances distances(w.detour.room);
-  const Tensor groups = w.keys({0, 120}), found = detours_of_poses(poses, groups, distances),
+  const Tensor groups = whole_keys(121, {0, 120}), found = detours_of_poses(poses, groups, distances),
                of_scene = detours_of_clip(ends, groups, SceneQuery(w.detour.room), 0);
   EXPECT_GT(found.abs().max().item<double>(), 0.3);
   EXPECT_LT((found - of_scene).abs().max().item<double>(), 0.15);
@@ -91,9 +88,7 @@ double room_beside(const Tensor& floor, const Tensor& root, const Tensor& detour
 TEST(WaysAround, LeaveRoomForArmsWhereThatIsHardlyLonger) {
   Tensor root = torch::zeros({61, 3});
   root.select(1, 2).copy_(torch::linspace(0, 3, 61));
-  Tensor groups = torch::zeros({61, kKeyGroups});
-  groups[0].fill_(1);
-  groups[60].fill_(1);
+  const Tensor groups = whole_keys(61, {0, 60});
   Tensor post = torch::full({96, 96}, -1.F);
   post.slice(0, 47, 49).slice(1, 62, 64).fill_(1);  // in the middle of the way
   EXPECT_GT(room_beside(post, root, detours_around(post, root, groups)), 0.42);
@@ -113,9 +108,7 @@ TEST(WaysAround, TurnWithThePerson) {
   left.slice(0, 52, 56).slice(1, 40, 56).fill_(1);  // 0.4 to 0.8 m to the left
   Tensor root = torch::zeros({41, 3});
   root.select(1, 0).copy_(torch::linspace(0, 1.6, 41));  // goes left
-  Tensor groups = torch::zeros({41, kKeyGroups});
-  groups[0].fill_(1);
-  groups[40].fill_(1);
+  const Tensor groups = whole_keys(41, {0, 40});
   const Tensor detours = detours_around(left, root, groups);
   EXPECT_GT(detours.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
 }

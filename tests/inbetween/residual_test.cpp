@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "forecast/walker.h"
+#include "inbetween/whole_keys.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/math/random.h"
@@ -21,12 +22,6 @@ using torch::Tensor;
 constexpr int64_t kFrames = 121;
 
 Clip someone() { return walker(kFrames, 1.1, 0.7, 1, 2); }
-
-Tensor whole_keys(const std::vector<int64_t>& keys, int64_t frames = kFrames) {
-  Tensor out = torch::zeros({frames, kKeyGroups});
-  for (const int64_t key : keys) out[key].fill_(1);
-  return out;
-}
 
 float largest_distance(const Poses& a, const Poses& b) {
   float out = 0;
@@ -68,7 +63,7 @@ TEST(Poses, AMirrorShowsTheOtherSide) {
 TEST(Baseline, IsLinearAndSlerp) {
   const Clip clip = someone();
   const std::vector<int64_t> keys = {0, 37, 60, 120};
-  const Baseline baseline = baseline_of(poses_of(clip), whole_keys(keys));
+  const Baseline baseline = baseline_of(poses_of(clip), whole_keys(kFrames, keys));
   EXPECT_LT(largest_difference(joints_of(baseline.poses), interpolate_linear(clip, keys).joints), 1e-4);
 }
 
@@ -99,7 +94,7 @@ TEST(Baseline, OfNoisyKeysIsSmoothAndLeavesThemOpen) {
       keys.rotations[Poses::at(end, j)] = truth.rotations[Poses::at(end, j)];
     }
   }
-  const Tensor groups = whole_keys(key_frames("every:3", kFrames));
+  const Tensor groups = whole_keys(kFrames, key_frames("every:3", kFrames));
   const Baseline plain = baseline_of(keys, groups), smooth = baseline_of(keys, groups, {}, noise);
   const auto error = [&](const Baseline& baseline) {
     return (joints_of(baseline.poses) - joints_of(truth)).norm(2, {2}).mean().item<double>();
@@ -124,7 +119,7 @@ TEST(Baseline, OfNoisyKeysIsSmoothAndLeavesThemOpen) {
 }
 
 TEST(Baseline, KnowsHowFarKeysAre) {
-  const Baseline baseline = baseline_of(poses_of(someone()), whole_keys({0, 40, 80}));
+  const Baseline baseline = baseline_of(poses_of(someone()), whole_keys(kFrames, {0, 40, 80}));
   EXPECT_EQ(baseline.pose_distance[10].bridge(), 7.5F) << "10 * 30 / 40";
   EXPECT_EQ(baseline.pose_distance[40].bridge(), 0);
   EXPECT_EQ(baseline.pose_distance[100].before, 20);
@@ -133,7 +128,7 @@ TEST(Baseline, KnowsHowFarKeysAre) {
 
 TEST(Baseline, PartialKeysAreTargets) {
   const Clip clip = someone();
-  Tensor groups = whole_keys({0, 120});
+  Tensor groups = whole_keys(kFrames, {0, 120});
   groups[50][kJointGroups + 20] = 1;  // the left wrist
   const Baseline baseline = baseline_of(poses_of(clip), groups);
   EXPECT_EQ(baseline.targets.select(2, 3).sum().item<float>(), 1);
@@ -146,7 +141,7 @@ TEST(Baseline, PartialKeysAreTargets) {
 
 TEST(Residual, UndoesItselfAndIsNothingAtKeys) {
   const Poses motion = poses_of(someone());
-  const Baseline baseline = baseline_of(motion, whole_keys({0, 60, 120}));
+  const Baseline baseline = baseline_of(motion, whole_keys(kFrames, {0, 60, 120}));
   const Tensor residual = residual_of(motion, baseline);
   ASSERT_EQ(residual.sizes(), torch::IntArrayRef({kResidualFeatures, kFrames}));
   for (const int64_t key : {0, 60, 120}) EXPECT_LT(residual.select(1, key).abs().max().item<float>(), 1e-4) << key;
@@ -164,7 +159,7 @@ TEST(Residual, KnowsNoAxesOfTheScene) {
   const Quaternionf turn(AngleAxisf(2.1F, Vector3f::UnitY()));
   for (Vector3f& joint : turned.joints) joint = turn * joint + Vector3f(3, 0, -1);
   for (Quaternionf& q : turned.rotations) q = turn * q;
-  const Tensor keys = whole_keys({0, 60, 120});
+  const Tensor keys = whole_keys(kFrames, {0, 60, 120});
   EXPECT_LT(largest_difference(residual_of(turned, baseline_of(turned, keys)),
                                residual_of(motion, baseline_of(motion, keys))),
             2e-4);
@@ -186,7 +181,7 @@ TEST(Residual, KnowsNoRestFrames) {
     other.rotations[i] = motion.rotations[i] * rest[i % kStandardJoints];
   for (int64_t t = 0; t < other.frames(); ++t) place_joints(other, t);
   ASSERT_LT(largest_distance(other, motion), 1e-4F) << "the same motion";
-  const Tensor keys = whole_keys({0, 60, 120});
+  const Tensor keys = whole_keys(kFrames, {0, 60, 120});
   EXPECT_LT(
       largest_difference(residual_of(other, baseline_of(other, keys)), residual_of(motion, baseline_of(motion, keys))),
       2e-4);
@@ -195,7 +190,7 @@ TEST(Residual, KnowsNoRestFrames) {
 TEST(Residual, ScaleGrowsWithTheDistanceFromKeys) {
   const Poses motion = poses_of(someone());
   ResidualStatistics statistics;
-  const Baseline baseline = baseline_of(motion, whole_keys({0, 60, 90}));
+  const Baseline baseline = baseline_of(motion, whole_keys(kFrames, {0, 60, 90}));
   statistics.add(residual_of(motion, baseline), baseline);
   const Tensor table = statistics.table();
   EXPECT_TRUE((table[0] == 0).all().item<bool>());
@@ -208,7 +203,7 @@ TEST(Residual, ScaleGrowsWithTheDistanceFromKeys) {
 
 TEST(Residual, JointsHaveGradients) {
   const Poses motion = poses_of(walker(9, 1.1, 0.7, 1));
-  const Baseline baseline = baseline_of(motion, whole_keys({0, 8}, 9));
+  const Baseline baseline = baseline_of(motion, whole_keys(9, {0, 8}));
   const ResidualFrames frames = residual_frames({&baseline}, torch::full({kScaleRows, kResidualFeatures}, 0.3));
   torch::manual_seed(2);
   Tensor residual = torch::randn({1, kResidualFeatures, 9}) * 0.3;

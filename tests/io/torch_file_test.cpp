@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "inhabit/body/vposer.h"
+#include "inhabit/data/vposer.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/math/rotation.h"
 #include "io/pickle_bytes.h"

@@ -6,6 +6,7 @@
 #include "inhabit/nn/fast_point_voxel.h"
 #include "inhabit/nn/grid_conv.h"
 #include "inhabit/nn/gru_kernel.h"
+#include "inhabit/nn/motion_attention.h"
 #include "inhabit/nn/row_layers.h"
 #include "inhabit/nn/trajectory_graph.h"
 #include "largest.h"
@@ -248,6 +249,42 @@ TEST(TrajectoryGraph, RepeatsTheLastFrameWhereTheNetworkAddsNothing) {
   network->out->weight.zero_();
   network->out->bias.zero_();
   EXPECT_LT(largest_difference(network->forward(past), past.slice(1, 7).expand({-1, 5, -1})), 1e-5);
+}
+
+TEST(MotionAttention, GoesOnAsWhatWasMostAlikeDid) {
+  const torch::NoGradGuard no_gradients;
+  torch::manual_seed(9);
+  nn::MotionAttention network(9, 6, 4, 12, 2);
+  network->eval();
+  const Tensor past = torch::randn({3, 40, 9});
+  EXPECT_EQ(network->forward(past).sizes(), (torch::IntArrayRef{3, 4, 9}));
+  EXPECT_EQ(network->attention(past).sizes(), (torch::IntArrayRef{3, 31}));
+  EXPECT_LT(largest_difference(network->attention(past).sum(1), torch::ones({3})), 1e-5);
+  // Queries that are alike alone where they are the same: each frame tells which it is, of a period of 15.
+  const int64_t period = 15, frames = 50;
+  nn::MotionAttention planted(period, 6, 4, period, 1);
+  planted->eval();
+  for (const torch::nn::Sequential& part : {planted->query_network, planted->key_network}) {
+    for (Tensor& p : part->parameters()) p.zero_();
+    // The last frame of six: through both kernels, channel by channel.
+    Tensor first = part->ptr(0)->as<torch::nn::Conv1d>()->weight,
+           second = part->ptr(2)->as<torch::nn::Conv1d>()->weight;
+    for (int64_t k = 0; k < period; ++k) first[k][k][first.size(2) - 1] = second[k][k][second.size(2) - 1] = 1;
+  }
+  planted->out->weight.zero_();
+  planted->out->bias.zero_();
+  const Tensor cyclic = torch::eye(period).repeat({4, 1}).slice(0, 0, frames).unsqueeze(0);
+  const Tensor counted = planted->attention(cyclic)[0];  // what ends at frame 5 + n is like what ends at 49
+  for (int64_t n = 0; n < counted.size(0); ++n)
+    EXPECT_NEAR(counted[n].item<double>(), (n + 5) % period == 49 % period ? 1.0 / 2 : 0, 1e-5) << n;
+  EXPECT_LT(largest_difference(planted->forward(cyclic), cyclic.slice(1, frames - 1).expand({-1, 4, -1})), 1e-5)
+      << "the graph network adds nothing: the last frame repeated";
+  // It sees what followed: another continuation of what was alike, another forecast.
+  Tensor other = cyclic.clone();
+  other.slice(1, 35, 38).add_(1);  // after one of the two
+  nn::MotionAttention whole(period, 6, 4, period, 1);
+  whole->eval();
+  EXPECT_GT(largest_difference(whole->forward(other), whole->forward(cyclic)), 1e-4);
 }
 
 TEST(TrajectoryGraph, GradientsReachEveryParameterAndFarCoordinates) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/synth/check.h"
+#include "inhabit/version.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -71,6 +73,12 @@ TEST(GenerateRooms, ARunThatWasEndedGoesOnToTheSameBytes) {
   EXPECT_THAT(refusal_of([&] { generate_rooms(folder / "ended", options); }),
               testing::AllOf(testing::HasSubstr(kept), testing::HasSubstr("other settings")));
   options.seed = 1;
+  const std::string lines = read_whole_file(kept);
+  std::string older = lines;
+  older.replace(older.find(INHABIT_VERSION), std::strlen(INHABIT_VERSION), "0.0.9");
+  write_atomically(kept, older);
+  EXPECT_THAT(refusal_of([&] { generate_rooms(folder / "ended", options); }), testing::HasSubstr("another version"));
+  write_atomically(kept, lines);
   int64_t left = 0;
   options.progress = [&](int64_t, int64_t all) { left = all; };
   generate_rooms(folder / "ended", options);

@@ -1,4 +1,4 @@
-#include "inhabit/body/vposer.h"
+#include "inhabit/data/vposer.h"
 
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
