@@ -19,6 +19,7 @@ struct AnticipateArguments {
   std::vector<std::string> outputs;
   inhabit::WriteOptions writing;
   inhabit::anticipate::Options anticipate;
+  SceneInput scene;
 };
 
 }  // namespace
@@ -43,6 +44,9 @@ void add_anticipate(CLI::App& app) {
   verb->add_option("--seed", o->anticipate.seed, "Seed of the futures")->check(whole_number)->capture_default_str();
   verb->add_flag("--solve", o->anticipate.solve,
                  "Find the joint rotations over all frames together, seconds a future, instead of frame by frame");
+  add_scene(*verb, o->scene, ", which futures are steered around");
+  verb->add_flag("--refine", o->anticipate.refine,
+                 "Feet stand, and nobody is inside the scene: a second for each half minute of a future");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_flag("--standard", o->anticipate.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
@@ -57,10 +61,11 @@ void add_anticipate(CLI::App& app) {
     o->anticipate.standard |= pages_alone(o->outputs);
     Notes notes;
     const Clip clip = read_motion(o->motion, o->reading, notes);
+    const Scene scene = read_scene(o->scene, notes);
     const auto anticipator = anticipate::IntentionAnticipator::load(model_file(o->model, "anticipate-cmu.safetensors"));
     o->anticipate.name = o->motion;
     o->anticipate.progress = progress_of("futures");
-    const anticipate::Result a = anticipator.run(clip, {}, o->anticipate);
+    const anticipate::Result a = anticipator.run(clip, scene, o->anticipate);
     say(notes);
     write_outputs(
         o->outputs,

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "progress.h"
 #include "verbs.h"
@@ -51,6 +52,15 @@ inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOption
   inhabit::Clip clip = inhabit::read_clip(path, reading, &own);
   for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
   return clip;
+}
+
+std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,
+                                        inhabit::Notes& notes) {
+  inhabit::Notes own;
+  std::vector<inhabit::Clip> clips = inhabit::read_clips(path, reading, &own);
+  if (inhabit::extension_of(path) != "npz") clips.resize(1);
+  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  return clips;
 }
 
 void say(const inhabit::Notes& notes, size_t most) {

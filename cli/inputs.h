@@ -32,6 +32,9 @@ void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std
 
 /// The motion in a file. @param notes what was detected and assumed is added to it
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes);
+/// All futures of an .npz; of other files the first motion, as others may be of other skeletons and lengths.
+std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,
+                                        inhabit::Notes& notes);
 
 /// Prints notes, a line each: once nothing can be refused any more. @param most of many files' only so many
 void say(const inhabit::Notes& notes, size_t most = SIZE_MAX);

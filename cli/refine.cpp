@@ -1,3 +1,5 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -16,7 +18,7 @@ namespace {
 
 struct RefineArguments {
   std::string motion, keep;
-  bool contacts = true, standard = false;
+  bool contacts = true, standard = false, generated = false;
   double smooth = 1;
   inhabit::ClipReadOptions reading;
   SceneInput scene;
@@ -27,15 +29,14 @@ struct RefineArguments {
   std::vector<double> camera;
 };
 
-void write_refined(const RefineArguments& o, const inhabit::Clip& before, const inhabit::Clip& after,
-                   const inhabit::Clip& on_source, const inhabit::Scene& scene) {
+/// Motions as they were and as they are refined; `written`, on the skeleton that is asked for, go to files.
+void write_refined(const RefineArguments& o, const std::vector<inhabit::RefinedPerson>& people,
+                   const std::vector<inhabit::Clip>& written, const inhabit::Scene& scene) {
   using namespace inhabit;
   write_outputs(
       o.outputs,
-      [&] {
-        return refined_page(before, after, scene, "Refined: " + std::filesystem::path(o.motion).filename().string());
-      },
-      [&](const std::string& out) { write_clips(out, {o.standard ? after : on_source}, o.writing, {}, &scene); });
+      [&] { return refined_page(people, scene, "Refined: " + std::filesystem::path(o.motion).filename().string()); },
+      [&](const std::string& out) { write_clips(out, written, o.writing, {}, &scene); });
 }
 
 void run_on_depth(const RefineArguments& o) {
@@ -65,7 +66,36 @@ void run_on_depth(const RefineArguments& o) {
   say(notes);
   std::printf("points %.1f mm from the skin before, %.1f mm after; joints moved by %.1f mm in the mean\n",
               1e3 * result.distance_before, 1e3 * result.distance_after, 1e3 * result.moved);
-  write_refined(o, result.before, result.clip, result.on_source, scene);
+  write_refined(o, {{result.before, result.clip}}, {o.standard ? result.clip : result.on_source}, scene);
+}
+
+void run_on_motion(const RefineArguments& o) {
+  using namespace inhabit;
+  Notes notes;
+  const std::vector<Clip> clips = read_motions(o.motion, o.reading, notes);
+  const Scene scene = read_scene(o.scene, notes);
+  std::vector<RefinedPerson> people;
+  std::vector<Clip> written;
+  std::string said;
+  for (const Clip& clip : clips) {
+    refine::Options options;
+    options.contacts = o.contacts;
+    options.generated = o.generated;
+    options.smooth = o.smooth;
+    refine::add_kept(o.keep, clip, options);
+    options.name = o.motion;
+    options.standard = o.standard;
+    options.progress = progress_of("stretches");
+    const refine::Result result = refine::refine(clip, scene, options);
+    said +=
+        fmt::format("noise of {:.1f} degrees and {:.1f} mm found, {} contacts; joints moved by {:.1f} mm in the mean\n",
+                    57.29578 * result.noise_rotations, 1e3 * result.noise_root, result.contacts, 1e3 * result.moved);
+    people.push_back({result.before, result.clip});
+    written.push_back(o.standard ? result.clip : result.on_source);
+  }
+  say(notes);
+  std::printf("%s", said.c_str());
+  write_refined(o, people, written, scene);
 }
 
 }  // namespace
@@ -84,6 +114,10 @@ void add_refine(CLI::App& app) {
   verb->add_option(
       "--keep", o->keep,
       "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names or the file's");
+  CLI::Option* generated =
+      verb->add_flag("--generated", o->generated,
+                     "A network made the motion: feet that glide a little are taken for standing, poses are believed "
+                     "less closely");
   verb->add_option("--smooth", o->smooth, "Factor on the smoothing; 0: none")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
@@ -102,7 +136,7 @@ void add_refine(CLI::App& app) {
       ->check(positive_number)
       ->needs(depth)
       ->capture_default_str();
-  depth->excludes("--contacts", "--keep");
+  depth->excludes("--contacts", "--keep")->excludes(generated);
   verb->add_flag("--standard", o->standard, "Write the standard 22 joints, not the file's skeleton");
   add_writing(*verb, o->writing);
   verb->add_option(
@@ -114,21 +148,6 @@ void add_refine(CLI::App& app) {
     require_motion_written(o->writing, o->outputs);
     o->standard |= pages_alone(o->outputs);
     if (!o->depth.empty()) return run_on_depth(*o);
-    Notes notes;
-    const Clip clip = read_motion(o->motion, o->reading, notes);
-    const Scene scene = read_scene(o->scene, notes);
-    refine::Options options;
-    options.contacts = o->contacts;
-    options.smooth = o->smooth;
-    refine::add_kept(o->keep, clip, options);
-    options.name = o->motion;
-    options.standard = o->standard;
-    options.progress = progress_of("stretches");
-    const refine::Result result = refine::refine(clip, scene, options);
-    say(notes);
-    std::printf("noise of %.1f degrees and %.1f mm found, %lld contacts; joints moved by %.1f mm in the mean\n",
-                57.29578 * result.noise_rotations, 1e3 * result.noise_root, static_cast<long long>(result.contacts),
-                1e3 * result.moved);
-    write_refined(*o, result.before, result.clip, result.on_source, scene);
+    run_on_motion(*o);
   });
 }

@@ -1,6 +1,7 @@
 #include "inhabit/anticipate/intention_anticipator.h"
 
 #include <mutex>
+#include <optional>
 
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/sample.h"
@@ -12,6 +13,10 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/parallel_chunks.h"
+#include "inhabit/refine/refine_clip.h"
+#include "inhabit/scene/floor.h"
+#include "inhabit/scene/objects.h"
+#include "inhabit/scene/steering.h"
 
 namespace inhabit::anticipate {
 
@@ -26,6 +31,14 @@ BodyModel body_on(const Skeleton& skeleton) {
   body.joint_template = skeleton.rest_joints();
   body.joint_dirs = torch::zeros_like(body.joint_dirs);
   return body;
+}
+
+/// What stands on the floor under a person; nothing where nothing does.
+std::optional<FreeSpace> floor_around(const Scene& scene, const Clip& person) {
+  if (scene.empty()) return std::nullopt;
+  const Scene obstacles = obstacles_of(rooms_looking_in(scene, person.root_path()));
+  if (obstacles.empty()) return std::nullopt;
+  return free_space(raised(obstacles, -floor_under(person, SceneQuery(scene))));
 }
 
 }  // namespace
@@ -50,7 +63,7 @@ IntentionAnticipator::IntentionAnticipator(IntentionAnticipator&&) noexcept = de
 
 const Config& IntentionAnticipator::config() const { return impl_->config; }
 
-Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const Options& options) const {
+Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = impl_->config;
   if (options.samples < 1) throw Error("samples", "must be at least 1");
@@ -82,14 +95,17 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& /*scene*/, const
   out.futures.resize(static_cast<size_t>(options.samples));
   if (!options.standard) out.on_source.resize(out.futures.size());
   const int64_t first = options.start < 0 ? clip.frames() : options.start;
+  const std::optional<FreeSpace> floor = floor_around(scene, out.past);
   std::mutex counting;
   int64_t done = 0;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
     interruption_point();
     const torch::NoGradGuard none;
     const auto i = static_cast<size_t>(s);
-    const Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
+    Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
+    if (floor) whole = steered(whole, *floor);
     out.futures[i] = slice(whole, 1, whole.frames());
+    if (options.refine) out.futures[i] = refine::refine_continuation(out.past, out.futures[i], scene);
     if (!options.standard) out.on_source[i] = going_on(clip, first, slice(whole, 0, 1), out.futures[i]);
     const std::lock_guard<std::mutex> lock(counting);
     if (options.progress) options.progress(++done, options.samples);

@@ -19,6 +19,7 @@ struct Options {
   std::string name = "motion";  ///< what errors call the clip
   bool standard = false;        ///< futures are wanted on the standard skeleton alone
   bool solve = false;           ///< rotations by fit_body(), a second each, instead of fit_rotations()
+  bool refine = false;          ///< feet stand, nobody is inside the scene (refine/): a second for each half minute
   Progress progress = {};       ///< futures; may be empty
 };
 
@@ -51,7 +52,8 @@ class IntentionAnticipator {
   const Config& config() const;
 
   /// Observes up to config().observed frames before the start, and at least kappa of them, of a clip on any skeleton
-  /// that maps to the standard one, at any rate. The networks see no scene: it is there as in every system's call.
+  /// that maps to the standard one, at any rate. The networks see no scene: futures are steered around what stands
+  /// in it (scene/steering.h), which may be empty.
   /// Throws Error where fewer frames lie before the start, or an option is out of range.
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 

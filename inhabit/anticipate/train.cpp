@@ -385,18 +385,17 @@ TrainTask baseline_task(const std::string& name, Networks& networks, const Data&
   task.module = baseline.network;
   task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
-  task.prepare = batches(
-      [&, frames = baseline.frames](const TrainStep& step) {
-        return baseline_batch(data, c, step.indices, step.seed, frames);
-      },
-      [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
-                                                                                   const TrainStep&) {
-        const BaselineBatch b = on_cpu.on(device);
-        const Tensor forecast = forecast_of(b.past);
-        const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
-                     root = root_reconstruction_loss(forecast, b.future, b.known);
-        return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
-      });
+  task.prepare =
+      batches([&, frames = baseline.frames](
+                  const TrainStep& step) { return baseline_batch(data, c, step.indices, step.seed, frames); },
+              [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
+                                                                                           const TrainStep&) {
+                const BaselineBatch b = on_cpu.on(device);
+                const Tensor forecast = forecast_of(b.past);
+                const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
+                             root = root_reconstruction_loss(forecast, b.future, b.known);
+                return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
+              });
   task.validate = [&, baseline, device] {
     const OnCpu moved(device, {baseline.network});
     return validation_error(networks, baseline.future, validation);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
@@ -20,26 +19,6 @@
 
 namespace inhabit::forecast {
 namespace {
-
-constexpr int64_t kLed = 10;       // observed frames that refinement goes on from
-constexpr double kFootChange = 2;  // m/s^2: no key poses have to be met, so that feet may land softly
-
-/// The prediction refined (refine_clip.h): it goes on from the last observed frames, which stay as they are.
-Clip refined(const Clip& past, const Clip& prediction, const Scene& scene) {
-  const Clip led = slice(past, std::max<int64_t>(0, past.frames() - kLed), past.frames());
-  Clip whole = prediction;
-  whole.joints = torch::cat({led.joints, prediction.joints});
-  whole.rotations = torch::cat({led.rotations, prediction.rotations});
-  whole.trans = torch::cat({led.trans, prediction.trans});
-  refine::Options options;
-  options.generated = true;
-  options.foot_change = kFootChange;
-  options.standard = true;
-  options.name = "the prediction";
-  options.keep_frames.resize(static_cast<size_t>(led.frames()));
-  std::iota(options.keep_frames.begin(), options.keep_frames.end(), 0);
-  return slice(refine::refine(whole, scene, options).clip, led.frames(), whole.frames());
-}
 
 /// The body of the observed person in predicted joints (T, 22, 3).
 Clip embodied(const Clip& past, const torch::Tensor& joints) {
@@ -165,7 +144,7 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
     // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
     const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), joints}));
     prediction = slice(whole, 1, whole.frames());
-    if (options.refine) prediction = refined(out.past, prediction, out.scene);
+    if (options.refine) prediction = refine::refine_continuation(out.past, prediction, out.scene);
     if (!options.standard) on_source = going_on(clip, end, slice(whole, 0, 1), prediction);
   };
   finish(out.forecast.joints, out.prediction, out.on_source);

@@ -96,6 +96,24 @@ std::vector<Contact> detect_contacts(int joint, const Track& track, const std::v
   return out;
 }
 
+void extend_contacts(std::vector<Contact>& contacts, const Track& track, const std::vector<double>& floor,
+                     double standing, double low, double near) {
+  const auto frames = static_cast<int64_t>(track.size());
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    Contact& contact = contacts[i];
+    const Vector3d place = contact_place(contact, track);
+    const auto stands = [&](int64_t t) {
+      const Vector3d off = track[static_cast<size_t>(t)] - place;
+      return track[static_cast<size_t>(t)].y() - floor[static_cast<size_t>(t)] < standing + low &&
+             std::hypot(off.x(), off.z()) < near;
+    };
+    const int64_t begin = i > 0 ? contacts[i - 1].last + 2 : 0,
+                  end = i + 1 < contacts.size() ? contacts[i + 1].first - 1 : frames;
+    while (contact.first > begin && stands(contact.first - 1)) --contact.first;
+    while (contact.last + 1 < end && stands(contact.last + 1)) ++contact.last;
+  }
+}
+
 Vector3d contact_place(const Contact& contact, const Track& track) {
   Vector3d place;
   for (int i = 0; i < 3; ++i) {

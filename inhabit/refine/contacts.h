@@ -34,6 +34,12 @@ double standing_height(const Track& track, const std::vector<double>& floor);
 std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
                                      double rate, const ContactDetection& detection = {});
 
+/// Contacts made longer, at both ends, by frames in which the joint is low and near to where it stood: networks let
+/// feet glide a little before they leave and when they come. No contact reaches the next one.
+/// @param low metres above where the joint stands. @param near metres along the floor, of contact_place
+void extend_contacts(std::vector<Contact>& contacts, const Track& track, const std::vector<double>& floor,
+                     double standing, double low, double near);
+
 /// Where a contact is: the median of each coordinate over its frames.
 Eigen::Vector3d contact_place(const Contact& contact, const Track& track);
 

@@ -36,9 +36,11 @@ struct Belief {
   double foothold;          // metres: how near a contact stays to where it was found
   double tolerance;         // of the last steps, see SolveOptions
   ContactDetection detect;  // of balls of the feet
+  double glide = 0;         // metres from where it stands that a low foot is still taken for standing
 };
 constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
-constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 1e-3, {0.07, 0.9, 1.2, 0.15, 0.13}};
+constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 1e-3, {0.07, 0.9, 1.2, 0.15, 0.13}, 0.12};
+constexpr double kGlideHeight = 0.035;  // metres over where it stands: so low a foot slides
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kUsualJerk = 70;                         // m/s^3: the jerk found where kPlaceJerk is right
@@ -52,7 +54,9 @@ constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on t
 constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
 constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
 constexpr int kRounds = 2;
-constexpr int64_t kWindow = 300, kOverlap = 30;             // frames
+constexpr int64_t kBefore = 10;                  // observed frames that a continuation goes on from
+constexpr double kSoftFoot = 2;                  // m/s^2: no key poses have to be met, so that feet may land softly
+constexpr int64_t kWindow = 300, kOverlap = 30;  // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
 
 double squared(double x) { return x * x; }
@@ -245,6 +249,8 @@ class Refinement {
       foot.standing = standing_height(foot.track, foot.floor);
       const ContactDetection& detect = is_ball(joint) ? belief_.detect : kHeel;
       foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detect);
+      if (is_ball(joint) && belief_.glide > 0)
+        extend_contacts(foot.contacts, foot.track, foot.floor, foot.standing, kGlideHeight, belief_.glide);
       feet_.push_back(std::move(foot));
     }
   }
@@ -440,6 +446,22 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
     out.on_source = on_source_skeleton(out.clip, poses, clip.frames());
   }
   return out;
+}
+
+Clip refine_continuation(const Clip& past, const Clip& future, const Scene& scene) {
+  const Clip before = slice(past, std::max<int64_t>(0, past.frames() - kBefore), past.frames());
+  Clip whole = future;
+  whole.joints = torch::cat({before.joints, future.joints});
+  whole.rotations = torch::cat({before.rotations, future.rotations});
+  whole.trans = torch::cat({before.trans, future.trans});
+  Options options;
+  options.generated = true;
+  options.foot_change = kSoftFoot;
+  options.standard = true;
+  options.name = "the continuation";
+  options.keep_frames.resize(static_cast<size_t>(before.frames()));
+  std::iota(options.keep_frames.begin(), options.keep_frames.end(), 0);
+  return slice(refine(whole, scene, options).clip, before.frames(), whole.frames());
 }
 
 }  // namespace inhabit::refine

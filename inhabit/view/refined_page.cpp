@@ -2,14 +2,17 @@
 
 namespace inhabit {
 
-Page refined_page(const Clip& before, const Clip& after, const Scene& scene, const std::string& title) {
+Page refined_page(const std::vector<RefinedPerson>& people, const Scene& scene, const std::string& title) {
   using Role = PagePerson::Role;
   Page page;
   page.title = title;
   page.note = "Grey: the motion as it was. Blue: as it was refined.";
   page.scene = &scene;
-  page.people.push_back({before, "before", Role::past, 0, nullptr});
-  page.people.push_back({after, "refined", Role::prediction, 0, nullptr});
+  for (size_t i = 0; i < people.size(); ++i) {
+    const std::string number = people.size() > 1 ? " " + std::to_string(i + 1) : "";
+    page.people.push_back({people[i].before, "before" + number, Role::past, 0, nullptr});
+    page.people.push_back({people[i].after, "refined" + number, Role::prediction, 0, nullptr});
+  }
   return page;
 }
 

@@ -1,11 +1,18 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "inhabit/view/page.h"
 
 namespace inhabit {
 
-/// A motion as it was and as it was refined, in a scene that must outlive the page.
-Page refined_page(const Clip& before, const Clip& after, const Scene& scene, const std::string& title);
+/// A motion as it was and as it was refined.
+struct RefinedPerson {
+  Clip before;  ///< on the standard skeleton
+  Clip after;   ///< likewise
+};
+
+/// Motions of one or several people, in a scene that must outlive the page.
+Page refined_page(const std::vector<RefinedPerson>& people, const Scene& scene, const std::string& title);
 
 }  // namespace inhabit

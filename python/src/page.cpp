@@ -111,10 +111,10 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
     out.page = interact::interaction_page(inner_seated, seated[0].scene);
   } else if (results_of(RefineResult(), refined)) {
     alone(refined.size());
-    out.page = refined_page(refined[0].result.before, refined[0].result.clip, refined[0].scene, "Refined");
+    out.page = refined_page({{refined[0].result.before, refined[0].result.clip}}, refined[0].scene, "Refined");
   } else if (results_of(refine::DepthResult(), fitted)) {
     alone(fitted.size());
-    out.page = refined_page(fitted[0].before, fitted[0].clip, out.scene, "Refined");
+    out.page = refined_page({{fitted[0].before, fitted[0].clip}}, out.scene, "Refined");
   } else if (results_of(reconstruct::Result(), reconstructed)) {
     alone(reconstructed.size());
     out.page = reconstruct::reconstruction_page(reconstructed[0], "a video");
