@@ -73,6 +73,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
   const int64_t frames = std::max<int64_t>(1, std::llround(options.seconds * c.rate));
 
   Result out;
+  out.scene = scene;
   out.past = slice(observed.motion, std::max<int64_t>(0, start - c.observed), start);
   const Tensor seen = on_skeleton(out.past, impl_->body.skeleton).joints;  // (t, 22, 3)
   const Tensor past = observation(joint_features(seen), seen.size(0), c.observed).unsqueeze(0);

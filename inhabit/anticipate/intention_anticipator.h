@@ -32,6 +32,7 @@ struct Result {
   /// set.
   std::vector<Clip> on_source;
   torch::Tensor labels_on_source;  ///< (S, T') int64
+  Scene scene;                     ///< as given
 };
 
 /// Intention-driven anticipation: a motion in, many plausible futures of up to any length out. On the CPU. Safe to use

@@ -40,7 +40,8 @@ struct Belief {
 };
 constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
 constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 1e-3, {0.07, 0.9, 1.2, 0.15, 0.13}, 0.12};
-constexpr double kGlideHeight = 0.035;  // metres over where it stands: so low a foot slides
+constexpr std::array<double, 3> kToeOff = {0.035, 0.015, 0.005};  // metres that a ball rises before it goes, last first
+constexpr double kGlideHeight = 0.035;                            // metres over where it stands: so low a foot slides
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kUsualJerk = 70;                         // m/s^3: the jerk found where kPlaceJerk is right
@@ -296,6 +297,17 @@ class Refinement {
     return out;
   }
 
+  /// Metres that the ball of a foot of generated motion has risen by in a frame of a contact: people roll over their
+  /// toes before a foot goes, networks let it slide. None where it does not go, or a frame is kept.
+  double toe_off(const Contact& contact, const Foot& foot, int64_t frame) const {
+    const auto before = static_cast<size_t>(contact.last - frame);
+    if (!is_ball(foot.joint) || belief_.glide == 0 || before >= kToeOff.size() || kept(frame)) return 0;
+    const auto next = static_cast<size_t>(contact.last) + 1;
+    if (next >= foot.track.size() || contact.last - contact.first < static_cast<int64_t>(2 * kToeOff.size())) return 0;
+    const bool goes = (foot.track[next] - foot.track[next - 1]).norm() * clip_.rate > kGoing;
+    return goes ? kToeOff[before] : 0;
+  }
+
   /// A contact holds its joint at one place, near to where it was found: the scene may push it aside as a whole.
   void add_footholds() {
     const double per_frame = 30 / clip_.rate;
@@ -305,14 +317,18 @@ class Refinement {
                    near = std::max({still, belief_.foothold, known});
       for (const Contact& contact : foot.contacts) {
         const std::vector<Vector3d> places = footholds(contact, foot);
-        for (int64_t t = contact.first; t <= contact.last; ++t)
-          problem_.places.push_back({t,
-                                     foot.joint,
-                                     places[static_cast<size_t>(t - contact.first)],
-                                     Vector3d::Constant(per_frame * weight_of(near)),
-                                     {}});
-        for (int64_t t = contact.first; near > still && t < contact.last; ++t)
-          problem_.holds.push_back({t, foot.joint, Vector3d::Constant(per_frame * weight_of(still))});
+        for (int64_t t = contact.first; t <= contact.last; ++t) {
+          Vector3d place = places[static_cast<size_t>(t - contact.first)],
+                   weight = Vector3d::Constant(per_frame * weight_of(near));
+          const double rise = toe_off(contact, foot, t);
+          if (rise > 0) place.y() += rise, weight.y() = per_frame * weight_of(kHeelContact);
+          problem_.places.push_back({t, foot.joint, place, weight, {}});
+        }
+        for (int64_t t = contact.first; near > still && t < contact.last; ++t) {
+          Vector3d weight = Vector3d::Constant(per_frame * weight_of(still));
+          if (toe_off(contact, foot, t + 1) > 0) weight.y() = 0;
+          problem_.holds.push_back({t, foot.joint, weight});
+        }
       }
     }
   }
