@@ -40,7 +40,7 @@ class Steering {
     double chosen = 0, rate = 0;
     for (int64_t t = 0; t + 1 < frames; ++t) {
       const auto i = static_cast<size_t>(t);
-      clear_ = clear_ || floor_.at(places[i]) > kClearance;
+      clear_ = clear_ || clearance(places[i]) > kClearance;
       if (t % every == 0) chosen = clear_ ? choice(t, places[i], angles[i], rate) : 0;
       rate += (chosen - rate) * std::min(1.0, seconds_ / kNearing);
       angles[i + 1] = angles[i] + rate * seconds_;
@@ -49,6 +49,13 @@ class Steering {
   }
 
  private:
+  /// Metres to what stands there; beyond the grid nothing does.
+  double clearance(const Vector2d& at) const {
+    const Vector2d last = floor_.point(floor_.nx - 1, floor_.nz - 1);
+    const bool within = (at - floor_.origin).minCoeff() > 0 && (last - at).minCoeff() > 0;
+    return within ? floor_.at(at) : FreeSpace::kFarthest;
+  }
+
   /// A positive angle rotates +Z towards +X, as headings do.
   Vector2d step(int64_t t, double angle) const {
     const Vector2d moved = path_[static_cast<size_t>(t) + 1] - path_[static_cast<size_t>(t)];
@@ -68,7 +75,7 @@ class Steering {
       for (int64_t k = t; k < end; ++k) {
         if (k - t < turning) rotated += rate * seconds_;
         at += step(k, rotated);
-        const double lacks = std::max(0.0, kClearance - floor_.at(at)) / kClearance;
+        const double lacks = std::max(0.0, kClearance - clearance(at)) / kClearance;
         cost += lacks * lacks * seconds_;
       }
       const auto relative = [](double r) { return r / (45 * kDegrees) * (r / (45 * kDegrees)); };

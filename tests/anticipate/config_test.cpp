@@ -114,7 +114,7 @@ TEST(Config, SettingsFromTheCommandLine) {
   set_fields(c, {"observed=12"});  // does not fit the others yet
   EXPECT_THAT(refusal_of([&] { validate(c, "m"); }),
               HasSubstr("m: configuration: 'baselines.ltd_past' is out of range"));
-  set_fields(c, {"baselines.ltd_past=10"});
+  set_fields(c, {"baselines.ltd_past=10", "baselines.hisrep_query=4", "baselines.hisrep_future=5"});
   EXPECT_EQ(refusal_of([&] { validate(c, "m"); }), "");
 }
 
