@@ -2,8 +2,11 @@
 // what cannot be.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "cli/examples.h"
 #include "cli/refusal.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
 
 namespace inhabit {
@@ -28,6 +31,29 @@ TEST(RefineVerb, NothingToDoChangesNothing) {
   const CommandResult r = run_command("refine " + kWalk + " --keep every:1 -o " + folder / "same.npz");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_TRUE(torch::equal(read_clip(folder / "same.npz").rotations, read_clip(kWalk).rotations));
+}
+
+/// Fraction of frames in which a file's feet slide.
+double skating(const std::string& motion, const TempFolder& folder) {
+  const CommandResult r = run_command("score skating --motion " + motion + " --json " + folder / "s.json");
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  return nlohmann::json::parse(read_whole_file(folder / "s.json"))["foot_skating"].get<double>();
+}
+
+TEST(RefineVerb, FeetOfFuturesStand) {
+  const TempFolder folder;
+  const std::string raw = folder / "raw.npz", clean = folder / "clean.npz", own = folder / "own.npz",
+                    futures = "anticipate " + kWalk + " --samples 3 --seconds 8 --standard -o ";
+  ASSERT_EQ(run_command(futures + raw).exit_code, 0);
+  const CommandResult r =
+      run_command("refine " + raw + " --generated --standard -o " + clean + " -o " + folder / "r.html");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_clips(clean).size(), 3U);
+  ASSERT_EQ(run_command(futures + own + " --refine").exit_code, 0);
+  const double before = skating(raw, folder);
+  EXPECT_GT(before, 0.1) << "else this test says nothing";
+  EXPECT_LT(skating(clean, folder), before / 3);
+  EXPECT_LT(skating(own, folder), before / 3);
 }
 
 TEST(RefineVerb, RefusesWhatIsNotThere) {

@@ -53,6 +53,21 @@ TEST(Contacts, WhatGlidesOrIsInTheAirIsNone) {
   EXPECT_LT(contacts[0].last, 5);
 }
 
+TEST(Contacts, AreExtendedWhileTheFootIsLowAndNearAndNoFarther) {
+  Track track;
+  for (int64_t t = 0; t < 40; ++t)  // stands for 20 frames, glides 3 cm a frame for 6, is lifted
+    track.emplace_back(t < 20 ? 0 : 0.03 * static_cast<double>(t - 19), t < 26 ? 0.02 : 0.2, 0);
+  const std::vector<double> floor(track.size(), 0);
+  std::vector<Contact> near = {{10, 5, 15}}, low = near, two = {{10, 0, 8}, {10, 12, 18}};
+  extend_contacts(near, track, floor, 0.02, 0.035, 0.1);
+  EXPECT_EQ(near[0].first, 0);
+  EXPECT_EQ(near[0].last, 22) << "9 cm away";
+  extend_contacts(low, track, floor, 0.02, 0.035, 10);
+  EXPECT_EQ(low[0].last, 25) << "the last low frame";
+  extend_contacts(two, track, floor, 0.02, 0.035, 0.1);
+  EXPECT_LT(two[0].last, two[1].first - 1) << "two contacts stay two";
+}
+
 TEST(Contacts, ASlowStepParts) {
   const std::vector<Contact> contacts = found(steps(50, 20, 12, 0.12));  // never above half a metre a second
   ASSERT_EQ(contacts.size(), 2U);
