@@ -8,6 +8,7 @@
 #include "inhabit/body/fit_frames.h"
 #include "inhabit/error.h"
 #include "inhabit/math/block_band.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/quaternion.h"
 
 namespace inhabit {
@@ -269,8 +270,7 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
     std::vector<double> all;
     all.reserve(targets.size());
     for (const Targets& y : targets) all.push_back((y[j] - y[bones.parents[j]]).norm());
-    std::nth_element(all.begin(), all.begin() + static_cast<int64_t>(all.size() / 2), all.end());
-    length[j] = all[all.size() / 2];
+    length[j] = median(std::move(all));
   }
   const int64_t betas = model.joint_dirs.size(2);
   const Tensor dirs = model.joint_dirs.to(torch::kDouble).contiguous();

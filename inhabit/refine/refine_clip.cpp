@@ -12,6 +12,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
 #include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/retarget.h"
@@ -73,9 +74,8 @@ struct Foot {
 double flat_floor(const Poses& poses) {
   std::vector<double> heights;
   for (const BonesPose& pose : poses) heights.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));
-  const auto at = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
-  std::nth_element(heights.begin(), at, heights.end());
-  const double floor = *at - 0.02;
+  const size_t low = heights.size() / 20;
+  const double floor = nth_smallest(std::move(heights), low) - 0.02;
   return std::abs(floor) < 0.1 ? 0 : floor;
 }
 
@@ -137,9 +137,7 @@ class Refinement {
     base();
     Result out;
     out.noise_root = levels_.root;
-    std::vector<double> sorted = levels_.rotations;
-    std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
-    out.noise_rotations = sorted[11];
+    out.noise_rotations = median(levels_.rotations);
     Trajectory found = smoothed_ ? solve_windows({2, 1e-3}) : problem_.start;  // smooth enough to see contacts in
     if (options_.contacts) {
       find_contacts(posed(problem_.bones, found));

@@ -6,6 +6,7 @@
 
 #include "inhabit/body/joint_limits.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/refine/depth_terms.h"
@@ -83,12 +84,6 @@ class DepthRefinement {
   }
 
  private:
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-
   void read_clouds(int64_t first, int64_t last) {
     read_.erase(read_.begin(), read_.begin() + static_cast<std::ptrdiff_t>(first - first_read_));
     first_read_ = first;
