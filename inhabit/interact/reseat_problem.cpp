@@ -145,9 +145,7 @@ void ReseatProblem::set_up(bool frame_by_frame) {
       if (stays_.last + 1 < clip_.frames()) problem_.fixed[frames - 1 - t] = 1;
     }
   }
-  const JointLimits limits = joint_limits(builtin_body());
-  problem_.low.assign(limits.low.begin(), limits.low.begin() + kStandardJoints);
-  problem_.high.assign(limits.high.begin(), limits.high.begin() + kStandardJoints);
+  problem_.limits = joint_limits(builtin_body(), kStandardJoints);
   problem_.limit_weight = weight_of(0.003);
 }
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/body/joint_limits.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
@@ -102,8 +103,7 @@ Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, i
   out.rate = problem.rate;
   out.points = problem.points;
   out.smoothness = problem.smoothness;
-  out.low = problem.low;
-  out.high = problem.high;
+  out.limits = problem.limits;
   out.limit_weight = problem.limit_weight;
   out.start = cut(problem.start, 1);
   out.initial = cut(from, 1);
@@ -205,14 +205,7 @@ class Refinement {
       for (const int joint : kFootJoints) changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
       problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, changes});
     }
-    const torch::Tensor limits = builtin_body().joint_limits;
-    for (int64_t j = 0; j < kStandardJoints; ++j) {
-      const auto side = [&](int64_t i) -> Vector3d {
-        return {limits[j][0][i].item<double>(), limits[j][1][i].item<double>(), limits[j][2][i].item<double>()};
-      };
-      problem_.low.push_back(side(0));
-      problem_.high.push_back(side(1));
-    }
+    problem_.limits = joint_limits(builtin_body(), kStandardJoints);
     problem_.limit_weight = per_frame * weight_of(kLimit);
     const Poses poses = posed(problem_.bones, problem_.start);
     for (const GivenContact& contact : options_.given) {

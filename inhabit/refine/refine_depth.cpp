@@ -148,9 +148,7 @@ class DepthRefinement {
     for (size_t t = 0; t < out.start.size(); ++t)
       out.stay_near.rotations[t * kStandardJoints] = weight_of(kNearRootRotation);
     out.stay_near.root.assign(out.start.size(), weight_of(kNearRoot));
-    const JointLimits limits = joint_limits(body_);
-    out.low = {limits.low.begin(), limits.low.begin() + kStandardJoints};
-    out.high = {limits.high.begin(), limits.high.begin() + kStandardJoints};
+    out.limits = joint_limits(body_, kStandardJoints);
     out.limit_weight = weight_of(kDepthLimit);
     return out;
   }
