@@ -6,8 +6,10 @@
 
 #include "inhabit/body/bones.h"
 #include "inhabit/body/fit_frames.h"
+#include "inhabit/body/joint_limits.h"
 #include "inhabit/error.h"
 #include "inhabit/math/block_band.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/quaternion.h"
 
 namespace inhabit {
@@ -43,29 +45,13 @@ constexpr double kLimitWeight = 0.05;  // metres a radian beyond a limit
 constexpr int kWindow = 240;           // frames solved together
 constexpr int kRounds = 10;            // at most; four or five are usual
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 struct Problem {
   Bones bones;
   std::array<double, kStandardJoints> weights;
-  std::array<Vector3d, kStandardJoints> low, high;  ///< joint limits
+  JointLimits limits;
   std::array<Vector3d, kStandardJoints> rest_pull;  ///< metres a radian of each axis-angle component
   double smoothness;
 };
-
-/// Derivative of the axis-angle vector a of a rotation R by d in R exp(d), to second order in a.
-Matrix3d log_derivative(const Vector3d& a) {
-  const Matrix3d k = cross_matrix(a);
-  return Matrix3d::Identity() + 0.5 * k + k * k / 12.0;
-}
-
-Vector3d beyond_limits(const Problem& problem, int joint, const Vector3d& a) {
-  return (a - problem.high[joint]).cwiseMax(0.0) + (a - problem.low[joint]).cwiseMin(0.0);
-}
 
 Vector3d turn_between(const Frame& before, const Frame& after, int joint) {
   return axis_angle_of(before.local[joint].conjugate() * after.local[joint]);
@@ -86,7 +72,7 @@ double cost(const Problem& problem, const std::vector<Targets>& targets, size_t 
       if (j == 0) continue;
       const Vector3d a = axis_angle_of(frames[t].local[j]);
       sum += problem.rest_pull[j].cwiseProduct(a).squaredNorm();
-      sum += kLimitWeight * kLimitWeight * beyond_limits(problem, j, a).squaredNorm();
+      sum += kLimitWeight * kLimitWeight * problem.limits.beyond(j, a).squaredNorm();
     }
     before = &frames[t];
   }
@@ -158,7 +144,7 @@ void add_frame(const Problem& problem, const Targets& y, const Frame& frame, Mat
   g.tail<3>() = all.error;
   for (int j : kTurning) {
     if (j == 0) continue;
-    const Vector3d a = axis_angle_of(frame.local[j]), over = beyond_limits(problem, j, a);
+    const Vector3d a = axis_angle_of(frame.local[j]), over = problem.limits.beyond(j, a);
     const Matrix3d d = log_derivative(a);
     const Vector3d pull2 = problem.rest_pull[j].cwiseAbs2();
     Vector3d weight = pull2, force = pull2.cwiseProduct(a);
@@ -269,8 +255,7 @@ Tensor fit_shape(const BodyModel& model, const Tensor& joints) {
     std::vector<double> all;
     all.reserve(targets.size());
     for (const Targets& y : targets) all.push_back((y[j] - y[bones.parents[j]]).norm());
-    std::nth_element(all.begin(), all.begin() + static_cast<int64_t>(all.size() / 2), all.end());
-    length[j] = all[all.size() / 2];
+    length[j] = median(std::move(all));
   }
   const int64_t betas = model.joint_dirs.size(2);
   const Tensor dirs = model.joint_dirs.to(torch::kDouble).contiguous();
@@ -325,17 +310,7 @@ BodyFit fit_body(const BodyModel& model, const Tensor& joints, const FitOptions&
     const Tensor w = options.weights.to(torch::kCPU, torch::kDouble).contiguous();
     for (int j = 0; j < kStandardJoints; ++j) problem.weights[j] = std::max(0.0, w.data_ptr<double>()[j]);
   }
-  problem.low.fill(Vector3d::Constant(-6.3));
-  problem.high.fill(Vector3d::Constant(6.3));
-  if (model.joint_limits.defined()) {
-    const Tensor limits = model.joint_limits.to(torch::kCPU, torch::kDouble).contiguous();
-    auto l = limits.accessor<double, 3>();
-    for (int j = 0; j < kStandardJoints; ++j)
-      for (int i = 0; i < 3; ++i) {
-        problem.low[j][i] = l[j][i][0];
-        problem.high[j][i] = l[j][i][1];
-      }
-  }
+  problem.limits = joint_limits(model);
   // Small enough not to show in the joints; knees and elbows are hinges, which is what settles the roll of thigh and
   // upper arm.
   problem.rest_pull.fill(Vector3d::Constant(0.003));

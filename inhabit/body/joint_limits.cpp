@@ -1,9 +1,11 @@
 #include "inhabit/body/joint_limits.h"
 
+#include <algorithm>
+
 namespace inhabit {
 
-JointLimits joint_limits(const BodyModel& model) {
-  const auto joints = static_cast<size_t>(model.joints());
+JointLimits joint_limits(const BodyModel& model, int64_t most) {
+  const auto joints = static_cast<size_t>(std::min<int64_t>(model.joints(), most));
   JointLimits out;
   out.low.assign(joints, Eigen::Vector3d::Constant(-6.3));
   out.high.assign(joints, Eigen::Vector3d::Constant(6.3));

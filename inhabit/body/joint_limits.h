@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "inhabit/body/body_model.h"
@@ -18,7 +19,7 @@ struct JointLimits {
   }
 };
 
-/// Those of a body; more than a whole revolution where it has none.
-JointLimits joint_limits(const BodyModel& model);
+/// Those of a body, or of its first `most` joints; more than a whole revolution where it has none.
+JointLimits joint_limits(const BodyModel& model, int64_t most = INT64_MAX);
 
 }  // namespace inhabit

@@ -6,6 +6,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/joint_limits.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/weights.h"
 #include "inhabit/scene/point_rows.h"
@@ -67,10 +68,7 @@ double sunk(const ChairPair& chairs, const refine::Skin& skin, const std::vector
     if (under.empty()) continue;
     least.push_back(chairs.old_surface->signed_distance(point_rows(under)).min().item<double>());
   }
-  if (least.empty()) return 0;
-  const auto middle = least.begin() + static_cast<int64_t>(least.size() / 2);
-  std::nth_element(least.begin(), middle, least.end());
-  return *middle;
+  return least.empty() ? 0 : median(std::move(least));
 }
 
 }  // namespace
@@ -147,9 +145,7 @@ void ReseatProblem::set_up(bool frame_by_frame) {
       if (stays_.last + 1 < clip_.frames()) problem_.fixed[frames - 1 - t] = 1;
     }
   }
-  const JointLimits limits = joint_limits(builtin_body());
-  problem_.low.assign(limits.low.begin(), limits.low.begin() + kStandardJoints);
-  problem_.high.assign(limits.high.begin(), limits.high.begin() + kStandardJoints);
+  problem_.limits = joint_limits(builtin_body(), kStandardJoints);
   problem_.limit_weight = weight_of(0.003);
 }
 

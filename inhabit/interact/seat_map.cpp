@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit::interact {
@@ -167,9 +168,7 @@ std::vector<LevelArea> level_areas(const TopView& top_view, double low, double h
       area.points.push_back(view.point(m % view.nx, m / view.nx));
       heights.push_back(view.height[static_cast<size_t>(m)]);
     }
-    const auto middle = heights.begin() + static_cast<int64_t>(heights.size() / 2);
-    std::nth_element(heights.begin(), middle, heights.end());
-    area.height = static_cast<double>(*middle);
+    area.height = median(std::move(heights));
     areas.push_back(std::move(area));
     ++number;
   }

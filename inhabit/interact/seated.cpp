@@ -4,18 +4,13 @@
 #include <cmath>
 
 #include "inhabit/math/heading.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/canonical.h"
 
 namespace inhabit::interact {
 namespace {
 
 using Eigen::Vector3d;
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// A clip's pelvis, and what its frames are called.
 struct SeatedView {
@@ -60,8 +55,8 @@ void measure(const SeatedView& view, Stay& stay) {
     for (size_t i = 0; i < 3; ++i) at[i].push_back(view.place(t)[static_cast<int>(i)]);
     turn.push_back(wrapped(yaw[t] - yaw[stay.first]));
   }
-  stay.rest = {median_of(at[0]), median_of(at[1]), median_of(at[2])};
-  stay.heading = wrapped(yaw[stay.first] + median_of(turn));
+  stay.rest = {median(at[0]), median(at[1]), median(at[2])};
+  stay.heading = wrapped(yaw[stay.first] + median(turn));
 }
 
 void find_transitions(const SeatedView& view, Stay& stay) {

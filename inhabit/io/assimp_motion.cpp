@@ -9,6 +9,7 @@
 #include "inhabit/io/extension.h"
 #include "inhabit/io/in_child.h"
 #include "inhabit/io/node_tracks.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -41,11 +42,6 @@ std::vector<Quaterniond> quaternions_of(const std::vector<double>& numbers) {
   for (size_t k = 0; k + 3 < numbers.size(); k += 4)
     out.emplace_back(numbers[k + 3], numbers[k], numbers[k + 1], numbers[k + 2]);
   return out;
-}
-
-double middle_of(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 /// Where each joint comes from: as the file has them, or in the standard order where they are the standard ones, so
@@ -110,7 +106,7 @@ SourceMotion motion_of(const json& tracks, const std::string& path, std::optiona
   for (size_t j = 1; j < count; ++j)
     for (int axis = 0; axis < 3; ++axis) {
       for (size_t t = 0; t < frames; ++t) values[t] = places[t * count + j][axis];
-      rows[static_cast<int64_t>(j)][axis] = middle_of(values);
+      rows[static_cast<int64_t>(j)][axis] = median(values);
     }
   if (metres_per_unit) {
     out.metres_per_unit = *metres_per_unit;

@@ -13,6 +13,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -237,9 +238,7 @@ std::vector<Eigen::Vector3d> bone_offsets(const std::vector<Joint>& joints,
     for (int k = 0; k < 3; ++k) {
       std::vector<double> values;
       for (size_t t = 0; t < frames; ++t) values.push_back(places[t * count + j][k]);
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(frames / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      offset[k] = *middle;
+      offset[k] = median(std::move(values));
     }
   }
   return offsets;

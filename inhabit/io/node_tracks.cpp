@@ -14,6 +14,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/fbx_repair.h"
+#include "inhabit/math/quantile.h"
 
 namespace inhabit {
 namespace {
@@ -221,8 +222,7 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
     if (densest[k] > densest[k - 1]) gaps.push_back((densest[k] - densest[k - 1]) / out.ticks);
   double rate = out.ticks >= kDense && out.ticks <= 240 ? out.ticks : 0;
   if (!gaps.empty()) {
-    std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
-    double keys = 1 / gaps[gaps.size() / 2];
+    double keys = 1 / median(gaps);
     if (std::abs(keys - std::round(keys)) < 3e-4 * keys) keys = std::round(keys);  // 29.97 is not 30
     // Curves of three axes whose keys lie at different times have gaps of all lengths once they are put together: they
     // say nothing, and the file's own rate stays.

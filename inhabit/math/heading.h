@@ -13,6 +13,11 @@ inline Eigen::Vector2d ahead_of(double heading) { return {std::sin(heading), std
 /// Unit vector to the left of a heading, (x, z).
 inline Eigen::Vector2d left_of(double heading) { return {std::cos(heading), -std::sin(heading)}; }
 inline double heading_of(const Eigen::Vector2d& direction) { return std::atan2(direction.x(), direction.y()); }
+/// Heading of somebody whose left is along (x, z).
+template <class Scalar>
+Scalar heading_of_left(Scalar x, Scalar z) {
+  return std::atan2(-z, x);
+}
 /// The same angle in [-pi, pi].
 inline double wrapped(double angle) { return std::remainder(angle, 2 * M_PI); }
 

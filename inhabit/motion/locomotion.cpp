@@ -5,6 +5,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -106,8 +107,7 @@ int carry_by_root(Clip& clip) {
       const Eigen::Vector3d up = turned(0, parent).conjugate() * Eigen::Vector3d::UnitY();
       std::vector<double> heights(frames);
       for (size_t t = 0; t < frames; ++t) heights[t] = up.dot(place_of(t, joint));
-      std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(frames / 2), heights.end());
-      Eigen::Map<Eigen::Vector3f>(bone, 3) = (up * heights[frames / 2]).cast<float>();
+      Eigen::Map<Eigen::Vector3f>(bone, 3) = (up * median(std::move(heights))).cast<float>();
     }
     const Eigen::Vector3d offset(bone[0], bone[1], bone[2]);
     for (size_t t = 0; t < frames; ++t) root[t] -= turned(t, parent) * offset;

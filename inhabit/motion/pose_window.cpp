@@ -66,11 +66,12 @@ struct Track {
   }
 };
 
-/// From left to right, on the ground; false where that is no direction.
+/// By one pair of joints, on the ground; false where that is no direction. Not headings(): of hips and shoulders that
+/// are seen now and then, one pair must do, and a sum would jump as the other comes and goes.
 bool heading_from(const Vector3f& left, const Vector3f& right, double& heading) {
   const Vector3f across = left - right;
   if (!seen(across) || std::hypot(across.x(), across.z()) < 0.02F) return false;
-  heading = std::atan2(-across.z(), across.x());
+  heading = heading_of_left(across.x(), across.z());
   return true;
 }
 

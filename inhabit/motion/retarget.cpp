@@ -9,6 +9,7 @@
 #include "inhabit/body/kinematics.h"
 #include "inhabit/body/proportions.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -24,12 +25,8 @@ constexpr int J = kStandardJoints;
 using Points = std::vector<Vector3d>;
 using Turns = std::vector<Quaterniond>;
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
-Vector3d median(const Points& points) {
+// Coordinate by coordinate.
+Vector3d middle_of(const Points& points) {
   Vector3d out;
   std::vector<double> values(points.size());
   for (int k = 0; k < 3; ++k) {
@@ -128,7 +125,7 @@ struct Targets {
 Points carried(const Points& origin, const Turns& frame, const Points& point, Vector3d* place = nullptr) {
   Points local(point.size()), out(point.size());
   for (size_t t = 0; t < point.size(); ++t) local[t] = frame[t].conjugate() * (point[t] - origin[t]);
-  const Vector3d middle = median(local);
+  const Vector3d middle = middle_of(local);
   if (place != nullptr) *place = middle;
   for (size_t t = 0; t < point.size(); ++t) out[t] = origin[t] + frame[t] * middle;
   return out;
@@ -270,7 +267,7 @@ Bones person_of(const Targets& targets, const std::string& subject) {
     }
     const double length = bone_length(lengths);
     if (!(length > 1e-4)) throw Error(subject, "the bone to " + standard_joint_names()[k] + " has no length");
-    out.offsets[k] = of_pelvis || of_thorax ? median(local) : Vector3d(drawn.normalized() * length);
+    out.offsets[k] = of_pelvis || of_thorax ? middle_of(local) : Vector3d(drawn.normalized() * length);
     if (j == 7 || j == 8) scale = length / drawn.norm();
   }
   return out;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/query.h"
 
@@ -24,12 +25,7 @@ constexpr int kFloorTries = 160;
 constexpr double kFloorWeight = 1;  // beside 1 for either side of the Chamfer distance
 constexpr size_t kFewest = 30;      // pairs of a vertex and its pixel
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median_or_zero(std::vector<double> values) { return values.empty() ? 0 : median(std::move(values)); }
 
 double cauchy_factor(double away, double scale) { return 1 / (1 + away * away / (scale * scale)); }
 
@@ -75,7 +71,7 @@ DepthScale nearest_line(const std::vector<std::array<double, 2>>& pairs) {
     for (const double sign : {1., -1.}) {
       const double scale = sign * ratio * std::exp(kWidestLine * i / kLineTries);
       for (size_t k = 0; k < raws.size(); ++k) offsets[k] = depths[k] - scale * raws[k];
-      const double offset = median_of(offsets);
+      const double offset = median_or_zero(offsets);
       double cost = 0;
       for (const double o : offsets) cost += std::min(std::abs(o - offset), 4 * kDepthLoss);
       if (cost >= least) continue;
@@ -98,7 +94,7 @@ DepthScale first_line(const std::vector<SeenBody>& frames, const std::string& su
   std::vector<double> away(pairs.size(), 0);
   for (int round = 0; round < kLineRounds; ++round) {
     for (size_t i = 0; i < pairs.size(); ++i) away[i] = std::abs(out.scale * pairs[i][0] + out.offset - pairs[i][1]);
-    const double loss = std::max(0.5 * kDepthLoss, 1.5 * median_of(away));
+    const double loss = std::max(0.5 * kDepthLoss, 1.5 * median_or_zero(away));
     Line line;
     for (size_t i = 0; i < pairs.size(); ++i) line.add(pairs[i][0], pairs[i][1], cauchy_factor(away[i], loss));
     out = line.solved();
@@ -124,7 +120,7 @@ DepthScale with_floor(const std::vector<SeenBody>& frames, const DepthScale& lin
       if (std::isfinite(raw)) raws.push_back(raw);
     all += frame.floor.size();
   }
-  const double raw = median_of(raws), depth = line.scale * raw + line.offset;
+  const double raw = median_or_zero(raws), depth = line.scale * raw + line.offset;
   DepthScale best = line;
   double most = 0;
   part = 0;
@@ -218,7 +214,7 @@ DepthAlignment align_depth(const std::vector<SeenBody>& frames, const std::strin
     for (size_t f = 0; f < used.size(); ++f) add_chamfer(*used[f], vertices[f], out.scale, &line, distances);
     if (out.floor > 0)
       for (const SeenBody* frame : used) add_floor(*frame, out.scale, line);
-    out.after = median_of(distances);
+    out.after = median_or_zero(distances);
     if (round == 0) out.before = out.after;
     const DepthScale next = line.solved();
     if (round == kChamferRounds || !(next.scale > 0) || !std::isfinite(next.offset)) break;

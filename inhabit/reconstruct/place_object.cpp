@@ -5,6 +5,7 @@
 #include <random>
 
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/reconstruct/scene_points.h"
 #include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/query.h"
@@ -42,13 +43,6 @@ std::vector<T> thinned(const std::vector<T>& all, size_t most) {
   out.reserve(most);
   for (size_t i = 0; i < most; ++i) out.push_back(all[i * all.size() / most]);
   return out;
-}
-
-/// The value below which a part of the values is.
-double quantile(std::vector<double> values, double part) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 /// How an object fits, and the step that makes it fit better.

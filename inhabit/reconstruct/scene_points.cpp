@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::reconstruct {
@@ -100,8 +101,7 @@ double floor_height(const std::vector<Vector3d>& points, double expected, double
   for (const double h : heights)
     if (std::abs(h - middle) < 1.5 * kLayer) near.push_back(h);
   if (near.size() < 50) return expected;
-  std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2), near.end());
-  return near[near.size() / 2];
+  return median(std::move(near));
 }
 
 Mesh floor_mesh(const std::vector<Vector3d>& points, double height) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/quantile.h"
 #include "inhabit/scene/point_rows.h"
 
 namespace inhabit::reconstruct {
@@ -75,9 +76,7 @@ double feet_height(const BodyInFrames& body, int64_t step) {
     lowest.push_back(HUGE_VAL);
     for (const Vector3d& v : body.posed(t).vertices) lowest.back() = std::min(lowest.back(), v.y());
   }
-  const auto middle = lowest.begin() + static_cast<std::ptrdiff_t>(lowest.size() / 2);
-  std::nth_element(lowest.begin(), middle, lowest.end());
-  return *middle;
+  return median(std::move(lowest));
 }
 
 SeenBody seen_body(const BodyInFrames& body, const DepthMap& depth, const Tensor& mask, const Camera& camera,

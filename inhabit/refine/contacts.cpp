@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "inhabit/math/block_band.h"
+#include "inhabit/math/quantile.h"
 
 namespace inhabit::refine {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSlowest = 0.1;  // m/s: what drifts more slowly than this is nobody's step, but no contact either
-
-double quantile(std::vector<double> values, double part) {
-  const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<size_t>(at)];
-}
 
 /// Speed along the floor in each frame, m/s, by central differences.
 std::vector<double> level_speeds(const Track& track, double rate) {
@@ -60,7 +55,7 @@ Track smoothed(const Track& track, double rate, double seconds) {
 double standing_height(const Track& track, const std::vector<double>& floor) {
   std::vector<double> heights;
   for (size_t t = 0; t < track.size(); ++t) heights.push_back(track[t].y() - floor[t]);
-  return quantile(heights, 0.05);
+  return quantile(std::move(heights), 0.05);
 }
 
 std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
@@ -119,7 +114,7 @@ Vector3d contact_place(const Contact& contact, const Track& track) {
   for (int i = 0; i < 3; ++i) {
     std::vector<double> values;
     for (int64_t t = contact.first; t <= contact.last; ++t) values.push_back(track[static_cast<size_t>(t)][i]);
-    place[i] = quantile(values, 0.5);
+    place[i] = quantile(std::move(values), 0.5);
   }
   return place;
 }

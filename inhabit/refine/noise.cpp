@@ -2,10 +2,10 @@
 
 #include <ATen/Parallel.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/quaternion.h"
 
 namespace inhabit::refine {
@@ -102,13 +102,8 @@ Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) 
     noises[j] = place.noise;
     jerks[j] = place.jerk;
   }
-  const auto median = [](std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  out.place = median(noises);
-  out.jerk = median(jerks);
+  out.place = median(std::move(noises));
+  out.jerk = median(std::move(jerks));
   Track root;
   for (const FramePose& pose : trajectory) root.push_back(pose.trans);
   out.root = level_of(third_differences(root), rate).noise;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "inhabit/body/bones.h"
+#include "inhabit/body/joint_limits.h"
 
 namespace inhabit::refine {
 
@@ -104,10 +105,8 @@ struct Problem {
   std::vector<PlaneTerm> planes;           ///< surfaces that points are kept out of or on, in any order
   std::shared_ptr<const DepthTerm> depth;  ///< point clouds that the skin is to fit (depth_terms.h); null: none
 
-  /// (joints) least radians of each axis-angle component of its local rotation, but the root's; empty: no limits.
-  std::vector<Eigen::Vector3d> low;
-  std::vector<Eigen::Vector3d> high;  ///< (joints) most radians, the same
-  double limit_weight = 0;            ///< 1 / rad^2; 0: no limits
+  JointLimits limits;       ///< of the local rotations, but the root's; empty: none
+  double limit_weight = 0;  ///< 1 / rad^2; 0: no limits
 
   /// What `stay_near` pulls to.
   const Trajectory& near_to() const { return stay_near.to.empty() ? start : stay_near.to; }

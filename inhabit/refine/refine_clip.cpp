@@ -11,7 +11,9 @@
 #include <sstream>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/body/joint_limits.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
 #include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/retarget.h"
@@ -78,9 +80,8 @@ struct Foot {
 double flat_floor(const Poses& poses) {
   std::vector<double> heights;
   for (const BonesPose& pose : poses) heights.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));
-  const auto at = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 20);
-  std::nth_element(heights.begin(), at, heights.end());
-  const double floor = *at - 0.02;
+  const size_t low = heights.size() / 20;
+  const double floor = nth_smallest(std::move(heights), low) - 0.02;
   return std::abs(floor) < 0.1 ? 0 : floor;
 }
 
@@ -107,8 +108,7 @@ Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, i
   out.rate = problem.rate;
   out.points = problem.points;
   out.smoothness = problem.smoothness;
-  out.low = problem.low;
-  out.high = problem.high;
+  out.limits = problem.limits;
   out.limit_weight = problem.limit_weight;
   out.start = cut(problem.start, 1);
   out.initial = cut(from, 1);
@@ -142,9 +142,7 @@ class Refinement {
     base();
     Result out;
     out.noise_root = levels_.root;
-    std::vector<double> sorted = levels_.rotations;
-    std::nth_element(sorted.begin(), sorted.begin() + 11, sorted.end());
-    out.noise_rotations = sorted[11];
+    out.noise_rotations = median(levels_.rotations);
     Trajectory found = smoothed_ ? solve_windows({2, 1e-3}) : problem_.start;  // smooth enough to see contacts in
     if (options_.contacts) {
       find_contacts(posed(problem_.bones, found));
@@ -212,14 +210,7 @@ class Refinement {
       for (const int joint : kFootJoints) changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
       problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, changes});
     }
-    const torch::Tensor limits = builtin_body().joint_limits;
-    for (int64_t j = 0; j < kStandardJoints; ++j) {
-      const auto side = [&](int64_t i) -> Vector3d {
-        return {limits[j][0][i].item<double>(), limits[j][1][i].item<double>(), limits[j][2][i].item<double>()};
-      };
-      problem_.low.push_back(side(0));
-      problem_.high.push_back(side(1));
-    }
+    problem_.limits = joint_limits(builtin_body(), kStandardJoints);
     problem_.limit_weight = per_frame * weight_of(kLimit);
     const Poses poses = posed(problem_.bones, problem_.start);
     for (const GivenContact& contact : options_.given) {

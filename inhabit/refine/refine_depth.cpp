@@ -6,6 +6,7 @@
 
 #include "inhabit/body/joint_limits.h"
 #include "inhabit/error.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/refine/depth_terms.h"
@@ -83,12 +84,6 @@ class DepthRefinement {
   }
 
  private:
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-
   void read_clouds(int64_t first, int64_t last) {
     read_.erase(read_.begin(), read_.begin() + static_cast<std::ptrdiff_t>(first - first_read_));
     first_read_ = first;
@@ -153,9 +148,7 @@ class DepthRefinement {
     for (size_t t = 0; t < out.start.size(); ++t)
       out.stay_near.rotations[t * kStandardJoints] = weight_of(kNearRootRotation);
     out.stay_near.root.assign(out.start.size(), weight_of(kNearRoot));
-    const JointLimits limits = joint_limits(body_);
-    out.low = {limits.low.begin(), limits.low.begin() + kStandardJoints};
-    out.high = {limits.high.begin(), limits.high.begin() + kStandardJoints};
+    out.limits = joint_limits(body_, kStandardJoints);
     out.limit_weight = weight_of(kDepthLimit);
     return out;
   }

@@ -13,21 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-/// Derivative of log(exp(a) exp(d)) by d at d = 0: the inverse of SO(3)'s right Jacobian. Its transpose is that of
-/// log(exp(d) exp(a)).
-Matrix3d log_derivative(const Vector3d& a) {
-  const double angle2 = a.squaredNorm(), angle = std::sqrt(angle2);
-  const Matrix3d k = cross_matrix(a);
-  const double second = angle2 < 1e-6 ? 1.0 / 12 + angle2 / 720 : 1 / angle2 - 0.5 / (angle * std::tan(0.5 * angle));
-  return Matrix3d::Identity() + 0.5 * k + second * k * k;
-}
-
 /// One joint's, as they are added to.
 struct JointTerms {
   const Problem& problem;
@@ -50,9 +35,9 @@ struct JointTerms {
           out.gradient[t] += near * d.transpose() * r;
         }
       }
-      if (problem.limit_weight > 0 && joint > 0 && !problem.low.empty()) {
+      if (problem.limit_weight > 0 && joint > 0 && !problem.limits.low.empty()) {
         const Vector3d a = axis_angle_of(now);
-        const Vector3d over = (a - problem.high[joint]).cwiseMax(0.0) + (a - problem.low[joint]).cwiseMin(0.0);
+        const Vector3d over = problem.limits.beyond(joint, a);
         if (over.isZero()) continue;
         out.cost += 0.5 * problem.limit_weight * over.squaredNorm();
         if (linear) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "inhabit/body/capsules.h"
+#include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/point_rows.h"
@@ -281,8 +282,7 @@ std::vector<double> Surroundings::floor_under(const Track& places) const {
   std::vector<double> found;
   std::copy_if(out.begin(), out.end(), std::back_inserter(found), [](double h) { return !std::isnan(h); });
   if (found.empty()) return out;
-  std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2), found.end());
-  const double usual = found[found.size() / 2];
+  const double usual = median(std::move(found));
   // Under a table's bar or the base of an office chair a foot is in the air: nothing that it is too low for.
   std::vector<double> nearer;
   for (size_t i = 0; i < out.size(); ++i) {

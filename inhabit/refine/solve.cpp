@@ -32,7 +32,8 @@ void check(const Problem& problem) {
   const StayNear& near = problem.stay_near;
   require(near.rotations.empty() || near.rotations.size() == frames * joints, "weights: not one a frame and joint");
   require(near.root.empty() || near.root.size() == frames, "weights of the root: not one a frame");
-  require(problem.low.size() == problem.high.size() && (problem.low.empty() || problem.low.size() == joints),
+  const JointLimits& limits = problem.limits;
+  require(limits.low.size() == limits.high.size() && (limits.low.empty() || limits.low.size() == joints),
           "limits: not one a joint");
   require(problem.initial.empty() || problem.initial.size() == frames, "the beginning has other frames");
   require(near.to.empty() || near.to.size() == frames, "what to stay near to has other frames");

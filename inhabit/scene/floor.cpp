@@ -1,8 +1,8 @@
 #include "inhabit/scene/floor.h"
 
-#include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/quantile.h"
 #include "inhabit/motion/floor.h"
 
 namespace inhabit {
@@ -15,12 +15,6 @@ constexpr double kAbove = 0.3, kNear = 0.3;  // metres: rays start above the fee
 constexpr double kAround = 0.25;             // metres on the ground: points of a cloud that are below a foot
 constexpr int64_t kPlaces = 64;              // of feet that are looked at
 constexpr double kLeast = 0.25;              // of the places must be above something
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

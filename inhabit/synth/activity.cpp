@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "inhabit/error.h"
+#include "inhabit/math/rotation.h"
 
 namespace inhabit {
 namespace {
@@ -31,10 +32,11 @@ Tensor mean_around(const Tensor& values, int64_t half) {
   return (sums.index_select(0, to) - sums.index_select(0, from)) / (to - from).to(values.dtype());
 }
 
-/// Radians a second that the hips turn, from the line between them: (T).
+/// Radians a second that the hips turn, from the line between them: (T). Not headings(): shoulders swing while the
+/// hands are busy.
 Tensor turn_rate(const Tensor& joints, int64_t half, double rate) {
   const Tensor left = joints.select(1, 1) - joints.select(1, 2);
-  Tensor yaw = torch::atan2(left.select(1, 2), left.select(1, 0));
+  Tensor yaw = yaw_of_left(left);
   const Tensor step = torch::remainder(torch::diff(yaw) + M_PI, 2 * M_PI) - M_PI;
   yaw = torch::cat({yaw.slice(0, 0, 1), yaw[0] + step.cumsum(0)});
   return rate_over(yaw.unsqueeze(1), half, rate).select(1, 0).abs();

@@ -58,7 +58,8 @@ struct Motion {
         speed[t][j] = sa[t][j];
       }
   }
-  // The direction the hips face, on the floor.
+  // The direction the hips face, on the floor. Not heading(): on a seat the shoulders may turn away, and directions,
+  // not angles, are added up.
   Vector2d facing(int t) const {
     const Vector3d right_to_left = joints[t][1] - joints[t][2];
     const Vector2d flat = on_ground(right_to_left.cross(Vector3d::UnitY()));

@@ -93,8 +93,8 @@ Problem everything(int64_t frames) {
     problem.planes.push_back({t, 5, Vector3d::UnitY(), -5, 6, false});  // far on its outer side
     if (t + 1 < frames) problem.holds.push_back({t, 22, Vector3d(8, 3, 8)});
   }
-  problem.low.assign(kStandardJoints, Vector3d::Constant(-0.2));
-  problem.high.assign(kStandardJoints, Vector3d::Constant(0.3));
+  problem.limits.low.assign(kStandardJoints, Vector3d::Constant(-0.2));
+  problem.limits.high.assign(kStandardJoints, Vector3d::Constant(0.3));
   problem.limit_weight = 4;
   return problem;
 }
