@@ -232,7 +232,7 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
                         c.training.label_discriminator_weight, total, losses);
     }
   }
-  const auto behind = [&](int64_t lead) { return torch::cat({past.slice(1, c.observed - lead), forecast}, 1); };
+  const auto behind = [&](int64_t context) { return torch::cat({past.slice(1, c.observed - context), forecast}, 1); };
   if (c.training.pose_discriminator || c.training.plausibility_weight > 0) {
     const int64_t run = b.run, runs = runs_of(past.size(0));
     const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
@@ -255,10 +255,10 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
     if (c.training.pose_discriminator) {
-      const int64_t frames = c.training.discriminator_frames, lead = frames - 1;
+      const int64_t frames = c.training.discriminator_frames, context = frames - 1;
       const Tensor labels_behind =
-          torch::cat({true_labels.slice(1, c.observed - lead, c.observed), forecast_labels}, 1);
-      const Tensor views = discriminator_views(behind(lead), unseen(labels_behind), b.forecast_starts, frames),
+          torch::cat({true_labels.slice(1, c.observed - context, c.observed), forecast_labels}, 1);
+      const Tensor views = discriminator_views(behind(context), unseen(labels_behind), b.forecast_starts, frames),
                    run_views = discriminator_views(last, later, some(b.run_starts), frames);
       add_discriminator(model->pose_discriminator, "pose",
                         discriminator_views(b.frames, unseen(true_labels), b.real_starts, frames),
@@ -385,18 +385,17 @@ TrainTask baseline_task(const std::string& name, Networks& networks, const Data&
   task.module = baseline.network;
   task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
-  task.prepare = batches(
-      [&, frames = baseline.frames](const TrainStep& step) {
-        return baseline_batch(data, c, step.indices, step.seed, frames);
-      },
-      [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
-                                                                                   const TrainStep&) {
-        const BaselineBatch b = on_cpu.on(device);
-        const Tensor forecast = forecast_of(b.past);
-        const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
-                     root = root_reconstruction_loss(forecast, b.future, b.known);
-        return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
-      });
+  task.prepare =
+      batches([&, frames = baseline.frames](
+                  const TrainStep& step) { return baseline_batch(data, c, step.indices, step.seed, frames); },
+              [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
+                                                                                           const TrainStep&) {
+                const BaselineBatch b = on_cpu.on(device);
+                const Tensor forecast = forecast_of(b.past);
+                const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
+                             root = root_reconstruction_loss(forecast, b.future, b.known);
+                return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
+              });
   task.validate = [&, baseline, device] {
     const OnCpu moved(device, {baseline.network});
     return validation_error(networks, baseline.future, validation);

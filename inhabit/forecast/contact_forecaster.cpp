@@ -21,24 +21,24 @@
 namespace inhabit::forecast {
 namespace {
 
-constexpr int64_t kLed = 10;       // observed frames that refinement goes on from
+constexpr int64_t kContext = 10;   // observed frames that refinement goes on from
 constexpr double kFootChange = 2;  // m/s^2: no key poses have to be met, so that feet may land softly
 
 /// The prediction refined (refine_clip.h): it goes on from the last observed frames, which stay as they are.
 Clip refined(const Clip& past, const Clip& prediction, const Scene& scene) {
-  const Clip led = slice(past, std::max<int64_t>(0, past.frames() - kLed), past.frames());
+  const Clip context = slice(past, std::max<int64_t>(0, past.frames() - kContext), past.frames());
   Clip whole = prediction;
-  whole.joints = torch::cat({led.joints, prediction.joints});
-  whole.rotations = torch::cat({led.rotations, prediction.rotations});
-  whole.trans = torch::cat({led.trans, prediction.trans});
+  whole.joints = torch::cat({context.joints, prediction.joints});
+  whole.rotations = torch::cat({context.rotations, prediction.rotations});
+  whole.trans = torch::cat({context.trans, prediction.trans});
   refine::Options options;
   options.generated = true;
   options.foot_change = kFootChange;
   options.standard = true;
   options.name = "the prediction";
-  options.keep_frames.resize(static_cast<size_t>(led.frames()));
+  options.keep_frames.resize(static_cast<size_t>(context.frames()));
   std::iota(options.keep_frames.begin(), options.keep_frames.end(), 0);
-  return slice(refine::refine(whole, scene, options).clip, led.frames(), whole.frames());
+  return slice(refine::refine(whole, scene, options).clip, context.frames(), whole.frames());
 }
 
 /// The body of the observed person in predicted joints (T, 22, 3).
