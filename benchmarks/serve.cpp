@@ -1,6 +1,6 @@
 // The live page's server with the model that ships and 1, 30 and 100 pages connected, each with a person who is told
 // where to go four times a second. One page is watched: `latency` is the milliseconds from sending a message to the
-// first frame that knows of it (median, 99 %, largest), `fps` frames a second that a page gets, `late` the share of
+// first frame that knows of it (median, 99 %, largest), `fps` frames a second that a page gets, `late` the fraction of
 // steps left out for want of time, `MB` what a page costs the server and the pages together, `cores` the processor time
 // of all of them. Pages and server share this process and its cores.
 #include <benchmark/benchmark.h>

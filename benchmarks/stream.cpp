@@ -1,6 +1,6 @@
 // Streams with the models that ship, in the bundled room: ten people (`people`) whose poses come at 10 Hz each, or as
 // asked. `latency` is the milliseconds from the last pose of a moment until all results that are due are there (median;
-// `latency_99` 99 %), `load` the share of real time that the stream took: under 1, it keeps up. Poses are given one
+// `latency_99` 99 %), `load` the fraction of real time that the stream took: under 1, it keeps up. Poses are given one
 // after the other as fast as they are taken, each at its own time. `grown_kB` is what the heap grew by in the second
 // half. forecast/POINTS are the network's forecasts with so many scene points (1500: as the model was trained).
 #include <benchmark/benchmark.h>

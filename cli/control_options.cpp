@@ -42,7 +42,7 @@ void set_contacts(inbetween::Controls& controls, const ControlTexts& texts, cons
 
 void add_controls(CLI::App& verb, inbetween::Controls& controls, ControlTexts& texts) {
   verb.add_option("--key-weights", controls.key_weights,
-                  "A weight for each key, 1 at the ends: 1 meets the pose, 0 leaves it out, 0.5 goes half of the way")
+                  "A weight for each key, 1 at the ends: 1 meets the pose, 0 leaves it out, 0.5 lies half between")
       ->delimiter(',');
   verb.add_option("--contact", texts.contacts,
                   "JOINT,FROM,TO,X,Y,Z: this joint, by its standard name or the file's, or the palm of left_hand or "

@@ -118,7 +118,7 @@ inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFil
   return interact::score_table(interact::evaluate_starts(sets, methods, o.seed, progress_of("runs"), parts));
 }
 
-/// Starts behind the chairs of a data set, with and without a way planned.
+/// Starts behind the chairs of a data set, with and without a route planned.
 inhabit::ScoreTable starts_behind(const InteractOptions& o, const InteractFiles& files,
                                   const std::vector<inhabit::interact::Trial>& trials,
                                   const inhabit::MeasuredParts& parts) {

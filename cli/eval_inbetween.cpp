@@ -42,28 +42,30 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
       ->check(CLI::Range(1, 1000));
   add_sampler(verb, o.options.sampler);
   add_settings(verb, o.settings);
-  verb.add_option("--row", o.rows,
-                  "More rows of the same models with other settings, 'NAME: KEY=VALUE ...', such as "
-                  "'guidance 0: inference.guidance=0'; way=searched or way=straight: how the baseline goes around "
-                  "obstacles; may be repeated")
+  verb.add_option(
+          "--row", o.rows,
+          "More rows of the same models with other settings, 'NAME: KEY=VALUE ...', such as "
+          "'guidance 0: inference.guidance=0'; detours=searched or detours=straight: how the baseline goes around "
+          "obstacles; may be repeated")
       ->check(not_empty);
   verb.add_flag_callback(
       "--no-refine", [&o] { o.refine = false; }, "Leave away the interpolations after the refinement that ours has");
 }
 
-/// Rows of a model with settings, further ones than all rows have: of the configuration, and `way` of how it is asked.
+/// Rows of a model with settings, further ones than all rows have: of the configuration, and `detours` of how it is
+/// asked.
 void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::Networks networks, const ModelRows& o,
               std::vector<std::string> settings) {
   inbetween::Options options = o.options;
   const bool plain = settings.empty();
-  bool other_way = false;
+  bool other_detours = false;
   std::erase_if(settings, [&](const std::string& setting) {
-    if (!setting.starts_with("way=")) return false;
-    options.way = inbetween::way_named(setting.substr(4));
-    return other_way = true;
+    if (!setting.starts_with("detours=")) return false;
+    options.detours = inbetween::detours_named(setting.substr(8));
+    return other_detours = true;
   });
   set_used(networks.config, settings);
-  for (Method& row : inbetween::model_rows(name, networks, options, plain || other_way))
+  for (Method& row : inbetween::model_rows(name, networks, options, plain || other_detours))
     methods.push_back(std::move(row));
 }
 

@@ -100,7 +100,7 @@ void warn_of_missed_contacts(const inbetween::Result& r, const ControlTexts& tex
 /// Says which keys are behind something that nobody gets around in time.
 void warn_of_blocked_keys(const inbetween::Result& r) {
   for (const int64_t key : r.unreached)
-    std::fprintf(stderr, "inhabit: warning: no way around what stands before the key at %.2f s was found\n",
+    std::fprintf(stderr, "inhabit: warning: no path around what stands before the key at %.2f s was found\n",
                  static_cast<double>(key) / r.motion.rate);
 }
 
@@ -137,10 +137,11 @@ void add_inbetween(CLI::App& app) {
   add_controls(*verb, o->options.controls, o->controls);
   verb->add_flag_callback(
       "--no-refine", [o] { o->options.refine = false; }, "Leave the motion as the network makes it");
-  verb->add_option("--way", o->options.way,
-                   "Around what stands between keys: learned (PathNet's way, the default), searched (A*'s) or straight "
-                   "(the denoiser alone goes around)")
-      ->transform(one_of<inhabit::inbetween::Way>(inhabit::inbetween::ways()))
+  verb->add_option(
+          "--detours", o->options.detours,
+          "Around what stands between keys: learned (PathNet's path, the default), searched (A*'s) or straight "
+          "(the denoiser alone goes around)")
+      ->transform(one_of<inhabit::inbetween::Detours>(inhabit::inbetween::detours_by_name()))
       ->option_text("NAME");
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");

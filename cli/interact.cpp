@@ -143,7 +143,7 @@ void add_interact(CLI::App& app) {
           ->excludes(left)
           ->excludes(right);
   verb->add_option("--then-walk", o->then_walk, "x,z,heading: get up in the end and walk there");
-  verb->add_flag("--straight", o->options.straight, "Plan no way around what stands in the way");
+  verb->add_flag("--straight", o->options.straight, "Plan no route around what stands in the way");
   verb->add_flag("--standard", o->options.standard, "Motion on the standard skeleton, not the file's");
   verb->add_option("--samples", o->samples, "Draw contacts by ContactNet, this many times")
       ->check(CLI::Range(1, 1000))

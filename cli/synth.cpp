@@ -49,8 +49,8 @@ void add_rooms(CLI::App& synth) {
   verb->add_option("--seconds", given->options.seconds, "Length of each clip")->capture_default_str();
   verb->add_option("--clips-per-room", given->options.clips_per_room, "Clips in each room")->capture_default_str();
   verb->add_option(
-          "--on-chord", given->options.chords.share,
-          "Furniture on straight lines between poses that the person does not take: share of them tried, 0 to 1; "
+          "--on-chord", given->options.chords.tried,
+          "Furniture on straight lines between poses that the person does not take: fraction of them tried, 0 to 1; "
           "such clips have a room of their own")
       ->capture_default_str();
   add_shard(*verb, given->shard);
@@ -143,15 +143,16 @@ void add_fit(CLI::App& synth) {
   verb->add_option("--seconds", given->options.seconds, "Longest piece of a recording")->capture_default_str();
   verb->add_flag("--mirrored,!--not-mirrored", given->options.mirrored,
                  "Every second room of training around the mirror image of the motion (the default)");
-  verb->add_option("--stretches", given->options.stretches,
-                   "Share of the rooms of training that are around stretches of 4.1 to 5.5 s, where more can stand in "
-                   "the way")
+  verb->add_option(
+          "--stretches", given->options.stretches,
+          "Fraction of the rooms of training that are around stretches of 4.1 to 5.5 s, where more can stand in "
+          "the way")
       ->capture_default_str();
   verb->add_flag("--only-on-chord", given->options.only_on_chords,
                  "Leave out rooms of training in which nothing stands on a straight line");
   verb->add_option(
-          "--on-chord", given->options.chords.share,
-          "Furniture on straight lines between poses that the person did not take: share of them tried, 0 to 1")
+          "--on-chord", given->options.chords.tried,
+          "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")
       ->capture_default_str();
   verb->add_option("--chord-frames", given->chord_frames, "Fewest and most frames between such poses")
       ->expected(2)
@@ -230,7 +231,7 @@ void add_blocked(CLI::App& synth) {
   };
   auto given = std::make_shared<Given>();
   CLI::App* verb = synth.add_subcommand(
-      "blocked", "Count windows in which the straight way between keys collides and the motion does not");
+      "blocked", "Count windows in which the straight path between keys collides and the motion does not");
   verb->add_option("folder", given->folder, "Folder of the data set")->required();
   verb->add_option("--split", given->split, "train, val, test or all")->capture_default_str();
   verb->add_option("--frames", given->options.frames, "Frames of a window")->capture_default_str();
@@ -241,10 +242,10 @@ void add_blocked(CLI::App& synth) {
   verb->callback([given] {
     const auto found = inhabit::blocked_windows(inhabit::open_dataset(given->folder), given->split, given->options);
     if (found.windows == 0) throw inhabit::Error(given->folder, "has no window of that length in a scene");
-    const auto share = [&](int64_t n) { return 100 * static_cast<double>(n) / static_cast<double>(found.windows); };
+    const auto percent = [&](int64_t n) { return 100 * static_cast<double>(n) / static_cast<double>(found.windows); };
     std::printf("%s: %lld windows of %lld clips; blocked %.1f %%, colliding themselves %.1f %%\n",
                 given->folder.c_str(), static_cast<long long>(found.windows), static_cast<long long>(found.clips),
-                share(found.blocked), share(found.colliding));
+                percent(found.blocked), percent(found.colliding));
     std::printf("frames that collide: straight %.4f, real %.4f\n", found.straight, found.real);
   });
 }

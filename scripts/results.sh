@@ -43,7 +43,7 @@ anticipate() {
 inbetween() {
   rooms
   fitted
-  local searched='searched: way=searched' straight='straight: way=straight'
+  local searched='searched: detours=searched' straight='straight: detours=straight'
   step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$searched" --row "$straight" \
     --json "$out/inbetween_rooms.json"
   step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \

@@ -2,7 +2,7 @@
 // Renders a page of `inhabit view` to a PNG, or to an animated WebP (needs img2webp of Debian's package webp):
 //   scripts/screenshot.mjs PAGE.html OUT.png|OUT.webp [--time S | --times S,S,... | --film FROM,TO,FPS] [--size WxH] [--camera X,Y,Z] [--target X,Y,Z]
 //     [--joint NAME] [--shape body|skeleton] [--theme light|dark] [--poses] [--overlaid] [--choose N] [--bare] [--columns N]
-// --poses shows still poses along the way; --times gives one image per time, in rows of N (default: one row); --bare leaves the controls out; --joint NAME
+// --poses shows still poses along the path; --times gives one image per time, in rows of N (default: one row); --bare leaves the controls out; --joint NAME
 // paints that joint's contact map, --joint off none; --overlaid and --choose N are for pages of many futures. Needs chromium and the packages of viewer/ (npm ci).
 import { execFileSync } from 'node:child_process';
 import { mkdtemp, rm, writeFile } from 'node:fs/promises';

@@ -43,7 +43,7 @@ def person_bones(rig):
     return out
 
 
-def rest_turns(rig, bones):
+def rest_rotations(rig, bones):
     return [(rig.matrix_world @ bone.matrix_local).to_quaternion() for bone in bones]
 
 
@@ -56,19 +56,19 @@ def clip_of(context, rig, frames):
     bones = person_bones(rig)
     place = {bone.name: j for j, bone in enumerate(bones)}
     parents = [place[bone.parent.name] if j else -1 for j, bone in enumerate(bones)]
-    rest = rest_turns(rig, bones)
+    rest = rest_rotations(rig, bones)
     trans, rotations, places = [], [], []
     current = context.scene.frame_current
     for frame in frames:
         context.scene.frame_set(frame)
         world = [rig.matrix_world @ rig.pose.bones[bone.name].matrix for bone in bones]
-        turns = [turned_y_up(m.to_quaternion() @ r.inverted()) for m, r in zip(world, rest)]
+        world_rotations = [turned_y_up(m.to_quaternion() @ r.inverted()) for m, r in zip(world, rest)]
         at = [y_up(m.translation) for m in world]
         trans.append(list(at[0]))
         local, own = [], []
         for j, parent in enumerate(parents):
-            back = turns[parent].inverted() if j else Quaternion()
-            local.append(list((back @ turns[j]).to_exponential_map()))
+            back = world_rotations[parent].inverted() if j else Quaternion()
+            local.append(list((back @ world_rotations[j]).to_exponential_map()))
             own.append(back @ (at[j] - at[parent]) if j else Vector())
         rotations.append(local)
         places.append(own)
@@ -96,22 +96,22 @@ def poses_of(rig, clip):
     parents = [joint["parent"] for joint in clip["skeleton"]]
     offsets = [Vector(joint["offset"]) for joint in clip["skeleton"]]
     bones = [rig.data.bones[name] for name in names]
-    rest = rest_turns(rig, bones)
+    rest = rest_rotations(rig, bones)
     scale = rig.matrix_world.to_scale()
     to_rig = rig.matrix_world.inverted()
     translations = clip.get("translations")
     out = []
     for t, (root, local) in enumerate(zip(clip["trans"], clip["rotations"])):
-        turns, at = [], []
+        rotations, at = [], []
         for j, parent in enumerate(parents):
-            turn = Quaternion(Vector(local[j]))
+            rotation = Quaternion(Vector(local[j]))
             if parent < 0:
-                turns.append(turn)
+                rotations.append(rotation)
                 at.append(Vector(root) + offsets[j])
             else:
-                turns.append(turns[parent] @ turn)
-                at.append(at[parent] + turns[parent] @ (Vector(translations[t][j]) if translations else offsets[j]))
-        out.append([to_rig @ Matrix.LocRotScale(z_up(at[j]), turned_z_up(turns[j]) @ rest[j], scale) for j in range(len(names))])
+                rotations.append(rotations[parent] @ rotation)
+                at.append(at[parent] + rotations[parent] @ (Vector(translations[t][j]) if translations else offsets[j]))
+        out.append([to_rig @ Matrix.LocRotScale(z_up(at[j]), turned_z_up(rotations[j]) @ rest[j], scale) for j in range(len(names))])
     return bones, out
 
 
@@ -136,29 +136,29 @@ def new_action(rig, clip, first_frame, name):
     for j, bone in enumerate(bones):
         pose_bone = rig.pose.bones[bone.name]
         parent = bone.parent
-        locations, turns = [], []
+        locations, rotations = [], []
         for matrices in poses:
             known = {}
             if parent:
                 above = matrices[place[parent.name]] if parent.name in place else rig.pose.bones[parent.name].matrix
                 known = {"parent_matrix": above, "parent_matrix_local": parent.matrix_local}
             basis = bone.convert_local_to_pose(matrices[j], bone.matrix_local, invert=True, **known)
-            location, turn, _ = basis.decompose()
-            if turns and turns[-1].dot(turn) < 0:
-                turn.negate()
+            location, rotation, _ = basis.decompose()
+            if rotations and rotations[-1].dot(rotation) < 0:
+                rotation.negate()
             locations.append(location)
-            turns.append(turn)
+            rotations.append(rotation)
         base = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].'
         still = max((location - locations[0]).length for location in locations) * max(rig.matrix_world.to_scale()) < RIGID
         kept = slice(0, 1) if still else slice(None)
         for axis in range(3):
             curve(action, base + "location", axis, bone.name, frames[kept], [v[axis] for v in locations][kept])
-        rows, path = turns, "rotation_quaternion"
+        rows, path = rotations, "rotation_quaternion"
         if pose_bone.rotation_mode == "AXIS_ANGLE":
-            rows, path = [(q.angle, *q.axis) for q in turns], "rotation_axis_angle"
+            rows, path = [(q.angle, *q.axis) for q in rotations], "rotation_axis_angle"
         elif pose_bone.rotation_mode != "QUATERNION":
             rows, path, before = [], "rotation_euler", None
-            for q in turns:
+            for q in rotations:
                 before = q.to_euler(pose_bone.rotation_mode, before) if before else q.to_euler(pose_bone.rotation_mode)
                 rows.append(before)
         for index in range(len(rows[0])):

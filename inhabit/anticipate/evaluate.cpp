@@ -198,7 +198,7 @@ Table::Action action_of(const std::string& name, const Collected& found, const O
     real.speed_ratio = found.real_speed.value();
     out.rows.push_back(real);
   }
-  add_shares(out.rows, horizons);
+  add_ratios(out.rows, horizons);
   return out;
 }
 
@@ -216,7 +216,7 @@ Table::Action mean_of(const std::vector<Table::Action>& actions, const std::vect
         if (row.method == first.method) same.push_back(&row);
     out.rows.push_back(mean_scores(same));
   }
-  add_shares(out.rows, horizons);
+  add_ratios(out.rows, horizons);
   return out;
 }
 

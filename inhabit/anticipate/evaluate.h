@@ -22,7 +22,7 @@ struct Scores {
   std::string method;              ///< its name in the table
   std::vector<double> ndms;        ///< Eq. 9 over the words that end in the 0.4 s up to the horizon
   std::vector<double> coded;       ///< the same in the form of the authors' code (NdmsForm::coded)
-  std::vector<double> share;       ///< ndms over that of real motion
+  std::vector<double> ratio;       ///< ndms over that of real motion
   std::vector<double> error;       ///< mm, mean joint error at the horizon, all futures
   std::vector<double> best_error;  ///< mm, of the future nearest to what came true over its known part
   std::vector<double> apd;         ///< metres; deterministic methods have 0
@@ -30,7 +30,7 @@ struct Scores {
   double npss = kNone;             ///< over 2 to 4 s of all windows that know them, as one batch
   double sequence_apd = kNone;     ///< Table 5: metres, of whole futures of 4 s
   double speed_ratio = kNone;      ///< mean joint speed of 4 s to the end over that of the real motion
-  double late_share = kNone;       ///< mean of `share` from 1.6 s on
+  double late_ratio = kNone;       ///< mean of `ratio` from 1.6 s on
 };
 
 /// Scores of all methods.

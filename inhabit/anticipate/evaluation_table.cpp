@@ -15,7 +15,7 @@ struct Curve {
 };
 constexpr std::array<Curve, 7> kCurves = {{{"NDMS", "ndms", &Scores::ndms, 3},
                                            {"NDMS as coded", "ndms_as_coded", &Scores::coded, 3},
-                                           {"share of real motion", "share_of_real", &Scores::share, 2},
+                                           {"ratio to real motion", "ratio_to_real", &Scores::ratio, 2},
                                            {"joint error (mm)", "error_mm", &Scores::error, 0},
                                            {"joint error, best of N (mm)", "best_error_mm", &Scores::best_error, 0},
                                            {"root error (mm)", "root_error_mm", &Scores::root_error, 0},
@@ -35,7 +35,7 @@ ScoreTable score_table(const Table& table, const std::vector<const Table::Action
     out.columns.push_back({"", "NPSS", "npss", 3});
     out.columns.push_back({"", "APD 4s", "apd_of_4s_m", 2});
     out.columns.push_back({"", "speed", "speed_ratio", 2});
-    out.columns.push_back({"", "of real", "late_share_of_real", 2});
+    out.columns.push_back({"", "of real", "late_ratio_to_real", 2});
   }
   for (const Table::Action* action : actions)
     for (const Scores& row : action->rows) {
@@ -45,7 +45,7 @@ ScoreTable score_table(const Table& table, const std::vector<const Table::Action
         for (const double value : row.*curve.values) cells.push_back({value, 0});
       if (single) {
         cells.push_back({row.npss, 0});
-        for (const double value : {row.sequence_apd, row.speed_ratio, row.late_share}) cells.push_back({value, 0});
+        for (const double value : {row.sequence_apd, row.speed_ratio, row.late_ratio}) cells.push_back({value, 0});
       }
     }
   return out;

@@ -11,8 +11,8 @@ namespace {
 constexpr int64_t kFade = 10;       // frames in which the difference to the observed pose fades
 constexpr int64_t kLeastNext = 10;  // frames that must follow a word, so that something is remembered
 
-/// What goes on in a recording, (..., T, F), led to from the observed pose. @param apart (..., 1, F) what differs
-/// there.
+/// What goes on in a recording, (..., T, F), blended into from the observed pose. @param apart (..., 1, F) what
+/// differs there.
 Tensor faded(const Tensor& next, const Tensor& apart) {
   const Tensor time = (torch::arange(1, next.size(-2) + 1).to(torch::kFloat32) / kFade).clamp_max(1);
   return next + (0.5F * (1 + torch::cos(time * static_cast<float>(M_PI)))).unsqueeze(1) * apart;

@@ -232,7 +232,7 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
                         c.training.label_discriminator_weight, total, losses);
     }
   }
-  const auto behind = [&](int64_t lead) { return torch::cat({past.slice(1, c.observed - lead), forecast}, 1); };
+  const auto behind = [&](int64_t context) { return torch::cat({past.slice(1, c.observed - context), forecast}, 1); };
   if (c.training.pose_discriminator || c.training.plausibility_weight > 0) {
     const int64_t run = b.run, runs = runs_of(past.size(0));
     const auto some = [&](const Tensor& all) { return all.slice(0, 0, runs); };
@@ -255,10 +255,10 @@ Losses intention_losses(IntentionModel model, const IntentionBatch& b, const Con
     total = total + c.training.diversity_weight * sameness;
     losses.emplace_back("sameness", sameness);
     if (c.training.pose_discriminator) {
-      const int64_t frames = c.training.discriminator_frames, lead = frames - 1;
+      const int64_t frames = c.training.discriminator_frames, context = frames - 1;
       const Tensor labels_behind =
-          torch::cat({true_labels.slice(1, c.observed - lead, c.observed), forecast_labels}, 1);
-      const Tensor views = discriminator_views(behind(lead), unseen(labels_behind), b.forecast_starts, frames),
+          torch::cat({true_labels.slice(1, c.observed - context, c.observed), forecast_labels}, 1);
+      const Tensor views = discriminator_views(behind(context), unseen(labels_behind), b.forecast_starts, frames),
                    run_views = discriminator_views(last, later, some(b.run_starts), frames);
       add_discriminator(model->pose_discriminator, "pose",
                         discriminator_views(b.frames, unseen(true_labels), b.real_starts, frames),

@@ -42,9 +42,9 @@ Tensor action_words(const std::vector<Sequence>& sequences, const std::string& a
 
 WordScores future_scores(const Tensor& past, const Tensor& futures, const WordIndex& database, int64_t kappa,
                          WordKind kind) {
-  const Tensor led =
+  const Tensor with_past =
       torch::cat({past.slice(0, past.size(0) - kappa + 1).unsqueeze(0).expand({futures.size(0), -1, -1}), futures}, 1);
-  const Tensor joints = kind == WordKind::poses ? feature_poses(led) : from_origin(led);
+  const Tensor joints = kind == WordKind::poses ? feature_poses(with_past) : from_origin(with_past);
   std::vector<Tensor> scores, coded;
   for (int64_t s = 0; s < futures.size(0); ++s) {
     const WordScores of = word_scores(words_of(joints[s], kappa, kind), database, kind);
@@ -79,7 +79,7 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
     const bool real = end <= known;
     out.ndms.push_back(scores.slice(0, end - span, end).mean().item<double>());
     out.coded.push_back(coded.slice(0, end - span, end).mean().item<double>());
-    out.share.push_back(Scores::kNone);
+    out.ratio.push_back(Scores::kNone);
     out.error.push_back(real ? error.select(1, end - 1).mean().item<double>() * 1000 : Scores::kNone);
     out.best_error.push_back(real ? best[end - 1].item<double>() * 1000 : Scores::kNone);
     out.root_error.push_back(real ? root[end - 1].item<double>() * 1000 : Scores::kNone);
@@ -117,7 +117,7 @@ Scores mean_scores(const std::vector<const Scores*>& all) {
     for (const Scores* scores : all) of.add(value(*scores));
     return of.value();
   };
-  for (auto number : {&Scores::npss, &Scores::sequence_apd, &Scores::speed_ratio, &Scores::late_share})
+  for (auto number : {&Scores::npss, &Scores::sequence_apd, &Scores::speed_ratio, &Scores::late_ratio})
     out.*number = mean([&](const Scores& s) { return s.*number; });
   visit_curves([&](auto curve) {
     for (size_t i = 0; i < (all.front()->*curve).size(); ++i)
@@ -126,17 +126,17 @@ Scores mean_scores(const std::vector<const Scores*>& all) {
   return out;
 }
 
-void add_shares(std::vector<Scores>& rows, const std::vector<double>& horizons) {
+void add_ratios(std::vector<Scores>& rows, const std::vector<double>& horizons) {
   const auto real = std::find_if(rows.begin(), rows.end(), [](const Scores& s) { return s.method == "real motion"; });
   if (real == rows.end()) return;
   const std::vector<double> ceiling = real->ndms;
   for (Scores& row : rows) {
     Mean late;
     for (size_t i = 0; i < horizons.size(); ++i) {
-      row.share[i] = row.ndms[i] / ceiling[i];
-      if (horizons[i] > 1.6 - 1e-9) late.add(row.share[i]);
+      row.ratio[i] = row.ndms[i] / ceiling[i];
+      if (horizons[i] > 1.6 - 1e-9) late.add(row.ratio[i]);
     }
-    row.late_share = late.value();
+    row.late_ratio = late.value();
   }
 }
 

@@ -57,7 +57,7 @@ torch::Tensor spectrum_terms(const torch::Tensor& futures, const torch::Tensor& 
 double npss_of(const torch::Tensor& terms);
 
 /// Every curve of scores.
-inline constexpr std::array kCurveMembers = {&Scores::ndms,       &Scores::coded, &Scores::share,     &Scores::error,
+inline constexpr std::array kCurveMembers = {&Scores::ndms,       &Scores::coded, &Scores::ratio,     &Scores::error,
                                              &Scores::best_error, &Scores::apd,   &Scores::root_error};
 /// Calls visit(member) for each.
 template <class Visit>
@@ -67,7 +67,7 @@ void visit_curves(const Visit& visit) {
 
 /// Means of one method's scores, without NaN.
 Scores mean_scores(const std::vector<const Scores*>& all);
-/// Shares of the row called "real motion", in all rows.
-void add_shares(std::vector<Scores>& rows, const std::vector<double>& horizons);
+/// Ratios to the row called "real motion", in all rows.
+void add_ratios(std::vector<Scores>& rows, const std::vector<double>& horizons);
 
 }  // namespace inhabit::anticipate

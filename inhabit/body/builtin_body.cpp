@@ -28,8 +28,8 @@ struct Range {
 };
 
 /// (22, 3, 2) radians. Ranges of single axes follow the clinical ranges of motion (docs/body.md); since the components
-/// of an axis-angle vector mix when a joint turns about several axes at once, they are widened to hold the combinations
-/// met in walking, sitting and reaching.
+/// of an axis-angle vector mix when a joint rotates about several axes at once, they are widened to hold the
+/// combinations met in walking, sitting and reaching.
 Tensor builtin_joint_limits() {
   using Axes = std::array<Range, 3>;
   std::array<Axes, kStandardJoints> limits;
@@ -48,7 +48,7 @@ Tensor builtin_joint_limits() {
   limits[18] = {{{-1.9F, 1.9F}, {-2.8F, 0.5F}, {-1.4F, 1.4F}}};
   limits[20] = {{{-1.7F, 1.7F}, {-1.1F, 1.1F}, {-1.6F, 1.6F}}};
   for (int left : {1, 4, 7, 10, 13, 16, 18, 20}) {
-    // Mirrored in the x = 0 plane: turns about y and z change sign.
+    // Mirrored in the x = 0 plane: rotations about y and z change sign.
     const Axes& a = limits[left];
     limits[left + 1] = {{a[0], {-a[1].high, -a[1].low}, {-a[2].high, -a[2].low}}};
   }

@@ -40,7 +40,7 @@ std::vector<Frame> closed_form(const Bones& bones, const std::vector<Targets>& t
 
 /// Joints whose turning moves another joint. Three unknowns each, then three of the translation.
 constexpr std::array<int, 17> kTurning = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 13, 14, 16, 17, 18, 19};
-constexpr int kTurns = 3 * static_cast<int>(kTurning.size()), kUnknowns = kTurns + 3;
+constexpr int kRotations = 3 * static_cast<int>(kTurning.size()), kUnknowns = kRotations + 3;
 constexpr double kLimitWeight = 0.05;  // metres a radian beyond a limit
 constexpr int kWindow = 240;           // frames solved together
 constexpr int kRounds = 10;            // at most; four or five are usual
@@ -53,7 +53,7 @@ struct Problem {
   double smoothness;
 };
 
-Vector3d turn_between(const Frame& before, const Frame& after, int joint) {
+Vector3d rotation_between(const Frame& before, const Frame& after, int joint) {
   return axis_angle_of(before.local[joint].conjugate() * after.local[joint]);
 }
 
@@ -68,7 +68,7 @@ double cost(const Problem& problem, const std::vector<Targets>& targets, size_t 
       sum += problem.weights[k] * (pose.positions[k] - targets[first + t][k]).squaredNorm();
     for (int j : kTurning) {
       if (before != nullptr)
-        sum += problem.smoothness * problem.smoothness * turn_between(*before, frames[t], j).squaredNorm();
+        sum += problem.smoothness * problem.smoothness * rotation_between(*before, frames[t], j).squaredNorm();
       if (j == 0) continue;
       const Vector3d a = axis_angle_of(frames[t].local[j]);
       sum += problem.rest_pull[j].cwiseProduct(a).squaredNorm();
@@ -79,7 +79,7 @@ double cost(const Problem& problem, const std::vector<Targets>& targets, size_t 
   return 0.5 * sum;
 }
 
-/// Sums over the joints that turn with a joint: those below it.
+/// Sums over the joints that rotate with a joint: those below it.
 struct Moments {
   double weight = 0;
   Vector3d first = Vector3d::Zero();    ///< of positions p
@@ -96,7 +96,7 @@ struct Moments {
   }
 };
 
-/// One frame's own part of the normal equations. Turning joint i by d moves joint k below it by (R_i d) x (p_k - p_i),
+/// One frame's own part of the normal equations. Rotating joint i by d moves joint k below it by (R_i d) x (p_k - p_i),
 /// so that what two joints share are sums over the joints below the lower one: no Jacobian is written out.
 void add_frame(const Problem& problem, const Targets& y, const Frame& frame, MatrixXd& h, Eigen::Ref<VectorXd> g) {
   BonesPose pose;
@@ -106,12 +106,12 @@ void add_frame(const Problem& problem, const Targets& y, const Frame& frame, Mat
   column.fill(-1);
   for (size_t i = 0; i < kTurning.size(); ++i) column[kTurning[i]] = 3 * static_cast<int>(i);
 
-  std::array<Matrix3d, kStandardJoints> turn;
+  std::array<Matrix3d, kStandardJoints> rotation;
   std::array<Vector3d, kStandardJoints> at;    // about the root, for precision
   std::array<Moments, kStandardJoints> below;  // without the joint itself
   Moments all;
   for (int k = kStandardJoints - 1; k >= 0; --k) {
-    turn[k] = pose.rotations[k].toRotationMatrix();
+    rotation[k] = pose.rotations[k].toRotationMatrix();
     at[k] = pose.positions[k] - frame.trans;
     const double w = problem.weights[k];
     const Vector3d error = pose.positions[k] - y[k];
@@ -131,16 +131,16 @@ void add_frame(const Problem& problem, const Targets& y, const Frame& frame, Mat
       const auto to_i = static_cast<Eigen::Index>(column[i]);
       const Matrix3d outer =
           m.second - m.first * at[i].transpose() - at[j] * m.first.transpose() + m.weight * at[j] * at[i].transpose();
-      const Matrix3d block = turn[i].transpose() * (outer.trace() * Matrix3d::Identity() - outer) * turn[j];
+      const Matrix3d block = rotation[i].transpose() * (outer.trace() * Matrix3d::Identity() - outer) * rotation[j];
       h.block<3, 3>(to_i, to_j) = block;
       h.block<3, 3>(to_j, to_i) = block.transpose();
     }
-    const Matrix3d shift = turn[j].transpose() * cross_matrix(m.first - m.weight * at[j]);
-    h.block<3, 3>(to_j, kTurns) = shift;
-    h.block<3, 3>(kTurns, to_j) = shift.transpose();
-    g.segment<3>(to_j) = turn[j].transpose() * (m.turning - at[j].cross(m.error));
+    const Matrix3d shift = rotation[j].transpose() * cross_matrix(m.first - m.weight * at[j]);
+    h.block<3, 3>(to_j, kRotations) = shift;
+    h.block<3, 3>(kRotations, to_j) = shift.transpose();
+    g.segment<3>(to_j) = rotation[j].transpose() * (m.turning - at[j].cross(m.error));
   }
-  h.block<3, 3>(kTurns, kTurns) = all.weight * Matrix3d::Identity();
+  h.block<3, 3>(kRotations, kRotations) = all.weight * Matrix3d::Identity();
   g.tail<3>() = all.error;
   for (int j : kTurning) {
     if (j == 0) continue;
@@ -187,12 +187,12 @@ void solve_window(const Problem& problem, const std::vector<Targets>& targets, s
       const Frame* last = t == 0 ? before : &frames[frame - 1];
       if (last == nullptr) continue;
       for (size_t i = 0; i < kTurning.size(); ++i) {
-        const Vector3d r = turn_between(*last, frames[frame], kTurning[i]);
+        const Vector3d r = rotation_between(*last, frames[frame], kTurning[i]);
         g.segment<3>(row(t, i)) += s2 * r;
         if (t > 0) g.segment<3>(row(t - 1, i)) -= s2 * r;
       }
-      h[frame].diagonal().head(kTurns).array() += s2;
-      if (t > 0) h[frame - 1].diagonal().head(kTurns).array() += s2;
+      h[frame].diagonal().head(kRotations).array() += s2;
+      if (t > 0) h[frame - 1].diagonal().head(kRotations).array() += s2;
     }
     bool better = false;
     double next = now;
@@ -202,7 +202,7 @@ void solve_window(const Problem& problem, const std::vector<Targets>& targets, s
         BlockBand::Block own = matrix.at(t, 0);
         own = h[static_cast<size_t>(t)];
         own.diagonal().array() += damping;
-        if (t + 1 < n) matrix.at(t, 1).diagonal().head(kTurns).setConstant(-s2);
+        if (t + 1 < n) matrix.at(t, 1).diagonal().head(kRotations).setConstant(-s2);
       };
       step = -g;
       if (matrix.solve(fill, step)) {

@@ -42,7 +42,7 @@ LimbPose solve_limb(const Bones& bones, const Limb& limb, const Eigen::Quaternio
   pose.joints = solve_two_bone(start, upper.norm(), lower.norm(), target, pole, softness);
   const Eigen::Vector3d upper_now = pose.joints.mid - start, lower_now = pose.joints.end - pose.joints.mid;
   // The hinge, not the pole, fixes the twist: at rest it is normal to the upper bone and the rest pole, now to the
-  // bending plane. One axis for both bones makes the middle joint turn about that axis alone.
+  // bending plane. One axis for both bones makes the middle joint rotate about that axis alone.
   const Eigen::Vector3d rest_hinge = limb.rest_pole.cross(upper);
   pose.start_global = rotation_between_frames(upper, rest_hinge, upper_now, pose.joints.hinge);
   pose.mid_global = rotation_between_frames(lower, rest_hinge, lower_now, pose.joints.hinge);

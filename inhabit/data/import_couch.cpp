@@ -35,12 +35,12 @@ std::vector<FrameFile> couch_frames(const std::string& sequence) {
 
 /// The rotation that puts a person of camera axes upright: first by the trunk of the frames in which the pelvis is
 /// high, for who sits leans, then by the feet that stand.
-torch::Tensor upright_turn(Clip clip) {
-  torch::Tensor turn = torch::eye(3);
+torch::Tensor upright_rotation(Clip clip) {
+  torch::Tensor rotation = torch::eye(3);
   const auto put_up = [&](const Eigen::Vector3d& up) {
     const torch::Tensor by = rotation_upright(up);
     rotate_clip(clip, by);
-    turn = by.matmul(turn);
+    rotation = by.matmul(rotation);
   };
   for (int pass = 0; pass < 2; ++pass) {
     Clip high = clip;
@@ -55,12 +55,12 @@ torch::Tensor upright_turn(Clip clip) {
   }
   const FloorSlope slope = floor_slope(clip);
   if (slope.stances >= FloorSlope::kLeastStances) put_up(slope.normal);
-  return turn;
+  return rotation;
 }
 
 struct CouchMotion {
   ImportedMotion motion;
-  torch::Tensor turn;  ///< (3, 3), of the camera's axes to +Y up
+  torch::Tensor rotation;  ///< (3, 3), of the camera's axes to +Y up
 };
 
 std::string text_of(const nlohmann::json& object, const char* key) {
@@ -85,8 +85,8 @@ CouchMotion read_couch(const std::string& sequence, const ImportRecording& recor
   const std::string gender = text_of(info_of(sequence), "gender");
   if (!gender.empty()) npz.strings["gender"] = {{}, {gender}};
   CouchMotion out{smpl_motion(npz, sequence, reading, false), {}};
-  out.turn = upright_turn(out.motion.clip);
-  rotate_clip(out.motion.clip, out.turn);
+  out.rotation = upright_rotation(out.motion.clip);
+  rotate_clip(out.motion.clip, out.rotation);
   fill_missing(out.motion, frames);
   return out;
 }
@@ -155,7 +155,7 @@ ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) 
     const std::string& sequence = folders.at(recording.name);
     const CouchMotion read = read_couch(sequence, recording, reading);
     torch::Tensor transform = torch::eye(4);
-    transform.narrow(0, 0, 3).narrow(1, 0, 3).copy_(read.turn);
+    transform.narrow(0, 0, 3).narrow(1, 0, 3).copy_(read.rotation);
     Scene out = assumed_floor(read.motion.clip);
     for (const std::string& path : registered_objects(sequence, recording)) {
       Scene object = moved_scene(read_scene_file(path, {.up = UpAxis::y, .scale = 1}).scene, transform);

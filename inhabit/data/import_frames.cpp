@@ -120,10 +120,10 @@ torch::Tensor rigid_transform(const torch::Tensor& numbers, const std::string& p
   constexpr double kMostOff = 1e-3;  // of an entry of R R^T
   const torch::Tensor out = numbers.numel() == 16 ? numbers.to(torch::kFloat32).reshape({4, 4}) : torch::Tensor();
   const auto good = [&] {
-    const torch::Tensor turn = out.narrow(0, 0, 3).narrow(1, 0, 3);
+    const torch::Tensor rotation = out.narrow(0, 0, 3).narrow(1, 0, 3);
     return torch::isfinite(out).all().item<bool>() &&
-           (turn.matmul(turn.t()) - torch::eye(3)).abs().max().item<double>() <= kMostOff &&
-           torch::linalg_det(turn).item<double>() > 0;
+           (rotation.matmul(rotation.t()) - torch::eye(3)).abs().max().item<double>() <= kMostOff &&
+           torch::linalg_det(rotation).item<double>() > 0;
   };
   if (!out.defined() || !good()) throw Error(path, "is no rotation and place, 4 rows of 4 numbers");
   return out;
@@ -137,10 +137,10 @@ void move_clip(Clip& clip, const torch::Tensor& transform) {
 }
 
 Scene moved_scene(Scene scene, const torch::Tensor& transform) {
-  const torch::Tensor turn = transform.narrow(0, 0, 3).narrow(1, 0, 3).t(),
+  const torch::Tensor rotation = transform.narrow(0, 0, 3).narrow(1, 0, 3).t(),
                       shift = transform.narrow(0, 0, 3).select(1, 3);
-  for (Mesh& mesh : scene.meshes) mesh.vertices = mesh.vertices.matmul(turn) + shift;
-  if (scene.points.defined()) scene.points = scene.points.matmul(turn) + shift;
+  for (Mesh& mesh : scene.meshes) mesh.vertices = mesh.vertices.matmul(rotation) + shift;
+  if (scene.points.defined()) scene.points = scene.points.matmul(rotation) + shift;
   return scene;
 }
 

@@ -57,7 +57,7 @@ ImportedMotion read_gta_im(const std::string& recording, const ImportRecording& 
                         .index_select(1, torch::tensor(order))
                         .to(torch::kFloat32);
   validate(out.clip, path);
-  turn_upright(out.clip);
+  rotate_upright(out.clip);
   return out;
 }
 

@@ -17,7 +17,7 @@ constexpr double kHuman36mRate = 50;
 
 ImportedMotion positions_motion(const torch::Tensor& given, const std::string& subject) {
   ImportedMotion out{human36m_clip(given, kHuman36mRate, subject), {}};
-  turn_upright(out.clip);
+  rotate_upright(out.clip);
   return out;
 }
 

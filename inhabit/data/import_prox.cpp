@@ -47,7 +47,7 @@ ImportedMotion read_prox(const std::string& folder, const ImportRecording& recor
   npz.strings["gender"] = {{}, {woman ? "female" : "male"}};
   ImportedMotion out = smplx_motion(npz, results, reading);
   move_clip(out.clip, to_world);
-  turn_upright(out.clip);
+  rotate_upright(out.clip);
   fill_missing(out, frames);
   return out;
 }

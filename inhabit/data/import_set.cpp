@@ -112,10 +112,10 @@ void assign_splits(ImportSet& set) {
       std::all_of(people_of.begin(), people_of.end(), [](const auto& s) { return s.second.size() == 1; });
   const std::vector<std::string> keys = people ? keys_of(set, trained, person) : keys_of(set, trained, scene);
   if (keys.size() < 3) return;
-  const std::set<std::string> held(
+  const std::set<std::string> for_validation(
       keys.begin(), keys.begin() + std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(keys.size() / 10)));
   for (ImportRecording& r : set.recordings)
-    if (trained(r) && held.count(people ? r.person : scene(r)) != 0) r.split = "val";
+    if (trained(r) && for_validation.count(people ? r.person : scene(r)) != 0) r.split = "val";
   set.splits +=
       "; of what is trained on a tenth " + std::string(people ? "by person" : "by scene") + " is validated on";
 }

@@ -16,7 +16,7 @@ ImportedMotion smpl_motion(const Npz& npz, const std::string& subject, const Cli
   ClipReadOptions as_it_is = reading;
   as_it_is.up = UpAxis::y;
   out.clip = clip_from_npz(npz, subject, as_it_is);
-  if (z_up) turn_upright(out.clip);
+  if (z_up) rotate_upright(out.clip);
   const int64_t frames = out.clip.frames();
   const auto keep = [&](const char* name, const torch::Tensor& rows) {
     if (rows.dim() == 2 && rows.size(0) == frames && torch::isfinite(rows).all().item<bool>())

@@ -63,8 +63,8 @@ Scene trumans_scene(const std::string& folder, const ImportRecording& r, const s
     if (path.empty()) throw Error(folder, "has no mesh of object " + object.name);
     int part = 0;
     for (Mesh mesh : read_scene_file(path, kTrumansScene).scene.meshes) {
-      const torch::Tensor turn = object.at_most.narrow(0, 0, 3).narrow(1, 0, 3);
-      mesh.vertices = mesh.vertices.matmul(turn.t()) + object.at_most.select(1, 3).narrow(0, 0, 3);
+      const torch::Tensor rotation = object.at_most.narrow(0, 0, 3).narrow(1, 0, 3);
+      mesh.vertices = mesh.vertices.matmul(rotation.t()) + object.at_most.select(1, 3).narrow(0, 0, 3);
       mesh.name = object.name + (part == 0 ? "" : "." + std::to_string(part));
       scene.meshes.push_back(std::move(mesh));
       ++part;

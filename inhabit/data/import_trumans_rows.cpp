@@ -71,9 +71,9 @@ std::vector<TrumansObject> trumans_objects(const std::string& folder, int64_t fi
     if (in.min().item<int64_t>() < 0 || in.max().item<int64_t>() >= place.size(1)) continue;  // not all the time there
     torch::Tensor mat = place.gather(1, in.view({-1, 1, 1, 1}).expand({-1, 1, 4, 4})).squeeze(1).clone();
     if (!torch::isfinite(mat).all().item<bool>()) continue;
-    // The release multiplies rows of points by the upper left part: its transpose turns columns.
-    const torch::Tensor turn = mat.narrow(1, 0, 3).narrow(2, 0, 3).transpose(1, 2).contiguous();
-    mat.narrow(1, 0, 3).narrow(2, 0, 3).copy_(turn);
+    // The release multiplies rows of points by the upper left part: its transpose rotates columns.
+    const torch::Tensor rotation = mat.narrow(1, 0, 3).narrow(2, 0, 3).transpose(1, 2).contiguous();
+    mat.narrow(1, 0, 3).narrow(2, 0, 3).copy_(rotation);
     const torch::Tensor at = mat.narrow(1, 0, 3).select(2, 3);
     std::string name = std::filesystem::path(texts->second.values[static_cast<size_t>(object)]).stem().string();
     // The longest time that it stays.
@@ -83,7 +83,7 @@ std::vector<TrumansObject> trumans_objects(const std::string& folder, int64_t fi
       if (t - since > longest) longest = t - since, middle = (t + since) / 2;
       since = t;
     }
-    out.push_back({std::move(name), torch::cat({at, matrix_to_axis_angle(turn)}, 1), mat[middle]});
+    out.push_back({std::move(name), torch::cat({at, matrix_to_axis_angle(rotation)}, 1), mat[middle]});
   }
   return out;
 }

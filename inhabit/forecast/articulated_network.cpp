@@ -15,36 +15,36 @@ using torch::Tensor;
 
 namespace {
 
-constexpr double kTwistDamping = 1e-4;  // m^2: a turn about a bone of 0.1 m that no other bone shows stays 0
+constexpr double kTwistDamping = 1e-4;  // m^2: a rotation about a bone of 0.1 m that no other bone shows stays 0
 
-/// The standard skeleton's bones, one to each joint but the root, and the joints that turn them.
+/// The standard skeleton's bones, one to each joint but the root, and the joints that rotate them.
 struct Bones {
   Tensor parents, children;  // (21) joints at their ends
-  Tensor turners;            // (21) which of the turning joints is the parent
-  Tensor of_turner;          // (17, 21) 1 where the joint turns the bone
+  Tensor rotators;           // (21) which of the rotating joints is the parent
+  Tensor of_rotator;         // (17, 21) 1 where the joint rotates the bone
   Tensor chains;             // (21, 22) 1 where the bone lies between the root and the joint
-  int64_t count = 0;         // turning joints: 17
+  int64_t count = 0;         // rotating joints: 17
 };
 
 Bones make_bones() {
   const std::vector<int>& parents = standard_parents();
-  std::vector<int64_t> parent, child, turner, turning;
+  std::vector<int64_t> parent, child, rotator, rotating;
   for (int j = 1; j < kStandardJoints; ++j) {
     parent.push_back(parents[j]);
     child.push_back(j);
   }
   for (int j = 0; j < kStandardJoints; ++j)
-    if (std::find(parent.begin(), parent.end(), j) != parent.end()) turning.push_back(j);
-  for (const int64_t p : parent) turner.push_back(std::find(turning.begin(), turning.end(), p) - turning.begin());
+    if (std::find(parent.begin(), parent.end(), j) != parent.end()) rotating.push_back(j);
+  for (const int64_t p : parent) rotator.push_back(std::find(rotating.begin(), rotating.end(), p) - rotating.begin());
   Bones out;
-  out.count = static_cast<int64_t>(turning.size());
+  out.count = static_cast<int64_t>(rotating.size());
   out.parents = torch::tensor(parent);
   out.children = torch::tensor(child);
-  out.turners = torch::tensor(turner);
-  out.of_turner = torch::zeros({out.count, kStandardJoints - 1});
+  out.rotators = torch::tensor(rotator);
+  out.of_rotator = torch::zeros({out.count, kStandardJoints - 1});
   out.chains = torch::zeros({kStandardJoints - 1, kStandardJoints});
   for (int j = 1; j < kStandardJoints; ++j) {
-    out.of_turner[turner[j - 1]][j - 1] = 1;
+    out.of_rotator[rotator[j - 1]][j - 1] = 1;
     for (int k = j; k > 0; k = parents[k]) out.chains[k - 1][j] = 1;
   }
   return out;
@@ -70,8 +70,8 @@ Tensor dying_away(int64_t future, double frames) {
 }  // namespace
 
 Tensor angular_velocities(const Tensor& before, const Tensor& now) {
-  const Tensor bone = bones_of(now), change = bone - bones_of(before), sums = bones().of_turner.to(now.device());
-  // Bones turn by change = w x bone: normal equations sum(|b|^2 I - b b^T) w = sum(b x change).
+  const Tensor bone = bones_of(now), change = bone - bones_of(before), sums = bones().of_rotator.to(now.device());
+  // Bones rotate by change = w x bone: normal equations sum(|b|^2 I - b b^T) w = sum(b x change).
   const Tensor length = bone.square().sum(-1, true).unsqueeze(-1), unit = torch::eye(3, now.options());
   const Tensor inertia = length * unit - bone.unsqueeze(-1) * bone.unsqueeze(-2);
   const Tensor matrix = torch::einsum("ab,nbij->naij", {sums, inertia}) + kTwistDamping * unit;
@@ -79,10 +79,11 @@ Tensor angular_velocities(const Tensor& before, const Tensor& now) {
   return torch::linalg_solve(matrix, moment);
 }
 
-Tensor posed_from(const Tensor& last, const Tensor& path, const Tensor& turns) {
-  const Tensor turn = turns.index_select(2, bones().turners.to(turns.device()));    // (B, T, 21, 3, 3)
-  const Tensor turned = (turn * bones_of(last).unsqueeze(1).unsqueeze(3)).sum(-1);  // (B, T, 21, 3)
-  const Tensor from_root = torch::matmul(turned.transpose(2, 3), bones().chains.to(turns.device()));  // (B, T, 3, 22)
+Tensor posed_from(const Tensor& last, const Tensor& path, const Tensor& rotations) {
+  const Tensor of_bones = rotations.index_select(2, bones().rotators.to(rotations.device()));  // (B, T, 21, 3, 3)
+  const Tensor rotated = (of_bones * bones_of(last).unsqueeze(1).unsqueeze(3)).sum(-1);        // (B, T, 21, 3)
+  const Tensor from_root =
+      torch::matmul(rotated.transpose(2, 3), bones().chains.to(rotations.device()));  // (B, T, 3, 22)
   return from_root.transpose(2, 3) + path.unsqueeze(2);
 }
 
@@ -144,9 +145,9 @@ ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::continued(const Tensor& pas
   on.past = past;
   on.path = last.select(1, 0).unsqueeze(1) +
             (last - before).select(1, 0).unsqueeze(1) * going_on(a.root_continuation).view({1, -1, 1});
-  const Tensor turns =
+  const Tensor rotations =
       angular_velocities(before, last).unsqueeze(1) * going_on(a.pose_continuation).view({1, -1, 1, 1});
-  on.turns = matrix_to_rotation6d(axis_angle_to_matrix(turns));
+  on.rotations = matrix_to_rotation6d(axis_angle_to_matrix(rotations));
   return on;
 }
 
@@ -177,7 +178,7 @@ ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::see(const Tensor& past, con
     throw Error("forecast network: past, contact_points or given has the wrong shape");
   Seen seen = continued(past);
   const Tensor last = past.select(1, config.past - 1);
-  seen.tokens = tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.turns)), contact_points, given);
+  seen.tokens = tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.rotations)), contact_points, given);
   for (Block& block : blocks) seen.tokens = block.forward(seen.tokens);
   return seen;
 }
@@ -187,8 +188,8 @@ MotionForecast ArticulatedNetworkImpl::go_on(const Seen& seen, const Tensor& coe
   const Tensor added =
       torch::matmul(from_dct_.to(past.device()), coefficients_added) * gate_.to(past.device());  // (B, T, 105)
   const Tensor path = seen.path + added.narrow(2, 0, 3);
-  const Tensor turns = rotation6d_to_matrix(seen.turns + added.slice(2, 3).view(seen.turns.sizes()));
-  const Tensor joints = posed_from(past.select(1, config.past - 1), path, turns);
+  const Tensor rotations = rotation6d_to_matrix(seen.rotations + added.slice(2, 3).view(seen.rotations.sizes()));
+  const Tensor joints = posed_from(past.select(1, config.past - 1), path, rotations);
   return {torch::cat({past.select(2, 0), path}, 1), joints - path.unsqueeze(2)};
 }
 

@@ -8,16 +8,16 @@
 
 namespace inhabit::forecast {
 
-/// Angular velocities (B, A, 3), radians a frame, in the window's axes, of the joints that have children, as they turn
-/// the bones to these from where they were a frame earlier: least squares over a joint's bones, the least turn where
-/// there is but one. @param before, now (B, J, 3) joints.
+/// Angular velocities (B, A, 3), radians a frame, in the window's axes, of the joints that have children, as they
+/// rotate the bones to these from where they were a frame earlier: least squares over a joint's bones, the least
+/// rotation where there is but one. @param before, now (B, J, 3) joints.
 torch::Tensor angular_velocities(const torch::Tensor& before, const torch::Tensor& now);
 
 /// Joints (B, T, 22, 3) of forward kinematics on the bones of `last` (B, 22, 3), as it stands: the root goes along
-/// `path` (B, T, 3), and each of the 17 joints that have children turns the bones to them by `turns` (B, T, 17, 3, 3),
-/// rotations in the window's axes since `last`. The lengths of bones, and the angles between those of one joint, are
-/// those of `last`, whosever body that is.
-torch::Tensor posed_from(const torch::Tensor& last, const torch::Tensor& path, const torch::Tensor& turns);
+/// `path` (B, T, 3), and each of the 17 joints that have children rotates the bones to them by `rotations` (B, T, 17,
+/// 3, 3), rotations in the window's axes since `last`. The lengths of bones, and the angles between those of one joint,
+/// are those of `last`, whosever body that is.
+torch::Tensor posed_from(const torch::Tensor& last, const torch::Tensor& path, const torch::Tensor& rotations);
 
 /// What contact points a forecast is given, as the network is told: (B, 2), whether there are any, and whether they are
 /// predicted.
@@ -39,10 +39,10 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
 
   /// What the network has made of a past: how it goes on by itself, and the tokens behind the last block.
   struct Seen {
-    torch::Tensor past;    ///< (B, P, 22, 3) as it was given
-    torch::Tensor path;    ///< (B, T, 3) of the continuation
-    torch::Tensor turns;   ///< (B, T, 17, 6) of the continuation
-    torch::Tensor tokens;  ///< (B, S, width)
+    torch::Tensor past;       ///< (B, P, 22, 3) as it was given
+    torch::Tensor path;       ///< (B, T, 3) of the continuation
+    torch::Tensor rotations;  ///< (B, T, 17, 6) of the continuation
+    torch::Tensor tokens;     ///< (B, S, width)
   };
   /// The first part of forward(), with the same arguments.
   Seen see(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
@@ -65,7 +65,7 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   };
   /// S, of past and future.
   static int64_t token_count(const Config& config);
-  /// Numbers that are added in each frame: the root's 3 and 6 of each joint that turns.
+  /// Numbers that are added in each frame: the root's 3 and 6 of each joint that rotates.
   static int64_t added_count();
 
   Config config;                            ///< what it was made with
@@ -73,7 +73,7 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   torch::nn::Linear person_in{nullptr};     ///< the last observed pose and contacts_given to width
   torch::nn::Linear contact_in{nullptr};    ///< a frame's contact points to width
   torch::nn::Linear coefficients{nullptr};  ///< S tokens to DCT coefficients over the future
-  torch::nn::Linear out{nullptr};           ///< width to the root's 3 and 6 numbers of each joint that turns
+  torch::nn::Linear out{nullptr};           ///< width to the root's 3 and 6 numbers of each joint that rotates
   torch::nn::LayerNorm out_norm{nullptr};   ///< behind the last block
   std::vector<Block> blocks;                ///< one after the other
   torch::Tensor place;                      ///< (S, width) added to each token

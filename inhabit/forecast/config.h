@@ -89,7 +89,7 @@ struct Config {
     double pose_weight = 1.0;      ///< lambda 2
     double contact_weight = 0.1;   ///< lambda 3
     double velocity_weight = 1.0;  ///< of the articulated network's velocity loss
-    double recorded = 0;           ///< share of windows of recordings in a batch; 0: as many as the data hold
+    double recorded = 0;           ///< fraction of windows of recordings in a batch; 0: as many as the data hold
     bool mirror = false;  ///< motion networks see every other window in a mirror (the standard joints facing +Z alone)
     RateSchedule schedule;  ///< of the learning rates
 

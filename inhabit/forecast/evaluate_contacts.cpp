@@ -19,7 +19,7 @@ namespace {
 
 using torch::Tensor;
 
-constexpr double kFloorShare = 0.01;  // of a window's scene points that lie below its floor: things under it
+constexpr double kBelowFloor = 0.01;  // fraction of a window's scene points that lie below its floor: things under it
 constexpr double kOnFloor = 0.05;     // metres
 
 /// A window, and contact points (1, T, J, 4) made of it.
@@ -119,7 +119,7 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     if (!parts.shard().has(i)) continue;
     const Sample s = data.sample(i, 0, false), d = dense.sample(i, 0, false);
     const Touching w{s.points.unsqueeze(0), d.points.unsqueeze(0), s.joints.unsqueeze(0)};
-    const double floor = d.points.select(1, 1).contiguous().quantile(kFloorShare).item<double>();
+    const double floor = d.points.select(1, 1).contiguous().quantile(kBelowFloor).item<double>();
     const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
     for (size_t k = 0; k < sources.size(); ++k)
       measured["counts"][i][static_cast<int64_t>(k)].copy_(counts_of(sources[k].contacts(w), real, floor, second));

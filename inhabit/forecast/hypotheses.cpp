@@ -41,7 +41,7 @@ Hypotheses HypothesesNetworkImpl::forward(ArticulatedNetwork network, const Arti
                            .transpose(1, 2);  // (B, K, coefficients, 105)
   const Tensor added = network->mean_coefficients(seen.tokens).detach().unsqueeze(1) + apart;
   const auto of_each = [&](const Tensor& t) { return t.repeat_interleave(many, 0); };
-  const ArticulatedNetworkImpl::Seen each{of_each(seen.past), of_each(seen.path), of_each(seen.turns), {}};
+  const ArticulatedNetworkImpl::Seen each{of_each(seen.past), of_each(seen.path), of_each(seen.rotations), {}};
   const Tensor joints = forecast_joints(network->go_on(each, added.flatten(0, 1)), config.root);
   return {joints.view({batch, many, config.future, kStandardJoints, 3}),
           torch::log_softmax(likely->forward(x.mean(1)), 1)};

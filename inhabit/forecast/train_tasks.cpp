@@ -44,7 +44,7 @@ ContactBatch contact_batch(const Data& data, const Config& config, const std::ve
 }
 
 /// The windows of a batch: those of its indices, or in their places windows of recordings and generated ones by the
-/// share that config.training.recorded gives the former.
+/// fraction that config.training.recorded gives the former.
 std::vector<int64_t> windows_of(const TrainStep& step, const Data& data, double recorded) {
   const WindowKinds& kinds = data.kinds();
   if (recorded <= 0 || kinds.recorded.empty() || kinds.generated.empty()) return step.indices;

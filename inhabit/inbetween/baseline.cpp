@@ -32,7 +32,7 @@ std::vector<KeyDistance> distances_to(const std::vector<char>& given) {
 /// The given frames around frame t, and how far it is from the first to the second, 0 to 1.
 struct Around {
   int64_t from, to;
-  float share;
+  float part;
 };
 Around around(const KeyDistance& d, int64_t t) {
   if (d.before < 0) return {t + d.after, t + d.after, 0};
@@ -74,7 +74,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
     std::vector<int64_t> root_keys;
     for (int64_t t = 0; t < frames; ++t) {
       const Around root = around(out.root_distance[static_cast<size_t>(t)], t);
-      const Vector3f place = keys.root(root.from) + root.share * (keys.root(root.to) - keys.root(root.from));
+      const Vector3f place = keys.root(root.from) + root.part * (keys.root(root.to) - keys.root(root.from));
       straight.emplace_back(place.x(), place.z());
       if (rooted[static_cast<size_t>(t)] != 0) root_keys.push_back(t);
     }
@@ -85,18 +85,17 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
     const Around pose = around(out.pose_distance[frame], t), root = around(out.root_distance[frame], t);
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       Quaternionf q = local_rotation(keys, pose.from, j);
-      if (pose.share > 0) q = q.slerp(pose.share, local_rotation(keys, pose.to, j));
+      if (pose.part > 0) q = q.slerp(pose.part, local_rotation(keys, pose.to, j));
       if (j == 0 && turns[frame] != 0) q = Eigen::AngleAxisf(static_cast<float>(turns[frame]), Vector3f::UnitY()) * q;
       const size_t parent = first + static_cast<size_t>(std::max(0, standard_parents()[static_cast<size_t>(j)]));
       out.poses.rotations[first + static_cast<size_t>(j)] = j == 0 ? q : (out.poses.rotations[parent] * q).normalized();
     }
-    if (pose.share == 0 && pose.from == t)  // bit by bit
+    if (pose.part == 0 && pose.from == t)  // bit by bit
       std::copy_n(keys.rotations.begin() + static_cast<std::ptrdiff_t>(first), kStandardJoints,
                   out.poses.rotations.begin() + static_cast<std::ptrdiff_t>(first));
     Vector3f& at = out.poses.joints[first];
-    at = keys.root(root.from) + root.share * (keys.root(root.to) - keys.root(root.from));
-    if (detours.defined() && root.share > 0)
-      at += Vector3f(detours[t][0].item<float>(), 0, detours[t][1].item<float>());
+    at = keys.root(root.from) + root.part * (keys.root(root.to) - keys.root(root.from));
+    if (detours.defined() && root.part > 0) at += Vector3f(detours[t][0].item<float>(), 0, detours[t][1].item<float>());
     place_joints(out.poses, t);
     out.heading[frame] = heading_of(out.poses, t, t == 0 ? 0.0F : out.heading[frame - 1]);
   }

@@ -23,17 +23,17 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using torch::Tensor;
 
-constexpr double kClear = 0.3, kEndsNear = 0.45;  // metres: of the way around, but near its ends
+constexpr double kClear = 0.3, kEndsNear = 0.45;  // metres: of the detour, but near its ends
 constexpr double kFree = 0.05, kBlocked = 0.03;   // metres: of the key poses; how deep the straight motion goes
 constexpr double kLeastDistance = 2.4, kMostDistance = 3.4;  // metres, of the keys
 constexpr double kSole = 0.02;                               // metres: height of the ball of a standing foot
 constexpr int kTries = 2000;
 
-/// Boxes about a common place: closed, turned as one about the vertical.
+/// Boxes about a common place: closed, rotated as one about the vertical.
 struct Piece {
   std::string name;
   Vector2d at;  // x to the left of the straight line, z along it
-  double turn;
+  double yaw;
   std::vector<std::pair<Vector3d, Vector3d>> boxes;  // center and half size, the piece's own frame
 };
 
@@ -42,7 +42,7 @@ Mesh mesh_of(const Piece& piece, double side) {
   for (const auto& [center, half] : piece.boxes) builder.box({side * center.x(), center.y(), center.z()}, half);
   Mesh mesh = builder.mesh(piece.name, {0.5F, 0.4F, 0.3F});
   const Tensor v = mesh.vertices.clone();
-  const double turn = side * piece.turn, c = std::cos(turn), s = std::sin(turn);
+  const double yaw = side * piece.yaw, c = std::cos(yaw), s = std::sin(yaw);
   mesh.vertices.select(1, 0).copy_(c * v.select(1, 0) + s * v.select(1, 2) + side * piece.at.x());
   mesh.vertices.select(1, 2).copy_(c * v.select(1, 2) - s * v.select(1, 0) + piece.at.y());
   return mesh;
@@ -110,18 +110,18 @@ Clip pose_of(int stride, double rate) {
   clip.skeleton = builtin_body().skeleton;
   clip.rate = rate;
   clip.rotations = torch::zeros({1, clip.skeleton.size(), 3});
-  const auto turn = [&](int64_t joint, int64_t axis, double by) { clip.rotations[0][joint][axis] = by; };
-  turn(16, 2, -1.25);  // arms hang
-  turn(17, 2, 1.25);
+  const auto rotate = [&](int64_t joint, int64_t axis, double by) { clip.rotations[0][joint][axis] = by; };
+  rotate(16, 2, -1.25);  // arms hang
+  rotate(17, 2, 1.25);
   if (stride != 0) {
     const int64_t ahead = stride > 0 ? 1 : 2, behind = 3 - ahead;
-    turn(ahead, 0, -0.4);
-    turn(ahead + 3, 0, 0.1);
-    turn(behind, 0, 0.25);
-    turn(behind + 3, 0, 0.35);
-    turn(behind + 6, 0, 0.2);
-    turn(16, 1, stride > 0 ? 0.3 : -0.3);  // the arm beside the leg behind goes ahead
-    turn(17, 1, stride > 0 ? 0.3 : -0.3);
+    rotate(ahead, 0, -0.4);
+    rotate(ahead + 3, 0, 0.1);
+    rotate(behind, 0, 0.25);
+    rotate(behind + 3, 0, 0.35);
+    rotate(behind + 6, 0, 0.2);
+    rotate(16, 1, stride > 0 ? 0.3 : -0.3);  // the arm beside the leg behind goes ahead
+    rotate(17, 1, stride > 0 ? 0.3 : -0.3);
   }
   clip.trans = torch::zeros({1, 3});
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
@@ -151,8 +151,8 @@ Clip draw_ends(int64_t frames, double rate, std::mt19937_64& random) {
   return interpolate_linear(both, {0, frames - 1});
 }
 
-/// The length of a way around with enough clearance, if there is one.
-std::optional<double> way_around(const Scene& scene, const Clip& ends) {
+/// Metres of the shortest detour with enough clearance, if there is one.
+std::optional<double> detour_length(const Scene& scene, const Clip& ends) {
   const FreeSpace floor = free_space(obstacles_of(scene));
   const Tensor root = ends.root_path();
   const auto place = [&](int64_t t) { return Vector2d(root[t][0].item<double>(), root[t][2].item<double>()); };
@@ -171,9 +171,9 @@ std::optional<BlockedRoom> room_of(const Clip& ends, const std::vector<Piece>& p
   const CollisionMeter meter(builtin_body(), out.scene);
   if (meter.near_frames(frames_at(ends, {0, ends.frames() - 1}), kFree).any().item<bool>()) return {};
   if (meter.measure(ends, {kNoTolerance}).front().depth.max().item<double>() < kBlocked) return {};
-  const auto way = way_around(out.scene, ends);
-  if (!way || *way > kBriskWalk * ends.seconds()) return {};
-  out.way = *way;
+  const auto length = detour_length(out.scene, ends);
+  if (!length || *length > kBriskWalk * ends.seconds()) return {};
+  out.detour = *length;
   return out;
 }
 

@@ -81,7 +81,7 @@ struct Config {
     double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
     double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
     double way_around = 0.5;        ///< fraction of windows whose baseline goes around obstacles
-    double walked = 0;              ///< fraction of these ways that are those which were walked; the others are A*'s
+    double walked = 0;              ///< fraction of these detours that are those which were walked; the others are A*'s
     double sliding_weight = 0;      ///< of feet that go while they are low (residual_losses.h), in stage "deployed"
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles

@@ -35,8 +35,8 @@ struct PathPoint {
 
 /// What is given of a motion beside its key poses; nothing where all of it is empty.
 struct Controls {
-  /// One for each key in [0, 1], of those between the ends. Under 1 the pose is that share of the way from what would
-  /// be there without these keys to the key pose. Empty: all 1.
+  /// One for each key in [0, 1], of those between the ends. Under 1 the pose is mixed, with that weight, into what
+  /// would be there without these keys. Empty: all 1.
   std::vector<double> key_weights;
   std::vector<JointContact> contacts;  ///< in any order; models of residual motion alone take them
   /// In order. Between the two keys around each point the root goes along a curve through them and the points.

@@ -46,7 +46,7 @@ DrawnKeys draw_keys(int64_t frames, bool partial, double far, std::mt19937_64& r
   }
   // The same joints in all partial keys of a window, as for a drawn hand path.
   const bool some_partial = partial && chance(random, kPartialKeys);
-  const double share = chance(random, kAllPartial) ? 1 : uniform(random, 0, 1);
+  const double partial_fraction = chance(random, kAllPartial) ? 1 : uniform(random, 0, 1);
   Tensor given = torch::zeros({kKeyGroups});
   if (some_partial) {
     const int joints = uniform_int(random, 0, 4);
@@ -64,7 +64,7 @@ DrawnKeys draw_keys(int64_t frames, bool partial, double far, std::mt19937_64& r
     shuffle_first(inner, static_cast<size_t>(std::max(0.0, n * last / count - 2)), random);
   }
   for (const int key : inner)
-    out.groups[key].copy_(some_partial && chance(random, share) ? given : torch::ones({kKeyGroups}));
+    out.groups[key].copy_(some_partial && chance(random, partial_fraction) ? given : torch::ones({kKeyGroups}));
   if (chance(random, kContinued)) {
     const int known = std::min(last, uniform_int(random, kLeastKnown, kMostKnown));
     for (Tensor* given_frames : {&out.groups, &out.ends}) given_frames->slice(0, 0, known).fill_(1);

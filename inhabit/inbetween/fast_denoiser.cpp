@@ -82,10 +82,10 @@ void multiply(const nn::RowLayer& p, const Rows& x, int64_t first, int64_t step,
   // Threads share the columns, so that each reads only its part of the weights; rows too where columns are few.
   const int64_t blocks = stride / nn::kColumnBlock, threads = at::get_num_threads();
   const int64_t parts = blocks % threads == 0 ? 1 : std::min(threads, std::max<int64_t>(1, total / 12));
-  const int64_t share = ((total + parts - 1) / parts + 5) / 6 * 6;  // the product goes by six rows
+  const int64_t columns_each = ((total + parts - 1) / parts + 5) / 6 * 6;  // the product goes by six rows
   nn::parallel_chunks(blocks * parts, [&](int64_t chunk) {
-    const int64_t column = chunk / parts * nn::kColumnBlock, begin = std::min(total, chunk % parts * share),
-                  end = std::min(total, begin + share);
+    const int64_t column = chunk / parts * nn::kColumnBlock, begin = std::min(total, chunk % parts * columns_each),
+                  end = std::min(total, begin + columns_each);
     for (int64_t r = begin; r < end; ++r)
       std::copy_n(p.bias.data() + column, nn::kColumnBlock, y + scratch.to[static_cast<size_t>(r)] * stride + column);
     nn::accumulate_columns(p.w, column, column + nn::kColumnBlock, p.w.in, source, step * x.channels,
@@ -99,10 +99,10 @@ void multiply(const nn::RowLayer& p, const Rows& x, int64_t first, int64_t step,
 void norm_mish(const Norm& norm, const float* y, int64_t stride, const float* film, int64_t film_stride,
                const float* add, int64_t add_stride, int64_t add_pitch, Rows& out) {
   const int64_t channels = out.channels, width = channels / kNormGroups, frames = out.frames;
-  int64_t shares = 1;  // groups are dealt out in shares of at least 48 channels
-  while (shares < kNormGroups && channels / (2 * shares) >= 48) shares *= 2;
-  nn::parallel_chunks(out.batch * shares, [&](int64_t chunk) {
-    const int64_t b = chunk / shares, first = chunk % shares * (channels / shares), columns = channels / shares;
+  int64_t runs = 1;  // groups are dealt out in runs of at least 48 channels
+  while (runs < kNormGroups && channels / (2 * runs) >= 48) runs *= 2;
+  nn::parallel_chunks(out.batch * runs, [&](int64_t chunk) {
+    const int64_t b = chunk / runs, first = chunk % runs * (channels / runs), columns = channels / runs;
     const float* x = y + b * frames * stride + first;
     std::vector<float> sums(static_cast<size_t>(columns)), scale(sums.size()), shift(sums.size());
     const auto mean_of = [&](int64_t from) {

@@ -40,9 +40,9 @@ struct Rotations {
 
 /// Matrices (B, 22, T, 3, 3) of constrained frames, interpolated by slerp in the others.
 Tensor between_keys(const Tensor& matrices, const KeyNeighbours& n) {
-  const Tensor turns = matrix_to_quaternion(matrices);
+  const Tensor rotations = matrix_to_quaternion(matrices);
   const auto at = [&](const Tensor& frames) {
-    return turns.gather(2, one_of_six(frames).unsqueeze(3).expand(turns.sizes()));
+    return rotations.gather(2, one_of_six(frames).unsqueeze(3).expand(rotations.sizes()));
   };
   return quaternion_to_matrix(slerp(at(n.before), at(n.after), one_of_six(n.weight)));
 }
@@ -53,8 +53,8 @@ Tensor clip_features(const Clip& clip) {
   if (clip.joints.size(1) != kStandardJoints || !clip.rotations.defined())
     throw Error("in-betweening: needs rotations on the standard skeleton");
   const int64_t frames = clip.frames();
-  const Tensor turns = matrix_to_rotation6d(axis_angle_to_matrix(clip.rotations)).reshape({frames, -1});
-  return torch::cat({clip.root_path(), turns, clip.joints.reshape({frames, -1})}, 1);
+  const Tensor rotations = matrix_to_rotation6d(axis_angle_to_matrix(clip.rotations)).reshape({frames, -1});
+  return torch::cat({clip.root_path(), rotations, clip.joints.reshape({frames, -1})}, 1);
 }
 
 Tensor feature_rotations(const Tensor& features) {
@@ -91,9 +91,9 @@ Tensor with_rest_frames_rotated(const Tensor& features, const Tensor& rotations,
 }
 
 Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale) {
-  const Rotations turns{scale};
+  const Rotations arcs_of{scale};
   Tensor out = interpolate_keys(given);
-  const Tensor arcs = turns.features(between_keys(turns.matrices(given.values), key_neighbours(given.mask)));
+  const Tensor arcs = arcs_of.features(between_keys(arcs_of.matrices(given.values), key_neighbours(given.mask)));
   rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
   return out;
 }
@@ -104,8 +104,8 @@ Tensor noisy_features(const Tensor& features, const Tensor& bones, double level,
   auto generator = at::detail::createCPUGenerator(random());
   Tensor middle = features.slice(0, 1, inner + 1).clone();
   middle.slice(1, 0, 3).add_(torch::randn({inner, 3}, generator), level / 100);
-  const Tensor turns = torch::randn({inner, kStandardJoints, 3}, generator) * (level * M_PI / 180);
-  const Tensor rotations = torch::matmul(feature_rotations(middle), axis_angle_to_matrix(turns));
+  const Tensor noise = torch::randn({inner, kStandardJoints, 3}, generator) * (level * M_PI / 180);
+  const Tensor rotations = torch::matmul(feature_rotations(middle), axis_angle_to_matrix(noise));
   middle.slice(1, kOrientFeature, kJointFeature).copy_(matrix_to_rotation6d(rotations).reshape({inner, -1}));
   middle.slice(1, kJointFeature).copy_(feature_joints(middle, bones).reshape({inner, -1}));
   return torch::cat({features.slice(0, 0, 1), middle, features.slice(0, inner + 1)});

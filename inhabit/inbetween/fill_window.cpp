@@ -84,7 +84,7 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
     offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
   on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
   on.detours = torch::zeros({1, c.frames, 2});
-  if (f.options.way != Way::straight && c.from_interpolation && c.around_obstacles && c.global_scene) {
+  if (f.options.detours != Detours::straight && c.from_interpolation && c.around_obstacles && c.global_scene) {
     const Tensor trajectory = torch::zeros({c.frames, 3}).index_copy_(0, places, metres.slice(1, 0, 3));
     on.detours =
         detours_around(scene_floor(f.query, root, -yaw, f.floor), trajectory, groups, &out.unreached).unsqueeze(0);
@@ -168,10 +168,10 @@ KeyNoise noise_of(const Filling& f, const FillWindow& window) {
   return out;
 }
 
-/// The way from key to key as PathNet says. Where it knows none, and of a model without it, as A* says.
+/// Detours from key to key as PathNet says. Where it knows none, and of a model without it, as A* says.
 Tensor detours_of_window(const Filling& f, const Poses& keys, const Tensor& groups, uint64_t seed,
                          std::vector<int64_t>& unreached) {
-  if (f.options.way == Way::searched || !f.networks.path)
+  if (f.options.detours == Detours::searched || !f.networks.path)
     return detours_of_poses(keys, groups, f.distances, &unreached);
   std::vector<int64_t> unknown;
   Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, seed, &unknown);
@@ -191,7 +191,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
   Tensor moves = torch::zeros({f.config().frames, 2});
   Poses poses = poses_of(keys, f.floor);
   const KeyNoise noise = noise_of(f, window);
-  if (f.options.way != Way::straight) moves = detours_of_window(f, poses, groups, seed, unreached);
+  if (f.options.detours != Detours::straight) moves = detours_of_window(f, poses, groups, seed, unreached);
   for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
   for (const refine::JointTarget& contact : f.given.contacts) {
     if (contact.frame <= window.known || contact.frame > window.last) continue;

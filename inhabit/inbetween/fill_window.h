@@ -14,8 +14,8 @@
 
 namespace inhabit::inbetween {
 
-/// What is given of a clip, frame by frame.
-struct Given {
+/// What is constrained of a clip, frame by frame.
+struct FrameConstraints {
   torch::Tensor groups;                       ///< (T, 25) what each frame constrains (keyframes.h)
   std::vector<refine::JointTarget> contacts;  ///< joints that controls put somewhere
   torch::Tensor path;                         ///< (T, 3) of path_curve; undefined: none
@@ -34,9 +34,9 @@ struct Filling {
   torch::Tensor body_shape;         ///< (1, 7)
   double floor = 0;                 ///< metres, height
   const SceneDistances& distances;  ///< of a model of residual motion: the floor at height 0
-  Given given;
+  FrameConstraints given;
   Clip motion;                     ///< key poses, and what is filled so far
-  std::vector<int64_t> unreached;  ///< keys that no way around obstacles was found to
+  std::vector<int64_t> unreached;  ///< keys that no path around obstacles leads to
 
   const Config& config() const { return networks.config; }
   int64_t last_frame() const { return motion.frames() - 1; }

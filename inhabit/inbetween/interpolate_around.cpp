@@ -11,8 +11,8 @@ namespace inhabit::inbetween {
 using Eigen::Vector2d;
 using torch::Tensor;
 
-Clip along_way_around(const Clip& interpolated, const Clip& clip, const std::vector<int64_t>& keys,
-                      const SceneQuery& scene) {
+Clip move_around_obstacles(const Clip& interpolated, const Clip& clip, const std::vector<int64_t>& keys,
+                           const SceneQuery& scene) {
   Tensor groups = torch::zeros({clip.frames(), kMaskChannels});
   groups.index_fill_(0, torch::tensor(keys), 1);
   const Tensor aside = detours_of_clip(clip, groups, scene, floor_under(frames_at(clip, keys), scene));

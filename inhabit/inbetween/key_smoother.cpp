@@ -73,10 +73,10 @@ std::vector<Quaterniond> KeySmoother::rotations(const std::vector<Quaterniond>& 
     for (const int64_t key : keys_)
       missed.row(key) =
           axis_angle_of(out[static_cast<size_t>(key)].conjugate() * interpolated[static_cast<size_t>(key)]).transpose();
-    const MatrixXd turns = solved(accelerations, missed);
+    const MatrixXd changes = solved(accelerations, missed);
     for (int64_t t = 0; t < frames_; ++t) {
       Quaterniond& q = out[static_cast<size_t>(t)];
-      q = (q * quaternion_of(Vector3d(turns.row(t).transpose()))).normalized();
+      q = (q * quaternion_of(Vector3d(changes.row(t).transpose()))).normalized();
     }
   }
   return out;
@@ -92,13 +92,13 @@ Poses smooth_poses(const Poses& interpolated, const std::vector<int64_t>& keys, 
   places = root.places(places);
   Poses out = interpolated;
   for (int64_t j = 0; j < kStandardJoints; ++j) {
-    std::vector<Quaterniond> turns;
-    turns.reserve(static_cast<size_t>(frames));
-    for (int64_t t = 0; t < frames; ++t) turns.push_back(local_rotation(interpolated, t, j).cast<double>());
-    turns = joints.rotations(turns);
+    std::vector<Quaterniond> local_rotations;
+    local_rotations.reserve(static_cast<size_t>(frames));
+    for (int64_t t = 0; t < frames; ++t) local_rotations.push_back(local_rotation(interpolated, t, j).cast<double>());
+    local_rotations = joints.rotations(local_rotations);
     const int parent = standard_parents()[static_cast<size_t>(j)];
     for (int64_t t = 0; t < frames; ++t) {
-      const Eigen::Quaternionf local = turns[static_cast<size_t>(t)].cast<float>();
+      const Eigen::Quaternionf local = local_rotations[static_cast<size_t>(t)].cast<float>();
       out.rotations[Poses::at(t, j)] = j == 0 ? local : (out.rotations[Poses::at(t, parent)] * local).normalized();
     }
   }

@@ -19,7 +19,7 @@ using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kSeam = 15;  // frames of a loop that lead from the end of its motion into its start
+constexpr int64_t kSeam = 15;  // frames of a loop in which the end of its motion is blended into its start
 
 std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
   if (clip.frames() < 2) throw Error(options.name, "has fewer than two frames");
@@ -82,11 +82,11 @@ KeyedClip keyed_clip(const Clip& clip, const Options& options, double rate) {
   }
   if (out.keys.size() < 2)
     throw Error(options.name, fmt::format("is shorter than two frames of the model's, 1/{:g} s each", rate));
-  std::vector<int64_t> held;
+  std::vector<int64_t> pose_of;
   for (size_t k = 0; k + 1 < out.keys.size(); ++k)
-    held.insert(held.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), frames[k]);
-  held.push_back(frames.back());
-  out.clip = frames_at(standard, held);
+    pose_of.insert(pose_of.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), frames[k]);
+  pose_of.push_back(frames.back());
+  out.clip = frames_at(standard, pose_of);
   out.clip.rate = rate;
   out.source = poses_of(source, standard, asked, frames, out.keys);
   for (const Tensor& t : {out.clip.joints, out.clip.rotations, out.clip.trans})
@@ -125,12 +125,12 @@ Clip folded(const Clip& filled) {
   const Clip first = slice(filled, 0, frames), second = slice(filled, frames - 1, filled.frames());
   const auto [to_origin, from_origin] = first_to_last(first);
   const Clip back = transformed(transformed(second, from_origin.inverse()), to_origin.inverse());
-  std::vector<double> shares;  // of the second, whose start is what follows on the first's end
+  std::vector<double> weights;  // of the second, whose start is what follows on the first's end
   for (int64_t t = 0; t < frames; ++t) {
     const double gone = std::min(1.0, static_cast<double>(t) / static_cast<double>(std::min(kSeam, frames - 1)));
-    shares.push_back(1 - gone * gone * (3 - 2 * gone));
+    weights.push_back(1 - gone * gone * (3 - 2 * gone));
   }
-  return mixed(first, back, shares);
+  return mixed(first, back, weights);
 }
 
 }  // namespace inhabit::inbetween

@@ -96,11 +96,11 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   if (out.standard) all = joined_poses(standard);
   all.rate = std::max(all.rate, rate);
   for (const double second : seconds) out.keys.push_back(std::llround((second - seconds[0]) * all.rate));
-  std::vector<int64_t> held;
+  std::vector<int64_t> pose_of;
   for (size_t k = 0; k + 1 < out.keys.size(); ++k)
-    held.insert(held.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), static_cast<int64_t>(k));
-  held.push_back(static_cast<int64_t>(out.keys.size()) - 1);
-  out.clip = frames_at(all, held);
+    pose_of.insert(pose_of.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), static_cast<int64_t>(k));
+  pose_of.push_back(static_cast<int64_t>(out.keys.size()) - 1);
+  out.clip = frames_at(all, pose_of);
   return out;
 }
 

@@ -70,8 +70,8 @@ Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups,
       if (unreached) unreached->push_back(leg.to);
       continue;
     }
-    const Tensor shares = torch::arange(1, leg.to - leg.from, torch::kFloat32) / static_cast<double>(leg.to - leg.from);
-    const Tensor offsets = path_offsets(sines[*taken], shares);
+    const Tensor times = torch::arange(1, leg.to - leg.from, torch::kFloat32) / static_cast<double>(leg.to - leg.from);
+    const Tensor offsets = path_offsets(sines[*taken], times);
     const Vector2d middle = line.world(0, 0);
     const auto offset = offsets.accessor<float, 2>();
     auto detour = detours.accessor<float, 2>();

@@ -29,17 +29,18 @@ std::string row_name(const Config& c) {
 
 Method model_method(const std::string& name, const std::shared_ptr<const SceneInbetweener>& model,
                     const Options& options) {
-  return {name,
-          [model, options](const FillTask& task, uint64_t seed) {
-            const Window& w = task.window;
-            Options own = options;
-            own.keys = task.keys;
-            own.seed = seed;
-            if (model->config().takes_noise()) own.noise = task.noise;
-            own.standard = true;
-            return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
-          },
-          /*random=*/options.stage != Stage::baseline || (options.way == Way::learned && model->has_path_net())};
+  return {
+      name,
+      [model, options](const FillTask& task, uint64_t seed) {
+        const Window& w = task.window;
+        Options own = options;
+        own.keys = task.keys;
+        own.seed = seed;
+        if (model->config().takes_noise()) own.noise = task.noise;
+        own.standard = true;
+        return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
+      },
+      /*random=*/options.stage != Stage::baseline || (options.detours == Detours::learned && model->has_path_net())};
 }
 
 std::vector<Method> interpolation_methods(bool noisy) {
@@ -52,12 +53,12 @@ std::vector<Method> interpolation_methods(bool noisy) {
     return Method{name, [interpolate](const FillTask& task, uint64_t) {
                     const Clip filled = interpolate(task.window.given, task.keys);
                     if (!task.window.scene || task.window.scene->empty()) return filled;
-                    return along_way_around(filled, task.window.given, task.keys, SceneQuery(*task.window.scene));
+                    return move_around_obstacles(filled, task.window.given, task.keys, SceneQuery(*task.window.scene));
                   }};
   };
   std::vector<Method> out = {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline),
-                             around("slerp + way around", &interpolate_linear),
-                             around("spline + way around", &interpolate_spline)};
+                             around("slerp + detour", &interpolate_linear),
+                             around("spline + detour", &interpolate_spline)};
   if (noisy)
     out.push_back({"smoother", [](const FillTask& task, uint64_t) {
                      return smooth_keys(task.window.given, task.keys, task.noise);
@@ -84,9 +85,9 @@ Clip post_processed(const Clip& motion, const FillTask& task) {
     }
   }
   keys.poses = frames_at(task.window.given, keys.frames);
-  refine::GeneratedOptions leading;
-  if (task.noise > 0) leading.noise = task.noise;
-  Clip met = refine::refine_generated(motion, keys, leading);
+  refine::GeneratedOptions generated;
+  if (task.noise > 0) generated.noise = task.noise;
+  Clip met = refine::refine_generated(motion, keys, generated);
   met.betas = task.window.given.betas;
   return refine::refine(met, task.window.scene ? *task.window.scene : Scene{}, options).clip;
 }

@@ -30,13 +30,14 @@ std::string row_name(const Config& config);
 Method model_method(const std::string& name, const std::shared_ptr<const SceneInbetweener>& model,
                     const Options& options);
 
-/// "linear + slerp", "cubic spline", and both moved onto the way around obstacles (interpolate_around.h). Where keys
+/// "linear + slerp", "cubic spline", and both with detours around obstacles (interpolate_around.h). Where keys
 /// are `noisy` also "smoother" (key_smoother.h), which is told how noisy.
 std::vector<Method> interpolation_methods(bool noisy = false);
 
-/// The post-processing that is the same for every method: first the keys are met and what is between changes smoothly
-/// along (refine_generated), then contacts, scene and joint limits with the keys held (refine_clip). Keys with noise
-/// and partial ones count by their noise and joints, but for the ends.
+/// The post-processing that is the same for every method, in two passes. refine_generated brings the motion to the keys
+/// and changes the frames between them smoothly along. refine_clip then looks after contacts, the scene and joint
+/// limits, with the keys as hard constraints. Noisy keys count by their noise, partial keys by their joints; the first
+/// and the last key are exact.
 /// @param motion on the standard skeleton with rotations
 Clip post_processed(const Clip& motion, const FillTask& task);
 

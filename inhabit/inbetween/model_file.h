@@ -14,7 +14,7 @@ struct Networks {
   Denoiser network{nullptr};     ///< "net." in the file
   FeatureScale scale;            ///< (201)
   torch::Tensor residual_table;  ///< (61, 135) of residual motion (residual.h) instead
-  PathNet path{nullptr};  ///< "path." in the file, of residual motion; may be empty: ways around are searched for
+  PathNet path{nullptr};         ///< "path." in the file, of residual motion; may be empty: detours are searched for
 };
 
 /// The system's name in its files.

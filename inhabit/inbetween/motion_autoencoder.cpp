@@ -44,8 +44,8 @@ void set_scale(MotionAutoencoderImpl& network, const Tensor& joints) {
 Tensor motion_channels(const Tensor& joints) {
   const Tensor start = joints.narrow(1, 0, 1);                                   // (N, 1, 22, 3)
   const Tensor ground = start.narrow(2, 0, 1) * torch::tensor({1.F, 0.F, 1.F});  // heights stay
-  const Tensor turn = yaw_matrix(-headings(start)).transpose(-1, -2);            // (N, 1, 3, 3)
-  const Tensor placed = torch::matmul(joints - ground, turn);
+  const Tensor rotation = yaw_matrix(-headings(start)).transpose(-1, -2);        // (N, 1, 3, 3)
+  const Tensor placed = torch::matmul(joints - ground, rotation);
   const Tensor root = placed.narrow(2, 0, 1), step = torch::diff(placed, 1, 1), none = torch::zeros_like(start);
   const Tensor swerve = torch::diff(step, 1, 1).norm(2, {3}), still = none.select(3, 0);
   return torch::cat({torch::cat({root, placed.slice(2, 1) - root, torch::cat({none, step}, 1)}, 2).flatten(2),

@@ -87,8 +87,8 @@ bool line_blocked(const FreeSpace& floor, const Vector2d& from, const Vector2d& 
   return false;
 }
 
-std::optional<WalkPath> way_around_obstacles(const FreeSpace& floor, const Vector2d& from, const Vector2d& to,
-                                             double longest) {
+std::optional<WalkPath> path_around_obstacles(const FreeSpace& floor, const Vector2d& from, const Vector2d& to,
+                                              double longest) {
   return find_roomy_path(floor, from, to, kMargins, {.times = kHardlyLonger, .longest = longest});
 }
 
@@ -132,14 +132,14 @@ Tensor detours_around(const Tensor& floor, const Tensor& root, const Tensor& gro
     if (!clearance) clearance = clearance_of(floor);
     const auto known = [&](const Vector2d& p) { return clearance->at(p) > -FreeSpace::kFarthest; };
     if (!known(a) || !known(b) || !line_blocked(*clearance, a, b)) continue;
-    const auto found = way_around_obstacles(*clearance, a, b, kQuickest * static_cast<double>(to - from));
+    const auto found = path_around_obstacles(*clearance, a, b, kQuickest * static_cast<double>(to - from));
     if (!found) {
       if (unreached) unreached->push_back(to);
       continue;
     }
     for (int64_t i = from + 1; i < to; ++i) {
-      const double share = static_cast<double>(i - from) / static_cast<double>(to - from);
-      const Vector2d aside = found->at(share * found->total()) - (a + share * (b - a));
+      const double part = static_cast<double>(i - from) / static_cast<double>(to - from);
+      const Vector2d aside = found->at(part * found->total()) - (a + part * (b - a));
       detour[i][0] = static_cast<float>(aside.x());
       detour[i][1] = static_cast<float>(aside.y());
     }

@@ -25,10 +25,10 @@ torch::Tensor scene_floor(const SceneQuery& scene, const torch::Tensor& root, do
 FreeSpace floor_grid(const std::function<double(const Eigen::Vector2d&)>& clearance);
 /// Whether the straight line comes nearer than 15 cm to something, its ends left out: somebody may sit there.
 bool line_blocked(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
-/// The way from one key to the next that A* finds, with room for swinging arms where it can be had. Nothing where there
-/// is none of at most `longest` metres.
-std::optional<WalkPath> way_around_obstacles(const FreeSpace& floor, const Eigen::Vector2d& from,
-                                             const Eigen::Vector2d& to, double longest);
+/// The path from one key to the next that A* finds, with room for swinging arms where it can be had. Nothing where
+/// there is none of at most `longest` metres.
+std::optional<WalkPath> path_around_obstacles(const FreeSpace& floor, const Eigen::Vector2d& from,
+                                              const Eigen::Vector2d& to, double longest);
 
 /// Metres around key frames that may be occupied: somebody sits there.
 inline constexpr double kNearKeys = 0.45;
@@ -55,7 +55,7 @@ torch::Tensor root_places(const Poses& poses);
 /// where there is no path or none that can be walked in the time, or outside the floor plan.
 /// @param floor (96, 96) of scene_floor. @param root (T, 3) metres, read in key frames only. @param groups (T, 25)
 /// which feature groups each key frame constrains (keyframes.h). @param unreached gets the key frames whose straight
-/// line is blocked and that no way leads to in the time; may be null
+/// line is blocked and that no path leads to in the time; may be null
 torch::Tensor detours_around(const torch::Tensor& floor, const torch::Tensor& root, const torch::Tensor& groups,
                              std::vector<int64_t>* unreached = nullptr);
 

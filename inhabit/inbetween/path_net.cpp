@@ -20,7 +20,7 @@ constexpr int64_t kFineChannels = 32, kMiddleChannels = 64, kCoarseChannels = 96
                   kFloorNormGroups = 8, kPathRounds = 3, kMixers = 2;
 constexpr double kAround = 0.25;  // metres around a path's point that it sees the map at, too
 constexpr int64_t kLooks = 9;     // places of the map that a point sees
-constexpr int64_t kTimes = 6;     // numbers that tell its share of the time
+constexpr int64_t kTimes = 6;     // numbers that tell its fraction of the time
 constexpr double kUnit = 0.5;     // metres that the network counts in
 
 /// A convolution and a group norm, which LibTorch has in float32 alone.
@@ -75,9 +75,9 @@ tn::Sequential down(int64_t from, int64_t to, int64_t size, int blocks) {
 
 Tensor up(const Tensor& x) { return torch::upsample_nearest2d(x, {2 * x.size(2), 2 * x.size(3)}); }
 
-/// (14, S): sines at shares of the time.
-Tensor sines_at(const Tensor& shares) {
-  return torch::sin(torch::arange(1, kPathSines + 1, shares.options()).unsqueeze(1) * M_PI * shares);
+/// (14, S): sines at fractions of the time.
+Tensor sines_at(const Tensor& times) {
+  return torch::sin(torch::arange(1, kPathSines + 1, times.options()).unsqueeze(1) * M_PI * times);
 }
 
 /// Where each cell is in the line's axes, in units of what the map reaches: (2, 48, 64).
@@ -138,17 +138,17 @@ Tensor path_map(const SceneDistances& scene, const PathLine& line) {
   return path_map(distances);
 }
 
-Tensor path_offsets(const Tensor& sines, const Tensor& shares) {
-  return torch::matmul(sines, sines_at(shares)).transpose(-1, -2);
+Tensor path_offsets(const Tensor& sines, const Tensor& times) {
+  return torch::matmul(sines, sines_at(times)).transpose(-1, -2);
 }
 
-Tensor path_places(const Tensor& sines, const Tensor& shares, const Tensor& length) {
-  const Tensor along = (shares - 0.5) * length.unsqueeze(-1);
+Tensor path_places(const Tensor& sines, const Tensor& times, const Tensor& length) {
+  const Tensor along = (times - 0.5) * length.unsqueeze(-1);
   const Tensor straight = torch::stack({along, torch::zeros_like(along)}, -1);
-  return sines.defined() ? straight + path_offsets(sines, shares) : straight;
+  return sines.defined() ? straight + path_offsets(sines, times) : straight;
 }
 
-Tensor path_shares() { return (torch::arange(kPathPoints, torch::kFloat32) + 0.5) / static_cast<double>(kPathPoints); }
+Tensor path_times() { return (torch::arange(kPathPoints, torch::kFloat32) + 0.5) / static_cast<double>(kPathPoints); }
 
 Tensor at_places(const Tensor& maps, const Tensor& places) {
   const Tensor reach = torch::tensor({kMapCell * kMapLong / 2, kMapCell * kMapWide / 2}).to(places.options());
@@ -200,16 +200,16 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
   Tensor sines = proposed.narrow(2, 0, 2 * kPathSines).view({batch, kPathHypotheses, 2, kPathSines}) * falling * kUnit;
   out.rounds.push_back(sines);
 
-  const Tensor shares = path_shares().to(map.device()), basis = sines_at(shares);  // (14, 32)
-  const Tensor waves = torch::arange(1, kTimes / 2 + 1, map.options()).unsqueeze(1) * M_PI * shares;
+  const Tensor times = path_times().to(map.device()), basis = sines_at(times);  // (14, 32)
+  const Tensor waves = torch::arange(1, kTimes / 2 + 1, map.options()).unsqueeze(1) * M_PI * times;
   const Tensor time = torch::cat({torch::sin(waves), torch::cos(waves)}).t().expand({tokens, kPathPoints, kTimes});
-  const Tensor straight = path_places({}, shares, length).unsqueeze(1);  // (B, 1, 32, 2)
+  const Tensor straight = path_places({}, times, length).unsqueeze(1);  // (B, 1, 32, 2)
   const Tensor around = places_around().to(map.device());
   const auto as_tokens = [&](const Tensor& x) { return x.reshape({tokens, kPathPoints, -1}); };
   for (int64_t round = 0; round < kPathRounds; ++round) {
     sines = sines.detach();
-    const Tensor offsets = path_offsets(sines, shares), places = straight + offsets;  // (B, 4, 32, 2)
-    const Tensor looks = (places.unsqueeze(3) + around).flatten(2, 3);                // (B, 4, 32 * 9, 2)
+    const Tensor offsets = path_offsets(sines, times), places = straight + offsets;  // (B, 4, 32, 2)
+    const Tensor looks = (places.unsqueeze(3) + around).flatten(2, 3);               // (B, 4, 32 * 9, 2)
     const Tensor seen = at_places(own, looks).view({batch, kPathHypotheses, kPathPoints, kLooks});
     const Tensor there = at_places(features, places).permute({0, 2, 3, 1});
     const Tensor sees =
@@ -223,7 +223,7 @@ ProposedPaths PathNetImpl::forward(const Tensor& map, const Tensor& length) {
       for (const auto& layer : *mix) x = layer->as<PathMixer>()->forward(x);
     }
     const Tensor moved = move->forward(x).view({batch, kPathHypotheses, kPathPoints, 2}) * kUnit;
-    // What of it the sines can tell: they are orthogonal at these shares.
+    // What of it the sines can tell: they are orthogonal at these times.
     sines = sines + torch::matmul(moved.transpose(2, 3), basis.t()) * (2. / kPathPoints);
     out.rounds.push_back(sines);
   }

@@ -11,15 +11,15 @@ namespace inhabit::inbetween {
 
 // PathNet: where the root goes from one key to the next around what blocks the straight line, as a network sees it from
 // above. Axes of the line: u along it from its middle, v to the left of who walks along it (+X where it leads along
-// +Z). Paths are told as offsets from walking along the line at a steady pace, a sum of sines over the share s of the
-// time: offset(s) = sum_k c_k sin(k pi s), so that both keys stay where they are.
+// +Z). Paths are told as offsets from walking along the line at a steady pace, a sum of sines over the fraction s of
+// the time: offset(s) = sum_k c_k sin(k pi s), so that both keys stay where they are.
 
 /// Cells of the map, across and along the line, and metres of a cell: 6 by 8 m.
 inline constexpr int64_t kMapWide = 48, kMapLong = 64;
 inline constexpr double kMapCell = 0.125;
 /// Paths that are proposed, and sines of each.
 inline constexpr int64_t kPathHypotheses = 4, kPathSines = 14;
-/// Shares of the time at which PathNet looks at a path: (i + 0.5) / 32.
+/// Fractions of the time at which PathNet looks at a path: (i + 0.5) / 32.
 inline constexpr int64_t kPathPoints = 32;
 
 /// The straight line between two keys, on the floor.
@@ -45,13 +45,13 @@ torch::Tensor path_map(const torch::Tensor& distances);
 /// The middle of a map's cell in the line's axes.
 Eigen::Vector2d path_map_point(int64_t across, int64_t along);
 
-/// Offsets (..., S, 2) along u and v, metres, of sines (..., 2, 14) at shares (S) of the time.
-torch::Tensor path_offsets(const torch::Tensor& sines, const torch::Tensor& shares);
+/// Offsets (..., S, 2) along u and v, metres, of sines (..., 2, 14) at fractions (S) of the time.
+torch::Tensor path_offsets(const torch::Tensor& sines, const torch::Tensor& times);
 /// Places (..., S, 2) in the line's axes of somebody who walks along lines of `length` (...) at a steady pace, and of
 /// sines (..., 2, 14) beside them; undefined sines: on the lines.
-torch::Tensor path_places(const torch::Tensor& sines, const torch::Tensor& shares, const torch::Tensor& length);
-/// (32) shares of the time at which PathNet looks.
-torch::Tensor path_shares();
+torch::Tensor path_places(const torch::Tensor& sines, const torch::Tensor& times, const torch::Tensor& length);
+/// (32) fractions of the time at which PathNet looks.
+torch::Tensor path_times();
 /// Values (B, C, K, 32) of maps (B, C, 48, 64) at places (B, K, 32, 2) in the line's axes, bilinear.
 torch::Tensor at_places(const torch::Tensor& maps, const torch::Tensor& places);
 

@@ -56,10 +56,10 @@ Clip clip_of(const Poses& poses, const Clip& like, double floor) {
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const Vector3f& at = poses.joints[Poses::at(t, j)];
       const Eigen::AngleAxisf local(local_rotation(poses, t, j));
-      const Vector3f turn = local.angle() * local.axis();
+      const Vector3f rotation = local.angle() * local.axis();
       for (int axis = 0; axis < 3; ++axis) {
         joints[t][j][axis] = at[axis] + (axis == 1 ? static_cast<float>(floor) : 0);
-        rotations[t][j][axis] = turn[axis];
+        rotations[t][j][axis] = rotation[axis];
       }
     }
   out.trans = (out.joints.select(1, 0) - out.skeleton.offsets[0]).contiguous();

@@ -24,7 +24,7 @@ Quaternionf heading_rotation(float heading) { return Quaternionf(Eigen::AngleAxi
 /// Which rows of a table lie around a distance, and how far it is between them.
 struct TableRow {
   int64_t low;
-  float share;
+  float part;
 };
 TableRow row_of(float bridge) {
   const float at = std::clamp(bridge, 0.0F, static_cast<float>(kScaleRows - 1));
@@ -64,15 +64,17 @@ Tensor residual_of(const Poses& motion, const Baseline& baseline) {
   Tensor out = torch::empty({frames, kResidualFeatures});
   float* to = out.data_ptr<float>();
   for (int64_t t = 0; t < frames; ++t) {
-    const Quaternionf turn = heading_rotation(baseline.heading[static_cast<size_t>(t)]), back = turn.conjugate();
+    const Quaternionf rotation = heading_rotation(baseline.heading[static_cast<size_t>(t)]),
+                      back = rotation.conjugate();
     const Vector3f move = back * (motion.root(t) - baseline.poses.root(t));
     to = std::copy_n(move.data(), 3, to);
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const size_t at = Poses::at(t, j);
-      const Eigen::Matrix3f relative = (back * motion.rotations[at] * baseline.poses.rotations[at].conjugate() * turn)
-                                           .normalized()
-                                           .toRotationMatrix() -
-                                       Eigen::Matrix3f::Identity();
+      const Eigen::Matrix3f relative =
+          (back * motion.rotations[at] * baseline.poses.rotations[at].conjugate() * rotation)
+              .normalized()
+              .toRotationMatrix() -
+          Eigen::Matrix3f::Identity();
       to = std::copy_n(relative.data(), 6, to);  // column by column
     }
   }
@@ -95,7 +97,7 @@ Tensor residual_scale(const Baseline& baseline, const Tensor& table) {
       const std::vector<KeyDistance>& keys = f < 3 ? baseline.root_distance : baseline.pose_distance;
       to[t][f] = keys[static_cast<size_t>(t)].after < 0
                      ? 0
-                     : std::hypot(rows[row.low][f] + row.share * (rows[row.low + 1][f] - rows[row.low][f]),
+                     : std::hypot(rows[row.low][f] + row.part * (rows[row.low + 1][f] - rows[row.low][f]),
                                   level * noisy[static_cast<size_t>(f)]);
     }
   }
@@ -138,11 +140,11 @@ Tensor ResidualStatistics::table() const {
 }
 
 ResidualFrames ResidualFrames::to(torch::Device device) const {
-  return {root.to(device), bones.to(device), turn.to(device), scale.to(device)};
+  return {root.to(device), bones.to(device), rotation.to(device), scale.to(device)};
 }
 
 ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, const Tensor& table) {
-  std::vector<Tensor> roots, bones, turns, scales;
+  std::vector<Tensor> roots, bones, rotations, scales;
   for (const Baseline* b : baselines) {
     const int64_t frames = b->poses.frames();
     Tensor root = torch::empty({frames, 3}), bone = torch::zeros({frames, kStandardJoints, 3}),
@@ -160,10 +162,10 @@ ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, co
     }
     roots.push_back(root);
     bones.push_back(bone);
-    turns.push_back(yaw_matrix(heading));
+    rotations.push_back(yaw_matrix(heading));
     scales.push_back(residual_scale(*b, table));
   }
-  return {torch::stack(roots), torch::stack(bones), torch::stack(turns), torch::stack(scales)};
+  return {torch::stack(roots), torch::stack(bones), torch::stack(rotations), torch::stack(scales)};
 }
 
 Tensor residual_rotations(const ResidualFrames& frames, const Tensor& residual) {
@@ -179,7 +181,7 @@ Tensor residual_joints(const ResidualFrames& frames, const Tensor& residual) {
 }
 
 Tensor to_world(const ResidualFrames& frames, const Tensor& joints) {
-  return torch::matmul(joints, frames.turn.transpose(2, 3)) + frames.root.unsqueeze(2);
+  return torch::matmul(joints, frames.rotation.transpose(2, 3)) + frames.root.unsqueeze(2);
 }
 
 Poses motion_of(const Tensor& residual, const Tensor& scale, const Baseline& baseline) {
@@ -187,8 +189,9 @@ Poses motion_of(const Tensor& residual, const Tensor& scale, const Baseline& bas
   const Tensor plain = (residual * scale).t().to(torch::kFloat32).contiguous();
   const auto r = plain.accessor<float, 2>();
   for (int64_t t = 0; t < plain.size(0); ++t) {
-    const Quaternionf turn = heading_rotation(baseline.heading[static_cast<size_t>(t)]), back = turn.conjugate();
-    out.joints[Poses::at(t, 0)] += turn * Vector3f(r[t][0], r[t][1], r[t][2]);
+    const Quaternionf rotation = heading_rotation(baseline.heading[static_cast<size_t>(t)]),
+                      back = rotation.conjugate();
+    out.joints[Poses::at(t, 0)] += rotation * Vector3f(r[t][0], r[t][1], r[t][2]);
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const int64_t f = 3 + 6 * j;
       const Vector3f first = Vector3f(1 + r[t][f], r[t][f + 1], r[t][f + 2]).normalized();
@@ -197,7 +200,7 @@ Poses motion_of(const Tensor& residual, const Tensor& scale, const Baseline& bas
       Eigen::Matrix3f relative;
       relative << first, second, first.cross(second);
       Quaternionf& q = out.rotations[Poses::at(t, j)];
-      q = (turn * Quaternionf(relative) * back * q).normalized();
+      q = (rotation * Quaternionf(relative) * back * q).normalized();
     }
     place_joints(out, t);
   }

@@ -39,10 +39,10 @@ class ResidualStatistics {
 
 /// The baselines of B windows as tensors, to pose residuals on.
 struct ResidualFrames {
-  torch::Tensor root;   ///< (B, T, 3) the baseline's, world
-  torch::Tensor bones;  ///< (B, T, 22, 3) from the parent to each joint, heading frame; 0 for the root
-  torch::Tensor turn;   ///< (B, T, 3, 3) heading frame to world
-  torch::Tensor scale;  ///< (B, 135, T) of residual_scale
+  torch::Tensor root;      ///< (B, T, 3) the baseline's, world
+  torch::Tensor bones;     ///< (B, T, 22, 3) from the parent to each joint, heading frame; 0 for the root
+  torch::Tensor rotation;  ///< (B, T, 3, 3) heading frame to world
+  torch::Tensor scale;     ///< (B, 135, T) of residual_scale
 
   ResidualFrames to(torch::Device device) const;  ///< the same on another device
 };

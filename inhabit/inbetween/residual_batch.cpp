@@ -99,12 +99,12 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     Baseline baseline = baseline_of(given, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
     if (around && (taken || i == 0) && chance(random, c.training.walked)) {
-      // In use the way is free, and to be kept to: the one that was walked.
+      // In use the path is free, and to be kept to: the one that was walked.
       baseline = baseline_of(given, keys.groups, walked_detours(window.poses, keys.groups, window.scene), noise);
     } else if (around && (taken || i == 0)) {
-      // In use the way is settled when it is found: a truth on the other side would teach to cut across.
-      Baseline way = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
-      if (!on_other_side(window, way)) baseline = std::move(way);
+      // In use the path is settled when it is found: a truth on the other side would teach to cut across.
+      Baseline detour = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
+      if (!on_other_side(window, detour)) baseline = std::move(detour);
     }
     if (taken) return {std::move(window), std::move(baseline)};
     if (i == 0) first = Example{std::move(window), std::move(baseline)};
@@ -189,7 +189,7 @@ ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const Te
 ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
   ResidualBatch out = batch;
   const auto doubled = [](Tensor& values) { values = torch::cat({values, values}); };
-  for (Tensor* values : {&out.frames.root, &out.frames.bones, &out.frames.turn, &out.frames.scale, &out.residual,
+  for (Tensor* values : {&out.frames.root, &out.frames.bones, &out.frames.rotation, &out.frames.scale, &out.residual,
                          &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.kept, &out.steps})
     doubled(*values);
   out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());

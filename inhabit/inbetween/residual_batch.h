@@ -30,9 +30,14 @@ struct ResidualBatch {
   ResidualBatch to(torch::Device device) const;  ///< the same on another device, scenes as they are
 };
 
-/// Windows drawn anew: `recorded` of them recorded motion, every second one mirrored, their keys far apart or as in the
-/// paper, obstacles in the way of the baseline in `blocked` of them; it goes around in `way_around`, by a `walked` way
-/// (walked_detours.h) or A*'s. @param table (61, 135), see residual_scale
+/// `count` windows drawn anew. Half of them are mirrored. Keys are drawn far apart or as in the paper. Fractions of the
+/// windows, of config.training:
+/// - `recorded` are recorded motion, the others generated;
+/// - `blocked` have a baseline that goes through obstacles, where such a window is found; their keys are far apart;
+/// - `way_around` have a baseline with detours. `walked` of these take the detour that was walked (walked_detours.h),
+///   the others that of A*.
+///
+/// @param table (61, 135), see residual_scale
 ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const torch::Tensor& table, size_t count,
                          uint64_t seed);
 

@@ -55,7 +55,7 @@ Tensor static_features(const Baseline& baseline, const Tensor& fan, double rate)
 Tensor body_features(const ResidualFrames& frames, const std::vector<SceneDistances>& scenes, const Tensor& predicted) {
   const torch::NoGradGuard no_gradients;
   const Tensor points = body_points(to_world(frames, residual_joints(frames, predicted)));
-  return point_features(probe(scenes, points), frames.turn).transpose(1, 2);
+  return point_features(probe(scenes, points), frames.rotation).transpose(1, 2);
 }
 
 Tensor denoiser_channels(const Tensor& x, const Tensor& before, const Tensor& fixed, const Tensor& body) {

@@ -61,10 +61,10 @@ Clip refined(const Filling& f, const KeyedClip& asked, const Result& result, con
   return refine::refine(f.motion, result.scene, options).clip;
 }
 
-/// What is given frame by frame.
-Given given_of(const KeyedClip& keyed, const Tensor& key_groups, double rate) {
+/// What is constrained frame by frame.
+FrameConstraints constraints_of(const KeyedClip& keyed, const Tensor& key_groups, double rate) {
   const int64_t frames = keyed.clip.frames();
-  Given out;
+  FrameConstraints out;
   out.groups = torch::zeros({frames, kKeyGroups});
   for (const int64_t key : keyed.keys) {
     if (key_groups.defined() && key > 0 && key + 1 < frames)
@@ -88,7 +88,7 @@ Given given_of(const KeyedClip& keyed, const Tensor& key_groups, double rate) {
   return out;
 }
 
-/// What lies within reach of a way from key to key, over the floor.
+/// What lies within reach of a path from key to key, over the floor.
 Eigen::AlignedBox3f around_keys(const Clip& keys, double floor) {
   Eigen::AlignedBox3f box;
   const Tensor places = keys.joints.reshape({-1, 3}) - torch::tensor({0., floor, 0.});
@@ -124,7 +124,7 @@ std::vector<std::vector<int64_t>> passes_of(const KeyedClip& keyed) {
 }
 
 /// Keys of less than the whole weight become poses between those of `motion`, found without them, and what they are.
-void lead_to_keys(KeyedClip& keyed, const Clip& motion) {
+void blend_into_keys(KeyedClip& keyed, const Clip& motion) {
   const std::vector<double>& weights = keyed.controls.key_weights;
   for (size_t k = 0; k < keyed.keys.size(); ++k) {
     if (weights[k] == 1) continue;
@@ -167,15 +167,16 @@ struct SceneInbetweener::Impl {
   mutable nn::InstancePool<FastDenoiser> denoisers;
 };
 
-const std::map<std::string, Way>& ways() {
-  static const std::map<std::string, Way> all = {
-      {"learned", Way::learned}, {"searched", Way::searched}, {"straight", Way::straight}};
+const std::map<std::string, Detours>& detours_by_name() {
+  static const std::map<std::string, Detours> all = {
+      {"learned", Detours::learned}, {"searched", Detours::searched}, {"straight", Detours::straight}};
   return all;
 }
 
-Way way_named(const std::string& name) {
-  const auto found = ways().find(name);
-  if (found == ways().end()) throw Error("way '" + name + "'", "is none of learned, searched and straight");
+Detours detours_named(const std::string& name) {
+  const auto found = detours_by_name().find(name);
+  if (found == detours_by_name().end())
+    throw Error("detours '" + name + "'", "is none of learned, searched and straight");
   return found->second;
 }
 
@@ -237,7 +238,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::optional<Filling> filling;
   for (size_t pass = 0; pass < passes.size(); ++pass) {
     if (pass > 0) {
-      lead_to_keys(keyed, filling->motion);
+      blend_into_keys(keyed, filling->motion);
       out.key_poses = frames_at(keyed.clip, out.keys);
     }
     KeyedClip now = keyed;
@@ -253,7 +254,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
                             body_shape,
                             floor,
                             distances,
-                            given_of(now, options.key_groups, c.rate),
+                            constraints_of(now, options.key_groups, c.rate),
                             keyed.clip,
                             {}});
     Filling& f = *filling;

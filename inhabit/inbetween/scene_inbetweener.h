@@ -23,15 +23,15 @@ enum class Stage {
 };
 
 /// How the baseline goes from key to key where the straight line is blocked.
-enum class Way {
+enum class Detours {
   learned,   ///< as PathNet says; where it knows none, and by a model without it, as searched
   searched,  ///< as A* says
   straight   ///< through what stands there: the denoiser alone goes around
 };
 /// By their names.
-const std::map<std::string, Way>& ways();
+const std::map<std::string, Detours>& detours_by_name();
 /// Throws Error for a name that is none of theirs.
-Way way_named(const std::string& name);
+Detours detours_named(const std::string& name);
 
 /// What motion is asked for, beside the clip and the scene.
 struct Options {
@@ -44,7 +44,7 @@ struct Options {
   Controls controls;                      ///< for models of residual motion
   bool refine = true;                     ///< feet stand, nobody is inside the scene (refine/)
   Stage stage = Stage::finished;          ///< how far the model's work is done
-  Way way = Way::learned;                 ///< around what stands between keys
+  Detours detours = Detours::learned;     ///< around what stands between keys
   bool collisions = false;                ///< Result::collides is found
   std::string name = "motion";            ///< what errors call the clip
   bool standard = false;                  ///< the motion is wanted on the standard skeleton alone
@@ -60,7 +60,7 @@ struct Result {
   Clip key_poses;                  ///< (K frames) the poses asked for there
   Scene scene;                     ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;      ///< `scene` is that assumed floor
-  std::vector<int64_t> unreached;  ///< frames of `keys` whose straight line is blocked and that no way leads to in time
+  std::vector<int64_t> unreached;  ///< of `keys`: whose straight line is blocked and that no path leads to in time
   std::vector<double> contact_gaps;  ///< metres that each contact of the controls is missed by, at most
   torch::Tensor key_collides;        ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
   torch::Tensor collides;            ///< (T) bool: the motion is; undefined unless asked for

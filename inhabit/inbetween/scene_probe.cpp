@@ -198,9 +198,9 @@ ProbedPoints probe(const std::vector<SceneDistances>& scenes, const Tensor& poin
   return {torch::stack(distances).to(points.device()), torch::stack(gradients).to(points.device())};
 }
 
-Tensor point_features(const ProbedPoints& probed, const Tensor& turn) {
+Tensor point_features(const ProbedPoints& probed, const Tensor& rotation) {
   const Tensor close = (1 - probed.distance.clamp_min(-kMostInside) / kSeen).clamp_min(0).unsqueeze(3);  // (B, T, P, 1)
-  const Tensor uphill = torch::matmul(probed.gradient, turn) * close;  // rows g^T R = (R^T g)^T
+  const Tensor uphill = torch::matmul(probed.gradient, rotation) * close;  // rows g^T R = (R^T g)^T
   return torch::cat({close, uphill}, 3).flatten(2);
 }
 

@@ -60,7 +60,7 @@ ProbedPoints probe(const SceneDistances& scene, const torch::Tensor& points);
 ProbedPoints probe(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);
 
 /// What a network sees of probed body points (B, T, 30): closeness and the gradient of it in the heading frame (B, T,
-/// 120). @param turn (B, T, 3, 3) heading frame to world
-torch::Tensor point_features(const ProbedPoints& probed, const torch::Tensor& turn);
+/// 120). @param rotation (B, T, 3, 3) heading frame to world
+torch::Tensor point_features(const ProbedPoints& probed, const torch::Tensor& rotation);
 
 }  // namespace inhabit::inbetween

@@ -26,9 +26,9 @@ DiffusionSchedule schedule_of(const std::vector<double>& betas) {
 
 DiffusionSchedule cosine_schedule(int64_t steps) {
   const auto level = [&](int64_t t) {
-    constexpr double kOffset = 0.008, kQuarterTurn = 1.5707963267948966;
+    constexpr double kOffset = 0.008, kHalfPi = 1.5707963267948966;
     const double c =
-        std::cos((static_cast<double>(t) / static_cast<double>(steps) + kOffset) / (1 + kOffset) * kQuarterTurn);
+        std::cos((static_cast<double>(t) / static_cast<double>(steps) + kOffset) / (1 + kOffset) * kHalfPi);
     return c * c;
   };
   std::vector<double> betas;

@@ -28,7 +28,7 @@ namespace {
 using torch::Tensor;
 
 constexpr int64_t kValidationWindows = 192;
-constexpr double kLeastDeviation = 0.01, kLeastTurn = 0.1;  // metres, and of a rotation's 6D
+constexpr double kLeastDeviation = 0.01, kLeastRotationDeviation = 0.1;  // metres, and of a rotation's 6D
 
 /// Windows as the denoiser is trained on them.
 struct WindowBatch {
@@ -117,13 +117,15 @@ Losses window_losses(const Networks& networks, const DiffusionSchedule& schedule
 }
 
 /// Mean and deviation of every feature over `data`; at least kLeastDeviation, as the first root stands at the origin in
-/// every window, and kLeastTurn for rotations, as joints that hardly rotate here may elsewhere.
+/// every window, and kLeastRotationDeviation for rotations, as joints that hardly rotate here may elsewhere.
 FeatureScale scale_of(const Data& data) {
   FeatureStatistics statistics;
   const int64_t stride = std::max<int64_t>(1, data.size() / 1000);
   for (int64_t i = 0; i < data.size(); i += stride) statistics.add(data.features(i));
   FeatureScale scale = statistics.scale();
-  scale.deviation.clamp_min_(kLeastDeviation).slice(0, kOrientFeature, kJointFeature).clamp_min_(kLeastTurn);
+  scale.deviation.clamp_min_(kLeastDeviation)
+      .slice(0, kOrientFeature, kJointFeature)
+      .clamp_min_(kLeastRotationDeviation);
   return scale;
 }
 

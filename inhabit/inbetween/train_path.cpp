@@ -22,22 +22,22 @@ constexpr int64_t kEpoch = 100'000, kFloorBatches = 8, kBatchFloors = 64;
 
 Losses path_losses(PathNet network, const DrawnFloors& floors) {
   const ProposedPaths proposed = network->forward(path_map(floors.distance), floors.length);
-  const Tensor shares = path_shares().to(floors.length.device()), target = floors.offsets.unsqueeze(1),
+  const Tensor times = path_times().to(floors.length.device()), target = floors.offsets.unsqueeze(1),
                map = floors.distance.unsqueeze(1);
-  const Tensor often = (torch::arange(kClearPoints, shares.options()) + 0.5) / static_cast<double>(kClearPoints);
+  const Tensor often = (torch::arange(kClearPoints, times.options()) + 0.5) / static_cast<double>(kClearPoints);
   const auto straight = [&](const Tensor& at) { return path_places({}, at, floors.length).unsqueeze(1); };
   const auto clearance = [&](const Tensor& places) { return at_places(map, places).squeeze(1); };
   const Tensor line = straight(often);
   // A*'s own clearance, as often: (B, 1, 96), each of its 32 points three times.
-  const Tensor should = clearance(straight(shares) + target).repeat_interleave(kClearPoints / kPathPoints, 2);
+  const Tensor should = clearance(straight(times) + target).repeat_interleave(kClearPoints / kPathPoints, 2);
   const Tensor ends = torch::minimum(often, 1 - often) * floors.length.unsqueeze(1);
   const Tensor inner = (ends > kNearKeys).to(torch::kFloat32).unsqueeze(1);
   const auto distances = [&](const Tensor& sines) {  // (B, 4)
-    return ((path_offsets(sines, shares) - target).square().sum(3) + 1e-4).sqrt().mean(2);
+    return ((path_offsets(sines, times) - target).square().sum(3) + 1e-4).sqrt().mean(2);
   };
   const Tensor nearest = distances(proposed.rounds.back()).argmin(1, true);  // (B, 1)
   const Tensor of_nearest = nearest.unsqueeze(2).expand({-1, 1, kClearPoints});
-  Tensor total = torch::zeros({}, shares.options());
+  Tensor total = torch::zeros({}, times.options());
   double weight = 1;
   for (auto sines = proposed.rounds.rbegin(); sines != proposed.rounds.rend(); ++sines, weight *= kLater) {
     const Tensor away = distances(*sines);

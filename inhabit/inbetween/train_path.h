@@ -4,10 +4,12 @@
 
 namespace inhabit::inbetween {
 
-/// Of PathNet's paths over drawn floors, after each of its rounds: metres from A*'s way of the nearest of the four,
-/// how much nearer to obstacles than it should all four come, and of how likely it is said to be. Then, of the
-/// likeliest after the last round, metres from A*'s way and the share of points nearer than 0.15 m to something where
-/// A*'s are not.
+/// Losses of PathNet's four paths over each drawn floor:
+/// - "total", which is trained on, sums over the rounds, later ones with more weight: the distance (metres) from A*'s
+///   path, above all of the nearest of the four, and by how much they come too near to obstacles. It includes "likely";
+/// - "likely": minus the log-probability of the nearest path;
+/// - "metres": the distance of the likeliest path from A*'s, after the last round;
+/// - "touches": the fraction of that path's points that are nearer than 0.15 m to something where A*'s path is not.
 Losses path_losses(PathNet network, const DrawnFloors& floors);
 
 /// PathNet's training. It needs no data set: floors are drawn as it goes.

@@ -39,25 +39,25 @@ void fill_between(State& state, int key) {
   }
 }
 
-std::array<float, kActions> shares_from(const float* in) {
+std::array<float, kActions> weights_from(const float* in) {
   std::array<float, kActions> out{};
   for (size_t i = 0; i < kActions; ++i) out[i] = std::clamp(in[i], 0.F, 1.F);
   return out;
 }
 
 /// Future goals drawn to the predicted ones; the frames between keys take the correction of the key after them.
-void correct_goals(const float* in, const GoalShares& shares, const Place& root, State& state) {
+void correct_goals(const float* in, const GoalWeights& weights, const Place& root, State& state) {
   for (int i = kNow; i < kSamples; ++i) {
     Sample& s = state.samples[static_cast<size_t>(i)];
     const float* g = in + ((i + kKeyStep - 1) / kKeyStep) * (6 + kActions);
-    float share = 0;
-    for (size_t a = 0; a < kActions; ++a) share += s.goal_action[a] * static_cast<float>(shares[a]);
-    if (share <= 0) continue;
-    share = std::min(share, 1.F);
-    s.goal += share * (root.out({g[0], g[1], g[2]}) - s.goal);
+    float weight = 0;
+    for (size_t a = 0; a < kActions; ++a) weight += s.goal_action[a] * static_cast<float>(weights[a]);
+    if (weight <= 0) continue;
+    weight = std::min(weight, 1.F);
+    s.goal += weight * (root.out({g[0], g[1], g[2]}) - s.goal);
     const Vector2f facing = unit_or(root.turned_out(Vector2f(g[3], g[5])), s.goal_facing);
-    s.goal_facing = slerp_direction(s.goal_facing, facing, share);
-    s.goal_action = mixed(s.goal_action, shares_from(g + 6), share);
+    s.goal_facing = slerp_direction(s.goal_facing, facing, weight);
+    s.goal_action = mixed(s.goal_action, weights_from(g + 6), weight);
   }
 }
 
@@ -81,7 +81,7 @@ void apply_trajectory(const OutputLayout& layout, const float* output, const Pla
       ego.facing = slerp_direction(ego.facing, facing, weight);
     }
     s.root = ego;
-    s.action = shares_from(in + 4);
+    s.action = weights_from(in + 4);
     latest = s.phase = std::max(latest, before + update[k - kPastKeys]);  // time does not run backwards
   }
   for (int k = kPastKeys; k + 1 < kKeys; ++k) fill_between(state, k);
@@ -116,11 +116,11 @@ void apply_pose(const OutputLayout& layout, const float* output, const Place& ro
 }
 }  // namespace
 
-void apply_output(const OutputLayout& layout, const float* output, const GoalShares& shares, double rate,
+void apply_output(const OutputLayout& layout, const float* output, const GoalWeights& weights, double rate,
                   State& state) {
   const Place root = state.now().root;
   std::copy(state.samples.begin() + 1, state.samples.end(), state.samples.begin());
-  correct_goals(output + layout.goals.first, shares, root, state);
+  correct_goals(output + layout.goals.first, weights, root, state);
   apply_trajectory(layout, output, root, state);
   rebase_phases(state);
   apply_pose(layout, output, root, state.samples.back().root, rate, state);

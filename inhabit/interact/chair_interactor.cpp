@@ -111,8 +111,8 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
     person.step();
     take.poses.push_back(person.pose());
     const State& state = person.state();
-    const auto& shares = state.now().action;
-    take.action[t] = std::max_element(shares.begin(), shares.end()) - shares.begin();
+    const auto& weights = state.now().action;
+    take.action[t] = std::max_element(weights.begin(), weights.end()) - weights.begin();
     take.contact_of[static_cast<size_t>(t)] = present;
     if (left) continue;
     if (!person.seated())
@@ -239,9 +239,9 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
     for (auto& contact : contacts)
       if (contact) contact->y() -= floor;
   live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0]);
-  if (live.blocked()) throw Error(options.name, "there is no way from there to " + out.chair.name);
+  if (live.blocked()) throw Error(options.name, "there is no route from there to " + out.chair.name);
   if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))
-    throw Error("the place to walk to", "there is no way to it from " + out.chair.name);
+    throw Error("the place to walk to", "there is no route to it from " + out.chair.name);
   const Take take =
       perform(live, series, options.then_walk, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
   out.contact_error = take.contact_error;

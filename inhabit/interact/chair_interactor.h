@@ -18,7 +18,7 @@ struct Options {
   std::vector<HandContacts> contacts;
   bool draw_contacts = false;  ///< ContactNet draws them
   bool raw = false;            ///< the networks' motion as it is, not fitted to contacts and scene (fit_contacts.h)
-  bool straight = false;       ///< no way is planned around what stands in the way (route.h)
+  bool straight = false;       ///< no route is planned around what stands in the way (route.h)
   bool force = false;          ///< a seat that is too high or low, a contact that is out of reach: tried all the same
   /// x, z metres and heading: where they walk in the end, once the last contacts were held and they have sat for two
   /// seconds.
@@ -64,7 +64,7 @@ class ChairInteractor {
   /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.
   /// @param scene as read, with the chair. Contacts are moved to the nearest place of the chair's surface. Throws Error
   /// where the scene has no such chair or seat, a contact is over 10 cm from the chair or farther from the seat than
-  /// arms reach, the person begins inside something, there is no way to the chair or on from it, or the model lacks
+  /// arms reach, the person begins inside something, there is no route to the chair or on from it, or the model lacks
   /// ContactNet where contacts are to be drawn.
   Result run(const Clip& start, const Scene& scene, const Options& options) const;
 

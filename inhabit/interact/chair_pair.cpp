@@ -23,13 +23,13 @@ Vector3d row_at(const torch::Tensor& rows, size_t i) {
 }
 
 Mesh moved_mesh(const Mesh& mesh, const Eigen::Isometry3d& motion) {
-  torch::Tensor turn = torch::empty({3, 3}), shift = torch::empty({3});
+  torch::Tensor rotation = torch::empty({3, 3}), shift = torch::empty({3});
   for (int r = 0; r < 3; ++r) {
     shift[r] = motion.translation()[r];
-    for (int c = 0; c < 3; ++c) turn[r][c] = motion.linear()(r, c);
+    for (int c = 0; c < 3; ++c) rotation[r][c] = motion.linear()(r, c);
   }
   Mesh out = mesh;
-  out.vertices = torch::matmul(mesh.vertices, turn.t()) + shift;
+  out.vertices = torch::matmul(mesh.vertices, rotation.t()) + shift;
   return out;
 }
 
@@ -99,8 +99,8 @@ double off_thighs(const TouchingBody& body, const Vector3d& place, double rise) 
   double nearest = 1e9;
   for (size_t side = 0; side < 2; ++side) {
     const Vector3d hip = body.hip[side] + Vector3d(0, rise, 0), along = body.knee[side] - hip;
-    const double share = std::clamp((place - hip).dot(along) / std::max(along.squaredNorm(), 1e-9), 0.0, 1.0);
-    nearest = std::min(nearest, (place - hip - share * along).norm());
+    const double along_bone = std::clamp((place - hip).dot(along) / std::max(along.squaredNorm(), 1e-9), 0.0, 1.0);
+    nearest = std::min(nearest, (place - hip - along_bone * along).norm());
   }
   return nearest;
 }
@@ -131,9 +131,9 @@ ChairPair pair_chairs(const Chair& old, const Scene& chairs, const std::string& 
   const SeatExtent own = seat_extent(out.fresh);
   // Where on the new chair the person is to be, in its own frame.
   const double half = 0.5 * (own.left - own.right), old_half = 0.5 * (out.old_seat.left - out.old_seat.right);
-  const double share = -0.5 * (out.old_seat.left + out.old_seat.right) / std::max(old_half, 1e-3);
+  const double aside = -0.5 * (out.old_seat.left + out.old_seat.right) / std::max(old_half, 1e-3);
   const double most = half - std::min(kHip, half);
-  const Vector3d person(0.5 * (own.left + own.right) + std::clamp(share * half, -most, most), 0,
+  const Vector3d person(0.5 * (own.left + own.right) + std::clamp(aside * half, -most, most), 0,
                         own.front - out.old_seat.front);
   const Eigen::Isometry3d place = out.old.frame * Eigen::Translation3d(-person) * out.fresh.frame.inverse();
   for (const Mesh& mesh : chairs.meshes) {

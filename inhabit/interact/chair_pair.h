@@ -44,7 +44,7 @@ struct ChairPair {
 };
 
 /// The object `name` of `chairs` where `old` stands: front edge where that one's is, so that shanks and feet are as far
-/// from it as before, and sideways so that its person sits at the same share of its width, off both edges.
+/// from it as before, and sideways so that its person sits at the same fraction of its width, off both edges.
 /// Throws Error as find_chair does.
 ChairPair pair_chairs(const Chair& old, const Scene& chairs, const std::string& name);
 

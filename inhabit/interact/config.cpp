@@ -91,12 +91,12 @@ void check_training(const Config::Training& t, const ConfigCheck& check) {
                                      {"training.first_point_weight", t.first_point_weight},
                                      {"training.contact_beta", t.contact_beta}})
     check.within(name, number, 0, 1e6);
-  for (const auto& [name, share] : {std::pair("training.warmup", t.warmup),
-                                    {"training.pose_floor", t.pose_floor},
-                                    {"training.control_floor", t.control_floor},
-                                    {"training.contact_floor", t.contact_floor},
-                                    {"training.sense_noise", t.sense_noise}})
-    check.within(name, share, 0, 1);
+  for (const auto& [name, fraction] : {std::pair("training.warmup", t.warmup),
+                                       {"training.pose_floor", t.pose_floor},
+                                       {"training.control_floor", t.control_floor},
+                                       {"training.contact_floor", t.contact_floor},
+                                       {"training.sense_noise", t.sense_noise}})
+    check.within(name, fraction, 0, 1);
   check.within("training.rollout_average", t.rollout_average, 0, 0.999'999);
   check.within("training.rollout_frames", t.rollout_frames, 1, 10'000);
   check.within("training.dropout", t.dropout, 0, 0.99);
@@ -195,10 +195,10 @@ void validate(const Config& c, const std::string& subject) {
   check.within("baselines.samp_z", c.baselines.samp_z, 1, 1024);
   check.within("baselines.samp_beta", c.baselines.samp_beta, 0, 1e6);
   check_training(c.training, check);
-  for (const auto& [name, share] : {std::pair("inference.goal_idle", c.inference.goal_idle),
-                                    {"inference.goal_walk", c.inference.goal_walk},
-                                    {"inference.goal_sit", c.inference.goal_sit}})
-    check.within(name, share, 0, 1);
+  for (const auto& [name, fraction] : {std::pair("inference.goal_idle", c.inference.goal_idle),
+                                       {"inference.goal_walk", c.inference.goal_walk},
+                                       {"inference.goal_sit", c.inference.goal_sit}})
+    check.within(name, fraction, 0, 1);
   check.within("inference.contact_spread", c.inference.contact_spread, 0, 10);
 }
 

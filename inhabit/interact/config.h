@@ -59,14 +59,14 @@ struct Config {
     double control_floor = 0.005;    ///< of the peak, which ControlNet's ends at
     double contact_floor = 1;        ///< of the peak, which ContactNet's ends at: its rate stays
     double dropout = 0.3;            ///< PoseNet's and the baselines'
-    double sense_noise = 0;          ///< share of PoseNet's samples whose occupancies are disturbed (SenseNoise)
+    double sense_noise = 0;          ///< fraction of PoseNet's samples whose occupancies are disturbed (SenseNoise)
     bool mirrored = true;            ///< the data's mirror image is learned from too
     int control_frames = 60;         ///< of a sequence for ControlNet
     double trajectory_weight = 0.1;  ///< lambda 1 (Eq. 2)
     double phase_weight = 0.02;      ///< lambda 2
     double straight_weight = 2;      ///< lambda 3: the hand's path against the straight line
     double first_point_weight = 5;   ///< of the path's first point, which the next straight line starts from
-    double sampling_from = 0.2;      ///< share of the steps up to which ControlNet always sees the true hand
+    double sampling_from = 0.2;      ///< fraction of the steps up to which ControlNet always sees the true hand
     double sampling_to = 0.667;      ///< and from which on always its own; in between more and more often (linear)
     double contact_beta = 0.1;       ///< of the KL divergence (Eq. 4)
 
@@ -81,7 +81,7 @@ struct Config {
 
   /// How motion and contacts are generated.
   struct Inference {
-    /// Share of its correction that PoseNet's goals take while the person stands idle (the release: 0.1; 0.25 and 0.9
+    /// Weight of its correction that PoseNet's goals take while the person stands idle (the release: 0.1; 0.25 and 0.9
     /// below). With more than 0 a goal that has just come into sight is corrected away before anybody sets off for it.
     double goal_idle = 0;
     double goal_walk = 0;       ///< likewise while they walk

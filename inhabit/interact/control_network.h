@@ -11,7 +11,7 @@ struct ControlState {
   torch::Tensor cell;    ///< c
 };
 
-/// ControlNet (sec. 4.2): plans the hands' way to their contacts. Parameters carry the released names.
+/// ControlNet (sec. 4.2): plans the hands' trajectories to their contacts. Parameters carry the released names.
 struct ControlNetworkImpl : torch::nn::Module {
   /// Of the sizes that the config gives.
   explicit ControlNetworkImpl(const Config& config);

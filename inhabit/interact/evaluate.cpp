@@ -226,7 +226,7 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
 
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
                             const Use& use) {
-  return {name + (use.raw ? "" : ", fitted") + (use.straight ? ", no way planned" : ""),
+  return {name + (use.raw ? "" : ", fitted") + (use.straight ? ", no route planned" : ""),
           [name, interactor = std::move(interactor), seconds, use](const Trial& trial, uint64_t seed) {
             Options options;
             options.contacts = {trial.contacts};
@@ -239,7 +239,7 @@ InteractMethod model_method(const std::string& name, std::shared_ptr<const Chair
             options.name = trial.name;
             try {
               return interactor->run_on(trial.start, trial.scene, trial.chair, options).motion;
-            } catch (const Error& e) {  // nobody could set out: no way, or none from there
+            } catch (const Error& e) {  // nobody could set out: no route, or none from there
               spdlog::warn("{}: {}", name, e.what());
               return waiting(trial.start, seconds);
             }

@@ -34,7 +34,7 @@ using InteractMethod = Method<Trial, Clip>;
 /// How a model is used.
 struct Use {
   bool raw = false;       ///< not fitted to contacts and scene (fit_contacts.h)
-  bool straight = false;  ///< no way is planned around what stands in the way
+  bool straight = false;  ///< no route is planned around what stands in the way
 };
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
                             const Use& use);
@@ -51,11 +51,11 @@ std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial);
 struct Scores {
   std::string method;                 ///< its name, or "data"
   Estimate contact_error;             ///< mean of the palms' closest approach to their contacts (ACE)
-  std::array<Estimate, 4> precision;  ///< share of contacts nearer than 3, 5, 7, 9 cm (AP at k)
-  Estimate success;         ///< share of runs that end seated: the pelvis within 5 cm of the height, and 15 cm of
+  std::array<Estimate, 4> precision;  ///< fraction of contacts nearer than 3, 5, 7, 9 cm (AP at k)
+  Estimate success;         ///< fraction of runs that end seated: the pelvis within 5 cm of the height, and 15 cm of
                             ///< the place over the seat, at which the recording's rests
   Estimate seconds_to_sit;  ///< of those
-  double skating = 0;       ///< share of frames in which a foot slides
+  double skating = 0;       ///< fraction of frames in which a foot slides
   double jerk = 0;          ///< m/s^3, mean over joints and frames
   Estimate penetration;     ///< the deepest vertex of the skin in the scene
   double apd_approach = 0;  ///< average pairwise distance of poses while walking (Eq. 5)

@@ -7,9 +7,9 @@ namespace inhabit::interact {
 struct StartScores {
   std::string starts;  ///< which: "behind", or the chair
   std::string method;  ///< its name
-  Estimate seated;     ///< share of runs that end seated, as in Scores::success
-  Estimate through;    ///< share of runs whose approach leads through the chair
-  Estimate around;     ///< share that end seated and never went through it
+  Estimate seated;     ///< fraction of runs that end seated, as in Scores::success
+  Estimate through;    ///< fraction of runs whose approach leads through the chair
+  Estimate around;     ///< fraction that end seated and never went through it
   Estimate depth;      ///< metres: the deepest vertex of the skin in the scene before sitting down
 };
 

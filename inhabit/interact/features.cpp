@@ -89,9 +89,9 @@ void write_gating(const State& state, float* out) {
     const float apart = (s.root.position - Vector2f(s.goal.x(), s.goal.z())).norm();
     const float angle =
         std::acos(std::clamp(s.root.facing.dot(s.goal_facing), -1.F, 1.F)) * 180 / std::numbers::pi_v<float>;
-    for (const float share : s.action) write((2 * share - 1) * phase);
-    for (const float share : s.goal_action)
-      for (const float by : {1.F, apart, angle}) write((2 * share - 1) * by * phase);
+    for (const float weight : s.action) write((2 * weight - 1) * phase);
+    for (const float weight : s.goal_action)
+      for (const float by : {1.F, apart, angle}) write((2 * weight - 1) * by * phase);
   }
 }
 

@@ -14,12 +14,14 @@ struct Senses {
   const Surroundings& around;  ///< what those may be inside
 };
 
-/// PoseNet's input (input_layout) of a state, not standardised, in the axes of the present root: for training and for
-/// running. A hand without a contact has zeros. Gating: at each key, with the phase as a unit vector (sin, cos) and
-/// v = 2 share - 1: of each action v x phase, then of each goal action v x phase x {1, metres from the key's root to
-/// its goal, degrees between their directions}. Ahead: 1 where it is known, then how far head and both ankles are to go
-/// in the next second; of each hand, right then left, 1 where it is free and how far its palm is to go; zeros for what
-/// is not told. Allocates nothing.
+/// PoseNet's input (input_layout) of a state, not standardised, in the axes of the present root, in training and in
+/// use. Allocates nothing.
+/// - Hands: one without a contact has zeros.
+/// - Gating, at each key, with p = (sin, cos) of the phase and v = 2 w - 1 of an action's weight w: v p of each action,
+///   then three pairs of each goal action: v p, d v p and a v p, where d is the distance in metres from the key's root
+///   to its goal and a the angle in degrees between their directions.
+/// - Ahead: 1 where it is known, then how far the head and both ankles are to move in the next second; then for each
+///   hand, right and left, 1 where it is free and how far its palm is to move. Zeros for what is not told.
 void build_input(const InputLayout& layout, const State& state, const Senses& senses, float* out);
 
 /// Its first part: the joints in the axes of the present root, 12 numbers each.

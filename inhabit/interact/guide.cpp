@@ -6,8 +6,8 @@
 namespace inhabit::interact {
 namespace {
 
-constexpr size_t kWalkShare = 1;                  // of the actions
-constexpr double kSlowest = 0.6, kFastest = 1.4;  // metres a second along a way
+constexpr size_t kWalkIndex = 1;                  // of the actions
+constexpr double kSlowest = 0.6, kFastest = 1.4;  // metres a second along a route
 constexpr double kStands = 0.25;                  // metres a second: who is slower has not set off, or stands
 
 /// Seconds from now of a sample.
@@ -18,9 +18,9 @@ double seconds_ahead(int sample) { return static_cast<double>(sample - kNow) / (
 void Guide::follow(const Eigen::Vector2d& here) {
   constexpr double kAtOnce = 0.5, kStep = 0.02;
   double nearest = HUGE_VAL;
-  const double last = std::min(along_ + kAtOnce, way_.total());
+  const double last = std::min(along_ + kAtOnce, route_.total());
   for (double s = along_; s <= last; s += kStep) {
-    const double far = (way_.at(s) - here).norm();
+    const double far = (route_.at(s) - here).norm();
     if (far >= nearest) continue;
     nearest = far;
     along_ = s;
@@ -35,13 +35,13 @@ void Guide::draw(State& state) const {
   for (int i = kNow + 1; i < kSamples; ++i) {
     Sample& sample = state.samples[static_cast<size_t>(i)];
     Place& root = sample.root;
-    const double s = along_ + speed * seconds_ahead(i), share = drawn * std::sqrt(seconds_ahead(i));
+    const double s = along_ + speed * seconds_ahead(i), weight = drawn * std::sqrt(seconds_ahead(i));
     const Eigen::Vector2d place = root.position.cast<double>();
-    root.position = (place + share * (way_.at(s) - place)).cast<float>();
+    root.position = (place + weight * (route_.at(s) - place)).cast<float>();
     const double heading = heading_of(root.facing.cast<double>());
-    root.facing = ahead_of(heading + share * wrapped(way_.heading(s) - heading)).cast<float>();
+    root.facing = ahead_of(heading + weight * wrapped(route_.heading(s) - heading)).cast<float>();
     for (size_t a = 0; a < kActions; ++a)
-      sample.action[a] += static_cast<float>(share) * ((a == kWalkShare ? 1.F : 0.F) - sample.action[a]);
+      sample.action[a] += static_cast<float>(weight) * ((a == kWalkIndex ? 1.F : 0.F) - sample.action[a]);
   }
 }
 

@@ -7,27 +7,27 @@
 
 namespace inhabit::interact {
 
-/// Leads a person along a way: a rule after the networks. The goal stays what they are to do at the end, as in
-/// training; the trajectory that PoseNet predicted for the next second, which is its input of the next frame, is drawn
-/// to the way. Positions, directions and the share of walking t seconds ahead move by kDrawn sqrt(t) of what
-/// they are off, where that trajectory is of somebody who walks; by less where they hardly move.
+/// Guides a person along a route: a rule after the networks. PoseNet predicts the trajectory of the next second, which
+/// is its input of the next frame. That trajectory is drawn to the route: t seconds ahead, positions, directions and
+/// the weight of walking are moved by kDrawn sqrt(t) of what they are off; by less where the predicted trajectory is of
+/// somebody who hardly moves. The goal is not changed: it stays the end of the route, as in training.
 class Guide {
  public:
-  /// @param way begins where the person is
-  explicit Guide(WalkPath way) : way_(std::move(way)) {}
+  /// @param route begins where the person is
+  explicit Guide(WalkPath route) : route_(std::move(route)) {}
 
   /// All of it, from where it began.
-  const WalkPath& way() const { return way_; }
-  double left() const { return way_.total() - along_; }  ///< metres still to go
+  const WalkPath& route() const { return route_; }
+  double left() const { return route_.total() - along_; }  ///< metres still to go
 
-  /// The person is here (x, z), metres: at most half a metre of the way is left behind at once.
+  /// The person is here (x, z), metres: at most half a metre of the route is left behind at once.
   void follow(const Eigen::Vector2d& here);
-  /// Draws the trajectory of the next second to what is left of the way.
+  /// Draws the trajectory of the next second to what is left of the route.
   void draw(State& state) const;
 
  private:
   static constexpr double kDrawn = 0.8;
-  WalkPath way_;
+  WalkPath route_;
   double along_ = 0;
 };
 

@@ -63,7 +63,7 @@ std::vector<int64_t> plain_actions(const Clip& clip, const torch::Tensor& joints
   return out;
 }
 
-/// Shares of each action: the mean over half a second around each frame.
+/// Weights of each action: the mean over half a second around each frame.
 torch::Tensor soft_actions(const std::vector<int64_t>& plain, double rate) {
   const auto frames = static_cast<int64_t>(plain.size()), reach = static_cast<int64_t>(rate / 4);
   torch::Tensor out = torch::zeros({frames, 3});

@@ -11,7 +11,7 @@ namespace inhabit::interact {
 
 /// What a recording says about how the person gets on a chair, one row a frame (T). Hands: left, right. World, metres.
 struct Labels {
-  torch::Tensor action;        ///< (T, 3) idle, walk, sit: shares that sum to 1, changing over half a second
+  torch::Tensor action;        ///< (T, 3) idle, walk, sit: weights that sum to 1, changing over half a second
   torch::Tensor global_phase;  ///< (T) cycles since the start, never falling; its fraction is the phase. Walking: 0
                                ///< where the left foot is put down, 0.5 the right one; sitting down goes from one
                                ///< whole number to the next, and so does standing up; else it rests

@@ -27,8 +27,8 @@ constexpr int kSoon = 5;            // frames: hands leave for their contacts wh
 constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kMoved = 0.25;     // metres that a contact may be moved by without a new plan
 constexpr double kReached = 0.05;   // metres from a palm to its contact
-constexpr int kHeld = 60;           // frames that a contact is held for
-constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight way
+constexpr int kContactFrames = 60;  // that a hand stays at its contact
+constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -45,8 +45,8 @@ struct LivePerson::Impl {
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
   HandContacts contacts;
-  std::array<int, 2> held{};    // frames since the contact was reached
-  std::array<bool, 2> begun{};  // the hand has left for it
+  std::array<int, 2> in_contact{};  // frames since the contact was reached
+  std::array<bool, 2> begun{};      // the hand has left for it
   struct Target {
     Vector3d place = Vector3d::Zero();
     double heading = 0;
@@ -55,7 +55,7 @@ struct LivePerson::Impl {
   bool plans = true, blocked = false;
   bool stays = false;          // arrived at the target, or blocked
   std::optional<Guide> guide;  // to near the target; none where they go straight
-  bool led = false;            // a way was needed
+  bool guided = false;         // a route was needed
   Engine::Workspace work;
   std::array<float, kControlPose> control_pose{};
   std::array<float, kControlSize> control_in{}, control_out{};
@@ -74,9 +74,9 @@ struct LivePerson::Impl {
     set_goal(state, single(at.place), ahead_of(at.heading).cast<float>(), at.action, after);
   }
 
-  /// Goes to the target along `way`: none where there is no way, or none is planned.
-  void go(const Target& to, std::optional<WalkPath> way) {
-    blocked = stays = plans && !way;
+  /// Goes to the target along `route`: none where there is no route, or none is planned.
+  void go(const Target& to, std::optional<WalkPath> route) {
+    blocked = stays = plans && !route;
     guide.reset();
     target = to;
     if (blocked) {
@@ -84,20 +84,20 @@ struct LivePerson::Impl {
       target = {at.cast<double>(), heading_of(state.now().root.facing.cast<double>()), kIdleAction};
     }
     aim(target, kSamples - 1 - kNow);
-    led = plans && way && !(to.action == kSitAction && is_straight(*way));
-    if (led) guide.emplace(std::move(*way));
+    guided = plans && route && !(to.action == kSitAction && is_straight(*route));
+    if (guided) guide.emplace(std::move(*route));
   }
 
-  /// Whether they may walk straight to the end of a way.
-  bool is_straight(const WalkPath& way) const {
-    return straight(around->floor(), here(), way.points.back(), kStraight);
+  /// Whether they may walk straight to the end of a route.
+  bool is_straight(const WalkPath& route) const {
+    return straight(around->floor(), here(), route.points.back(), kStraight);
   }
 
-  /// The way is left where the rest of it is straight, the place on the floor reached where they are near.
+  /// The route is left where the rest of it is straight, the place on the floor reached where they are near.
   void follow() {
     if (guide) {
       guide->follow(here());
-      if (target.action == kSitAction && is_straight(guide->way())) guide.reset();
+      if (target.action == kSitAction && is_straight(guide->route())) guide.reset();
     }
     if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
     guide.reset();
@@ -106,12 +106,12 @@ struct LivePerson::Impl {
     aim(target, 0);
   }
 
-  /// Draws the predicted trajectory to the way, then to the line before the seat. Who can walk straight to where one
+  /// Draws the predicted trajectory to the route, then to the line before the seat. Who can walk straight to where one
   /// sits down does so by the networks alone.
   void draw() {
     if (guide)
       guide->draw(state);
-    else if (led && target.action == kSitAction && !seated())
+    else if (guided && target.action == kSitAction && !seated())
       draw_before(*chair, state);
     else if (plans && stays)
       hold(on_ground(target.place), state);
@@ -128,10 +128,10 @@ struct LivePerson::Impl {
         if (engine.controlled() && !state.wanted[0] && !state.wanted[1]) engine.start_control(work);
         give_contact(state, side, single(*contacts[s]), kReachTime);
         begun[s] = true;
-        held[s] = 0;
+        in_contact[s] = 0;
       } else if (state.wanted[s]) {
         const bool there = (palm_of(state, side) - single(*contacts[s])).norm() < kReached;
-        if ((there || held[s] > 0) && ++held[s] > kHeld) drop_contact(state, side);
+        if ((there || in_contact[s] > 0) && ++in_contact[s] > kContactFrames) drop_contact(state, side);
       }
     }
   }
@@ -152,8 +152,8 @@ struct LivePerson::Impl {
       build_control_input(state, control_pose.data(), control_in.data());
       engine.control(control_pose.data(), control_in.data(), control_out.data(), work);
     }
-    const auto& shares = engine.config().inference;
-    apply_output(engine.output(), work.output.data(), {shares.goal_idle, shares.goal_walk, shares.goal_sit},
+    const auto& inference = engine.config().inference;
+    apply_output(engine.output(), work.output.data(), {inference.goal_idle, inference.goal_walk, inference.goal_sit},
                  engine.config().rate, state);
     if (controlled) apply_control(control_out.data(), root, state);
     draw();
@@ -201,7 +201,7 @@ void LivePerson::reach_for(const HandContacts& contacts) {
     const auto s = static_cast<size_t>(side);
     if (p.state.wanted[s] && contacts[s] && (*contacts[s] - *p.contacts[s]).norm() < kMoved) {
       move_contact(p.state, side, single(*contacts[s]));
-      p.held[s] = 0;
+      p.in_contact[s] = 0;
       continue;
     }
     if (p.state.wanted[s]) drop_contact(p.state, side);
@@ -213,17 +213,17 @@ void LivePerson::reach_for(const HandContacts& contacts) {
 void LivePerson::walk_to(const Eigen::Vector2d& place, double heading) {
   reach_for({});
   Impl& p = *impl_;
-  std::optional<WalkPath> way;
+  std::optional<WalkPath> route;
   if (p.plans && p.seated())
-    way = find_route(p.around->floor(), *p.chair, place);
+    route = find_route(p.around->floor(), *p.chair, place);
   else if (p.plans)
-    way = find_route(p.around->floor(), p.here(), place);
-  p.go({{place.x(), 0, place.y()}, heading, kWalkAction}, std::move(way));
+    route = find_route(p.around->floor(), p.here(), place);
+  p.go({{place.x(), 0, place.y()}, heading, kWalkAction}, std::move(route));
 }
 
 void LivePerson::plan_routes(bool plan) { impl_->plans = plan; }
 bool LivePerson::blocked() const { return impl_->blocked; }
-const WalkPath* LivePerson::route() const { return impl_->guide ? &impl_->guide->way() : nullptr; }
+const WalkPath* LivePerson::route() const { return impl_->guide ? &impl_->guide->route() : nullptr; }
 
 void LivePerson::step() { impl_->step(); }
 const SettledPose& LivePerson::pose() const { return impl_->pose; }

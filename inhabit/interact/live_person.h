@@ -32,11 +32,11 @@ class LivePerson {
   ~LivePerson();
   LivePerson(LivePerson&&) noexcept;  ///< what was moved from may only be destroyed
 
-  /// Whether ways around what stands in the way are planned (route.h): as it is at first. Else they go as the networks
-  /// have learned to.
+  /// Whether routes around what stands in the way are planned (route.h): as it is at first. Else they go as the
+  /// networks have learned to.
   void plan_routes(bool plan);
 
-  /// From now on they go to `chair` and sit down, hands at `contacts` while they do. Where there is no way they stay
+  /// From now on they go to `chair` and sit down, hands at `contacts` while they do. Where there is no route they stay
   /// (blocked()).
   /// @param around what must not be walked into, the chair among it.
   void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
@@ -44,7 +44,7 @@ class LivePerson {
   /// moved to, by up to 25 cm; else it sets out anew.
   void reach_for(const HandContacts& contacts);
   /// They stand up, if they sit, and walk to a place on the floor (x, z), and face `heading` there. Where there is no
-  /// way they stay (blocked()).
+  /// route they stay (blocked()).
   void walk_to(const Eigen::Vector2d& place, double heading);
 
   /// One frame on.
@@ -56,8 +56,8 @@ class LivePerson {
   std::optional<double> contact_distance(int side) const;
   bool done(int side) const;  ///< the hand's contact was reached and let go, or there is none
   bool seated() const;        ///< the pelvis is on the seat
-  bool blocked() const;       ///< there is no way to where they were last told to go
-  /// The way that they are on; null where they go straight.
+  bool blocked() const;       ///< there is no route to where they were last told to go
+  /// The route that they are on; null where they go straight.
   const WalkPath* route() const;
 
  private:

@@ -43,13 +43,13 @@ ControlLosses control_losses(const torch::Tensor& output, const torch::Tensor& c
   return out;
 }
 
-torch::Tensor next_lines(const torch::Tensor& output, const torch::Tensor& turn) {
+torch::Tensor next_lines(const torch::Tensor& output, const torch::Tensor& rotation) {
   const torch::Tensor first = points_of(output).select(-2, 0);  // (..., 2, 3)
-  const torch::Tensor c = turn.select(-1, 0).unsqueeze(-1), s = turn.select(-1, 1).unsqueeze(-1);
+  const torch::Tensor c = rotation.select(-1, 0).unsqueeze(-1), s = rotation.select(-1, 1).unsqueeze(-1);
   const torch::Tensor x = first.select(-1, 0), z = first.select(-1, 2);
-  const torch::Tensor turned = torch::stack({c * x + s * z, first.select(-1, 1), c * z - s * x}, -1);
-  const torch::Tensor left = torch::arange(kFutureKeys, -1, -1, output.options()) / kFutureKeys;  // of the way
-  return (turned.unsqueeze(-2) * left.unsqueeze(-1)).flatten(-3);
+  const torch::Tensor rotated = torch::stack({c * x + s * z, first.select(-1, 1), c * z - s * x}, -1);
+  const torch::Tensor left = torch::arange(kFutureKeys, -1, -1, output.options()) / kFutureKeys;  // of the line
+  return (rotated.unsqueeze(-2) * left.unsqueeze(-1)).flatten(-3);
 }
 
 ControlRun run_control(ControlNetwork& network, const ControlSequences& s, double own) {
@@ -64,7 +64,7 @@ ControlRun run_control(ControlNetwork& network, const ControlSequences& s, doubl
     torch::Tensor in = s.control[t];
     if (t > 0) {
       const torch::Tensor chosen = (torch::rand({batch, 2}, in.options()) < own).to(in.dtype()) * s.again[t];
-      const torch::Tensor lines = next_lines(output.back().detach(), s.turn[t]).unflatten(-1, {2, kPathSize / 2});
+      const torch::Tensor lines = next_lines(output.back().detach(), s.rotation[t]).unflatten(-1, {2, kPathSize / 2});
       const torch::Tensor true_lines = in.slice(-1, 0, kPathSize).unflatten(-1, {2, kPathSize / 2});
       in = torch::cat({torch::where(chosen.unsqueeze(-1) > 0, lines, true_lines).flatten(-2), in.slice(-1, kPathSize)},
                       -1);

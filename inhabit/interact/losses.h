@@ -36,9 +36,9 @@ struct ControlRun {
 /// generator.
 ControlRun run_control(ControlNetwork& network, const ControlSequences& sequences, double own);
 
-/// The straight lines (..., 42) from the first points of a control signal (..., 56), seen in axes turned by `turn`
+/// The straight lines (..., 42) from the first points of a control signal (..., 56), seen in axes rotated by `rotation`
 /// (..., 2) cosine and sine.
-torch::Tensor next_lines(const torch::Tensor& output, const torch::Tensor& turn);
+torch::Tensor next_lines(const torch::Tensor& output, const torch::Tensor& rotation);
 
 /// Eq. 4: mean distance of the two contacts (metres) + beta x KL divergence.
 struct ContactLosses {

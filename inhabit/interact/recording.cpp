@@ -51,7 +51,7 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
   Recording out;
   out.rate = clip.rate;
   out.bones = bones_of(clip.skeleton);
-  const std::vector<Eigen::Quaterniond> turns = global_rotations(pose_track(clip), clip.skeleton.parents);
+  const std::vector<Eigen::Quaterniond> rotations = global_rotations(pose_track(clip), clip.skeleton.parents);
   const torch::Tensor joints = clip.joints.to(torch::kFloat).contiguous(),
                       yaw = headings(clip.joints.to(torch::kDouble)).contiguous(),
                       contact = clip.contact.defined() ? clip.contact.to(torch::kFloat).contiguous()
@@ -64,12 +64,12 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
     Recording::Frame& f = out.frames[static_cast<size_t>(t)];
     f.sample = sample_of(labels, t, {p[t][0][0], p[t][0][2]}, yaw.data_ptr<double>()[t]);
     for (int j = 0; j < kJoints; ++j) {
-      const Eigen::Matrix3f turn = turns[static_cast<size_t>(t * kJoints + j)].toRotationMatrix().cast<float>();
+      const Eigen::Matrix3f rotation = rotations[static_cast<size_t>(t * kJoints + j)].toRotationMatrix().cast<float>();
       const auto joint = static_cast<size_t>(j);
       f.position[joint] = {p[t][j][0], p[t][j][1], p[t][j][2]};
-      f.forward[joint] = turn.col(2);
-      f.up[joint] = turn.col(1);
-      if (j == 20 || j == 21) f.sample.hand[joint - 20] = palm_of(f.position[joint], turn, j - 20);
+      f.forward[joint] = rotation.col(2);
+      f.up[joint] = rotation.col(1);
+      if (j == 20 || j == 21) f.sample.hand[joint - 20] = palm_of(f.position[joint], rotation, j - 20);
     }
     for (int side = 0; side < 2; ++side) {
       const auto s = static_cast<size_t>(side);

@@ -30,8 +30,8 @@ struct ReseatResult {
   std::map<std::string, int64_t> no_fit;  ///< by what was wrong on the chair that came nearest
   int64_t contacts = 0;                   ///< of hands, in the clips that were made
   std::vector<ReseatFit> fits;            ///< of the clips that were made
-  double skating_before = 0;              ///< share of their frames in which a foot slid on the old chairs
-  double skating = 0;                     ///< share of their frames in which a foot slides
+  double skating_before = 0;              ///< fraction of their frames in which a foot slid on the old chairs
+  double skating = 0;                     ///< fraction of their frames in which a foot slides
 };
 
 /// Augmentation: the clips of a native data set in which somebody sits on a chair, each carried over to another chair

@@ -30,7 +30,7 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
   const InputLayout in = input_layout(config);
   const OutputLayout out = output_layout(config);
   const auto& inference = config.inference;
-  const GoalShares shares = {inference.goal_idle, inference.goal_walk, inference.goal_sit};
+  const GoalWeights weights = {inference.goal_idle, inference.goal_walk, inference.goal_sit};
   const auto people = static_cast<int64_t>(indices.size());
   PoseRows rows{torch::empty({frames, people, in.size}), torch::empty({frames, people, out.size}),
                 torch::zeros({frames, people, 8})};
@@ -57,7 +57,7 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
     for (int64_t p = 0; p < people; ++p) {
       const auto& [clip, frame] = places[static_cast<size_t>(p)];
       State& state = states[static_cast<size_t>(p)];
-      apply_output(out, predicted.data_ptr<float>() + p * out.size, shares, config.rate, state);
+      apply_output(out, predicted.data_ptr<float>() + p * out.size, weights, config.rate, state);
       settle(data.recording(clip).bones, state, pose);
       take_control(state_at(data.recording(clip), frame + t + 1), state);
     }

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kAtEnds = 0.45;        // metres around the ends of a way that are tighter than it is
+constexpr double kAtEnds = 0.45;        // metres around the ends of a route that are tighter than it is
 constexpr double kStandingRoom = 0.24;  // metres to what stands around, at least, of who stands before a seat
 
 /// Whether nobody can stand there. What is not known is free.
@@ -19,7 +19,7 @@ bool is_taken(const FreeSpace& floor, const Vector2d& p) {
 }
 
 /// Where somebody who is in something, or right beside it, gets out: the nearest free place.
-std::optional<Vector2d> way_out(const FreeSpace& floor, const Vector2d& from) {
+std::optional<Vector2d> free_place_near(const FreeSpace& floor, const Vector2d& from) {
   constexpr double kFarthest = 1.2;
   if (floor.at(from) == -FreeSpace::kFarthest) return from;  // off the grid
   for (double far = 0; far < kFarthest; far += floor.cell) {
@@ -47,7 +47,7 @@ bool straight(const FreeSpace& floor, const Vector2d& from, const Vector2d& to, 
 }
 
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Vector2d& from, const Vector2d& to) {
-  const std::optional<Vector2d> start = way_out(floor, from);
+  const std::optional<Vector2d> start = free_place_near(floor, from);
   if (!start || is_taken(floor, to)) return std::nullopt;
   // Elbow room is worth a detour, but not one around the house.
   return find_roomy_path(floor, *start, to, {kElbowRoom, 0.36, 0.3, kSqueeze}, {.times = 1.25, .more = 0.4});

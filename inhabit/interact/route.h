@@ -10,11 +10,11 @@ namespace inhabit::interact {
 /// through needs. With kElbowRoom people of the generated data walk.
 inline constexpr double kElbowRoom = 0.42, kSqueeze = 0.24;
 
-/// A way over the floor to a place, the one with most room of those that are not much longer than the shortest. At its
-/// ends it may be nearer to what stands there. Nothing where there is none.
+/// A route over the floor to a place, the one with most room of those that are not much longer than the shortest. At
+/// its ends it may be nearer to what stands there. Nothing where there is none.
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
 
-/// A way to where one stands before sitting down: before the seat, or, where that is taken (a table), as far to its
+/// A route to where one stands before sitting down: before the seat, or, where that is taken (a table), as far to its
 /// side as one must. Nothing where there is none.
 std::optional<WalkPath> find_route(const FreeSpace& floor, const Eigen::Vector2d& from, const Chair& chair);
 

@@ -170,10 +170,10 @@ ControlSequences Data::control_sequences(const std::vector<int64_t>& indices) co
       const State next = state_at(r, start.frame + t + 1);
       build_control_input(now, row(out.pose, t, b), row(out.control, t, b));
       build_control_target(now, next, row(out.target, t, b));
-      // v in the present axes = turned_in(turned_out_before(v)): a turn about the vertical.
+      // v in the present axes = turned_in(turned_out_before(v)): a rotation about the vertical.
       const Eigen::Vector2f turned = now.now().root.turned_in(before.facing);  // where the old ahead is now
-      row(out.turn, t, b)[0] = turned.y();
-      row(out.turn, t, b)[1] = turned.x();
+      row(out.rotation, t, b)[0] = turned.y();
+      row(out.rotation, t, b)[1] = turned.x();
       const auto at = static_cast<size_t>(start.frame + t);
       for (size_t i = 0; i < 2; ++i) {
         const size_t hand = 1 - i;  // right first

@@ -23,12 +23,12 @@ struct PoseRows {
 
 /// Sequences for ControlNet, frame by frame. Hands: right, then left, as in the control signal.
 struct ControlSequences {
-  torch::Tensor pose;     ///< (T, B, 66)
-  torch::Tensor control;  ///< (T, B, 56) with the straight line from where the hand was
-  torch::Tensor target;   ///< (T, B, 56)
-  torch::Tensor wanted;   ///< (T, B, 2) 1 where the hand has a contact
-  torch::Tensor turn;     ///< (T, B, 2) cosine and sine of the turn from the frame before's axes to the frame's
-  torch::Tensor again;    ///< (T, B, 2) 1 where the contact is the frame before's, so that its plan can go on
+  torch::Tensor pose;      ///< (T, B, 66)
+  torch::Tensor control;   ///< (T, B, 56) with the straight line from where the hand was
+  torch::Tensor target;    ///< (T, B, 56)
+  torch::Tensor wanted;    ///< (T, B, 2) 1 where the hand has a contact
+  torch::Tensor rotation;  ///< (T, B, 2) cosine and sine of the rotation from the frame before's axes to the frame's
+  torch::Tensor again;     ///< (T, B, 2) 1 where the contact is the frame before's, so that its plan can go on
 };
 
 /// Contacts for ContactNet.

@@ -94,13 +94,13 @@ std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
   std::sort(points.begin(), points.end(),
             [](const Vector2d& a, const Vector2d& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
   std::vector<Vector2d> hull;
-  const auto turn = [](const Vector2d& a, const Vector2d& b, const Vector2d& c) {
+  const auto leftwards = [](const Vector2d& a, const Vector2d& b, const Vector2d& c) {
     return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   };
   for (int side = 0; side < 2; ++side) {
     const size_t first = hull.size();
     for (const Vector2d& p : points) {
-      while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 1e-9) hull.pop_back();
+      while (hull.size() >= first + 2 && leftwards(hull[hull.size() - 2], hull.back(), p) <= 1e-9) hull.pop_back();
       hull.push_back(p);
     }
     hull.pop_back();

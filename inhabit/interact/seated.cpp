@@ -49,14 +49,14 @@ struct SeatedView {
 
 void measure(const SeatedView& view, Stay& stay) {
   std::array<std::vector<double>, 3> at;
-  std::vector<double> turn;
+  std::vector<double> change;
   const double* yaw = view.yaw.data_ptr<double>();
   for (int64_t t = stay.first; t <= stay.last; ++t) {
     for (size_t i = 0; i < 3; ++i) at[i].push_back(view.place(t)[static_cast<int>(i)]);
-    turn.push_back(wrapped(yaw[t] - yaw[stay.first]));
+    change.push_back(wrapped(yaw[t] - yaw[stay.first]));
   }
   stay.rest = {median(at[0]), median(at[1]), median(at[2])};
-  stay.heading = wrapped(yaw[stay.first] + median(turn));
+  stay.heading = wrapped(yaw[stay.first] + median(change));
 }
 
 void find_transitions(const SeatedView& view, Stay& stay) {

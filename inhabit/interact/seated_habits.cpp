@@ -15,7 +15,7 @@ constexpr int64_t kPoints = 5;        // head, ankles, palms
 constexpr int64_t kLeastSeated = 60;  // frames
 constexpr int64_t kAlike = 16;        // stays that one is drawn from
 constexpr float kHeightCounts = 2;    // a metre of the seat's height, against one of all numbers of its grid
-constexpr float kPull = 0.1F;         // share of the way to where the recorded person is, each second
+constexpr float kPull = 0.1F;         // fraction of the distance to where the recorded person is, each second
 constexpr int64_t kAhead = kSamples - 1 - kNow;
 
 /// A stay of a recording: seated frames [first, end).

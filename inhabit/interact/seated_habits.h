@@ -34,9 +34,10 @@ class SeatedLife {
  public:
   /// @param habits must outlive this
   SeatedLife(const SeatedHabits& habits, const ChairGrid& chair, double seat_height);
-  /// What they do in a second from now, a frame after the last call: they move as the recorded person does from one
-  /// second to the next, and a tenth of the way to where that one is. Told all of it, networks that have seen
-  /// people who are where they are recorded do not set out at all.
+  /// Where head, ankles and palms are to be a second from now. To be called once a frame. The movement is that of the
+  /// recorded person within that second, and a tenth of the distance to where the recorded person then is. It is a
+  /// tenth because the networks were trained on people who are where they were recorded: told the whole distance, they
+  /// do not set out at all.
   AheadPose next(const State& state, std::mt19937_64& random);
 
  private:

@@ -4,8 +4,8 @@
 
 namespace inhabit::interact {
 
-SenseNoise::SenseNoise(const InputLayout& layout, const Config& config, double share, std::mt19937_64& random) {
-  if (!chance(random, share)) return;
+SenseNoise::SenseNoise(const InputLayout& layout, const Config& config, double probability, std::mt19937_64& random) {
+  if (!chance(random, probability)) return;
   const auto disturb = [&](int64_t place, double emptied, double filled) {
     if (chance(random, emptied)) {
       numbers_.emplace_back(place, 0.F);

@@ -12,8 +12,8 @@ namespace inhabit::interact {
 /// chair's grid below its seat.
 class SenseNoise {
  public:
-  /// Draws changes; none at all with probability 1 - share.
-  SenseNoise(const InputLayout& layout, const Config& config, double share, std::mt19937_64& random);
+  /// Draws changes, with this probability; else none.
+  SenseNoise(const InputLayout& layout, const Config& config, double probability, std::mt19937_64& random);
   /// @param row of PoseNet's input (4344), not standardised.
   void apply(float* row) const;
 

@@ -17,7 +17,7 @@ bool room_to_stand(const Surroundings& around, const Eigen::Vector2d& place);
 std::optional<Eigen::Vector2d> nearest_free(const Eigen::Vector2d& wanted,
                                             const std::function<bool(const Eigen::Vector2d&)>& free);
 
-/// Somebody who stands where there is room and a way to a seat, as near as can be to 2 m before it, and looks at it.
+/// Somebody who stands where there is room and a route to a seat, as near as can be to 2 m before it, and looks at it.
 /// Throws Error(chair.name, ...) where there is none.
 Clip standing_before(const Chair& chair, const Scene& scene);
 

@@ -21,10 +21,10 @@ void give_contact(State& state, int side, const Vector3f& point, double seconds)
   const Vector3f from = state.now().hand[s];
   const auto frames = static_cast<float>(std::max(1.0, 30 * seconds));
   for (int i = kNow; i < kSamples; ++i) {
-    const float share = std::min(1.F, static_cast<float>(i - kNow) / frames);
+    const float part = std::min(1.F, static_cast<float>(i - kNow) / frames);
     Sample& sample = state.samples[static_cast<size_t>(i)];
-    sample.hand[s] = from + share * (point - from);
-    sample.hand_phase[s] = share;
+    sample.hand[s] = from + part * (point - from);
+    sample.hand_phase[s] = part;
   }
 }
 

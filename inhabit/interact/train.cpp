@@ -17,7 +17,7 @@ constexpr int64_t kHabits = 256;  // stays that a model file keeps
 constexpr int64_t kEpochs = 150, kValidationContacts = 2048, kValidationSequences = 128;
 
 ControlSequences on(const ControlSequences& s, torch::Device d) {
-  return {s.pose.to(d), s.control.to(d), s.target.to(d), s.wanted.to(d), s.turn.to(d), s.again.to(d)};
+  return {s.pose.to(d), s.control.to(d), s.target.to(d), s.wanted.to(d), s.rotation.to(d), s.again.to(d)};
 }
 
 TrainTask control_task(Training& t, int64_t steps) {
@@ -59,10 +59,10 @@ TrainTask contact_task(Training& t, int64_t steps) {
   const double beta = t.model.config.training.contact_beta;
   ContactNetwork network = t.model.contact;
   const std::function<ContactLosses(const ContactRows&, double)> losses = [network, beta, &t](const ContactRows& rows,
-                                                                                              double share) mutable {
+                                                                                              double weight) mutable {
     const torch::Tensor noise = torch::randn({rows.contacts.size(0), t.model.config.contact_z}).to(t.device);
     return contact_losses(network, {rows.chair.to(t.device), rows.contacts.to(t.device)},
-                          network->is_training() ? noise : torch::zeros_like(noise), share * beta);
+                          network->is_training() ? noise : torch::zeros_like(noise), weight * beta);
   };
   TrainTask task;
   task.module = network.ptr();

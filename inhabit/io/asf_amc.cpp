@@ -39,8 +39,8 @@ std::string lower(std::string_view word) {
   return out;
 }
 
-// Angles about x, y, z; the first axis of the order turns first: "XYZ" is Rz Ry Rx.
-Eigen::Quaterniond turn(const Eigen::Vector3d& radians, const std::string& order) {
+// Angles about x, y, z; the first axis of the order is applied first: "XYZ" is Rz Ry Rx.
+Eigen::Quaterniond rotation_of(const Eigen::Vector3d& radians, const std::string& order) {
   Eigen::Quaterniond out = Eigen::Quaterniond::Identity();
   for (const char c : order) out = Eigen::AngleAxisd(radians[c - 'X'], Eigen::Vector3d::Unit(c - 'X')) * out;
   return out;
@@ -82,7 +82,7 @@ void read_bone(TextLines& lines, Acclaim& out) {
     if (key == "end") {
       if (bone.name.empty()) lines.fail("a bone has no name");
       if (direction.norm() > 0) bone.tip = direction.normalized() * length;
-      bone.axis = turn(axis * (out.radians ? 1.0 : M_PI / 180), bone.axis_order);
+      bone.axis = rotation_of(axis * (out.radians ? 1.0 : M_PI / 180), bone.axis_order);
       if (!out.by_name.emplace(bone.name, out.bones.size()).second)
         lines.fail("two bones are called " + in_quotes(bone.name));
       out.bones.push_back(std::move(bone));
@@ -167,7 +167,7 @@ Acclaim parse_asf(std::string_view text, const std::string& name) {
   if (out.bones.size() == 1) throw Error(name, "holds no bones; is it an .asf file?");
   if (out.bones[0].children.empty()) throw Error(name, "no bone hangs on the root");
   if (out.bones[0].dof.empty()) out.bones[0].dof = {"tx", "ty", "tz", "rx", "ry", "rz"};
-  out.bones[0].axis = turn(orientation * (out.radians ? 1.0 : M_PI / 180), out.bones[0].axis_order);
+  out.bones[0].axis = rotation_of(orientation * (out.radians ? 1.0 : M_PI / 180), out.bones[0].axis_order);
   return out;
 }
 
@@ -272,7 +272,7 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
       track.trans.emplace_back(Eigen::Vector3d::Zero());
       track.local.insert(track.local.end(), static_cast<size_t>(track.joints), Eigen::Quaterniond::Identity());
       track.places.insert(track.places.end(), rest.offsets.begin(), rest.offsets.end());
-      // Bones that never turn need no number in the file: keep them from growing past all measure.
+      // Bones that never rotate need no number in the file: keep them from growing past all measure.
       if (track.local.size() > amc_text.size() + kMostBones) lines.fail("too many bones without a degree of freedom");
       continue;
     }
@@ -282,23 +282,23 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
     const Bone& bone = asf.bones[found->second];
     if (seen[found->second] == frame) lines.fail("bone " + in_quotes(first) + " stands twice in one frame");
     seen[found->second] = frame;
-    Eigen::Vector3d turned = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angles = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
     for (const std::string& dof : bone.dof) {
       const std::string_view word = next_word(words);
       if (word.empty())
         lines.fail("bone " + in_quotes(first) + " needs " + std::to_string(bone.dof.size()) + " numbers");
       const double value = lines.real(word);
       if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
-      if (dof[0] == 'r') turned[dof[1] - 'x'] = value * angle;
+      if (dof[0] == 'r') angles[dof[1] - 'x'] = value * angle;
       if (dof[0] == 't') moved[dof[1] - 'x'] = value;
       if (dof[0] == 'l') bones_stretch = true;
     }
     if (!next_word(words).empty())
       lines.fail("bone " + in_quotes(first) + " has more than " + std::to_string(bone.dof.size()) + " numbers");
     track.at(frame, layout.joint_of_bone[found->second]) =
-        bone.axis * turn(turned, bone.axis_order) * bone.axis.conjugate();
+        bone.axis * rotation_of(angles, bone.axis_order) * bone.axis.conjugate();
     if (found->second == 0) {
-      track.at(frame, 0) = turn(turned, bone.axis_order) * bone.axis;
+      track.at(frame, 0) = rotation_of(angles, bone.axis_order) * bone.axis;
       track.trans.back() = (asf.place + moved) * out.metres_per_unit;
     } else if (moved.norm() > 0) {
       bones_move = true;

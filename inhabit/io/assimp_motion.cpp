@@ -28,7 +28,7 @@ std::string tracks_in_child(const std::string& path, bool sampled) {
                      {"parents", t.parents},
                      {"rest", bytes_of(t.rest)},
                      {"joints", bytes_of(t.joints)},
-                     {"turns", bytes_of(t.turns)},
+                     {"rotations", bytes_of(t.rotations)},
                      {"rate", t.rate},
                      {"animation", t.animation},
                      {"alike", t.alike}});
@@ -75,9 +75,9 @@ SourceMotion motion_of(const json& tracks, const std::string& path, std::optiona
   skeleton.validate(path);
   out.clip.rate = tracks["rate"].get<double>();
   const std::vector<Quaterniond> rest = quaternions_of(numbers_of<double>(tracks["rest"])),
-                                 turns = quaternions_of(numbers_of<double>(tracks["turns"]));
+                                 rotations = quaternions_of(numbers_of<double>(tracks["rotations"]));
   const std::vector<double> joints = numbers_of<double>(tracks["joints"]);
-  const size_t count = names.size(), frames = turns.size() / count;
+  const size_t count = names.size(), frames = rotations.size() / count;
 
   // Rotations from rest; places relative to parents, in their frames.
   PoseTrack track;
@@ -89,7 +89,7 @@ SourceMotion motion_of(const json& tracks, const std::string& path, std::optiona
       const size_t at = t * count + j;
       const auto place = [&](size_t k) { return Eigen::Map<const Vector3d>(&joints[(t * count + order[k]) * 3]); };
       const auto turned = [&](size_t k) {
-        return Quaterniond(turns[t * count + order[k]] * rest[order[k]].conjugate());
+        return Quaterniond(rotations[t * count + order[k]] * rest[order[k]].conjugate());
       };
       if (j == 0) {
         track.local[at] = turned(0);

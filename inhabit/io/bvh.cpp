@@ -199,7 +199,7 @@ std::vector<Eigen::Vector3d> read_frames(TextLines& lines, const std::vector<Joi
   for (long t = 0; t < frames; ++t) {
     for (const Joint& joint : joints) {
       Eigen::Vector3d place = joint.offset;
-      Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+      Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
       for (const Channel& channel : joint.channels) {
         std::string_view word = next_word(rest);
         while (word.empty()) {
@@ -210,11 +210,11 @@ std::vector<Eigen::Vector3d> read_frames(TextLines& lines, const std::vector<Joi
         const double value = lines.real(word);
         if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
         if (channel.rotation)
-          turn = turn * Eigen::AngleAxisd(value * kDegree, Eigen::Vector3d::Unit(channel.axis));
+          rotation = rotation * Eigen::AngleAxisd(value * kDegree, Eigen::Vector3d::Unit(channel.axis));
         else
           place[channel.axis] = value;
       }
-      track.local.push_back(turn);
+      track.local.push_back(rotation);
       places.push_back(place);
     }
   }
@@ -320,18 +320,18 @@ SourceMotion read_bvh(const std::string& path, std::optional<double> metres_per_
 namespace {
 
 // Angles (degrees) about axes i, j, k with R = R_i R_j R_k, the nearer of the two solutions to `before`, without jumps
-// of a whole turn.
+// of a whole circle.
 Eigen::Vector3d euler_angles(const Eigen::Quaterniond& q, const std::array<int, 3>& order,
                              const Eigen::Vector3d& before) {
   const Eigen::Matrix3d m = q.normalized().toRotationMatrix();
   const auto [i, j, k] = order;
   const double sign = (j - i + 3) % 3 == 1 ? 1 : -1;  // of the permutation
   const double sine = sign * m(i, k), cosine = std::hypot(m(i, i), m(i, j));
-  Eigen::Vector3d first(0, std::atan2(sine, cosine), 0);  // asin loses half of the digits near a quarter turn
+  Eigen::Vector3d first(0, std::atan2(sine, cosine), 0);  // asin loses half of the digits near 90 degrees
   if (cosine > 1e-7) {
     first[0] = std::atan2(-sign * m(j, k), m(k, k));
     first[2] = std::atan2(-sign * m(i, j), m(i, i));
-  } else {  // the outer two turn about one axis: keep the last where it was
+  } else {  // the outer two rotate about one axis: keep the last where it was
     first[2] = before[2] * kDegree;
     first[0] = std::atan2(sign * m(k, j), m(j, j)) - sign * (sine > 0 ? 1 : -1) * first[2];
   }
@@ -350,8 +350,8 @@ void append_numbers(std::string& out, const Eigen::Vector3d& v, const char* sepa
   out.append(text, static_cast<size_t>(std::clamp(n, 0, 95)));
 }
 
-/// True for the joints that parse_bvh makes of end sites, as long as they neither turn nor translate: they are written
-/// as such again.
+/// True for the joints that parse_bvh makes of end sites, as long as they neither rotate nor translate: they are
+/// written as such again.
 std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const PoseTrack& track,
                             const std::vector<bool>& translates) {
   std::vector<int> children(skeleton.names.size(), 0);
@@ -437,7 +437,7 @@ void write_bvh(const std::string& path, const Clip& motion, double units_per_met
     throw Error(path, "a BVH file holds rotations, the motion has positions only; fit a body to it first");
   const bool as_read = motion.file.format == "bvh";
   Clip clip = as_read ? restore_trajectory(motion) : motion;
-  if (as_read && motion.file.z_up) turn_z_up(clip);
+  if (as_read && motion.file.z_up) rotate_z_up(clip);
   const PoseTrack track = pose_track(clip);
   const Bones bones = bones_of(clip.skeleton);
   const auto joints = static_cast<size_t>(track.joints);
@@ -475,18 +475,18 @@ void write_bvh(const std::string& path, const Clip& motion, double units_per_met
       const auto j = static_cast<size_t>(joint);
       const std::string& letters = layout.channels[j];
       std::array<int, 3> axes{};
-      size_t turns = 0;
+      size_t angle = 0;
       for (const char c : letters)
-        if (c >= 'X' && c <= 'Z') axes[turns++] = c - 'X';
+        if (c >= 'X' && c <= 'Z') axes[angle++] = c - 'X';
       angles[j] = euler_angles(track.at(t, joint), axes, angles[j]);
       Eigen::Vector3d place = bones.offsets[j];
       if (!track.places.empty()) place = track.places[static_cast<size_t>(t) * joints + j];
       if (joint == 0) place = track.trans[static_cast<size_t>(t)] + bones.offsets[0];
-      turns = 0;
+      angle = 0;
       for (const char c : letters) {
         char number[48];
         const double value =
-            c >= 'X' && c <= 'Z' ? angles[j][static_cast<Eigen::Index>(turns++)] : place[c - 'x'] * layout.scale;
+            c >= 'X' && c <= 'Z' ? angles[j][static_cast<Eigen::Index>(angle++)] : place[c - 'x'] * layout.scale;
         const int n = std::snprintf(number, sizeof number, "%.6f ", value);
         text.append(number, static_cast<size_t>(std::clamp(n, 0, 47)));
       }

@@ -295,7 +295,7 @@ Clip own_clip(const Npz& npz, const std::string& subject, const ClipReadOptions&
     check_told_up(mean_trunk(clip), options.up, subject, notes);
     clip.file.z_up = options.up == UpAxis::z;
   }
-  if (clip.file.z_up) turn_upright(clip);
+  if (clip.file.z_up) rotate_upright(clip);
   return clip;
 }
 
@@ -349,7 +349,7 @@ Clip positions_clip(const Npz& npz, const std::string& subject, const ClipReadOp
   const bool z_up = options.up == UpAxis::z || (options.up == UpAxis::automatic && trunk && trunk->z() > trunk->y());
   clip.file.format = "npz";
   clip.file.z_up = z_up;
-  if (z_up) turn_upright(clip);
+  if (z_up) rotate_upright(clip);
   if (options.up == UpAxis::automatic)
     note(notes, z_up ? "+Z is up in the file (detected): rotated to +Y" : "+Y is up in the file (detected)");
   return clip;
@@ -414,7 +414,7 @@ Clip smpl_clip(const Npz& npz, const std::string& subject, const ClipReadOptions
   clip.file.format = "smpl";
   clip.file.z_up =
       pelvis_points_along_z(axis_angle_to_matrix(clip.rotations.select(1, 0)), root_path, subject, options, notes);
-  if (clip.file.z_up) turn_upright(clip);
+  if (clip.file.z_up) rotate_upright(clip);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   validate(clip, subject);
   return clip;
@@ -455,7 +455,7 @@ Npz npz_from_clip(const Clip& given, const std::string& subject) {
     }
   }
   if (clip.file.z_up && (format == "smpl" || format == "npz")) {
-    turn_z_up(clip);
+    rotate_z_up(clip);
     npz.strings["up"] = {{}, {"z"}};
   }
   auto put = [&](const char* name, const Tensor& t) {

@@ -83,11 +83,11 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
   }
   if (clip.contact.defined()) {
     Json contacts;
-    const Tensor share = clip.contact.mean(0);
-    for (int64_t j = 0; j < share.size(0); ++j)
-      if (share[j].item<double>() > 0)
-        contacts[clip.skeleton.names[static_cast<size_t>(j)]] = rounded(share[j].item<double>());
-    out["contact_share"] = contacts;
+    const Tensor fraction = clip.contact.mean(0);
+    for (int64_t j = 0; j < fraction.size(0); ++j)
+      if (fraction[j].item<double>() > 0)
+        contacts[clip.skeleton.names[static_cast<size_t>(j)]] = rounded(fraction[j].item<double>());
+    out["contact_fraction"] = contacts;
   }
   if (clip.hand_targets.defined())
     out["hand_target_frames"] = clip.hand_targets.select(2, 3).gt(0.5).any(1).sum().item<int64_t>();

@@ -202,7 +202,7 @@ SourceMotion expmap_motion(const torch::Tensor& channels, const std::string& nam
 
   torch::Tensor rows = channels.to(torch::kCPU, torch::kDouble).contiguous();
   if (cmu && rows.size(0) > 1) {
-    // The rest pose turns hips, neck and upper arms by fixed amounts, but neither root, knees nor elbows.
+    // The rest pose rotates hips, neck and upper arms by fixed amounts, but neither root, knees nor elbows.
     const auto straight = [&](int64_t row) {
       double turned = 0;
       for (const int64_t joint : {0, 3, 9, 14, 22, 31})

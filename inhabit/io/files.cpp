@@ -56,7 +56,7 @@ Clip finished(SourceMotion motion, const std::string& path, const ClipReadOption
   validate(motion.clip, path);
   motion.clip.file.z_up = ((foreign && !motion.y_up) || options.up != UpAxis::automatic) &&
                           is_z_up(motion.clip, options.up, path, &motion.notes);
-  if (motion.clip.file.z_up) turn_upright(motion.clip);
+  if (motion.clip.file.z_up) rotate_upright(motion.clip);
   if (options.level || motion.slopes) levelled(motion.clip, options.level, motion.notes);
   if (const int carrier = foreign ? carry_by_root(motion.clip) : -1; carrier >= 0)
     motion.notes.push_back("the root goes where " + motion.clip.skeleton.names[static_cast<size_t>(carrier)] +

@@ -142,19 +142,19 @@ std::pair<unsigned, double> place(const Key* keys, unsigned count, double time) 
 
 Vector3d vector_at(const aiVectorKey* keys, unsigned count, double time, const Vector3d& otherwise) {
   if (count == 0) return otherwise;
-  const auto [at, share] = place(keys, count, time);
+  const auto [at, part] = place(keys, count, time);
   const auto value = [&](unsigned k) { return Vector3d(keys[k].mValue.x, keys[k].mValue.y, keys[k].mValue.z); };
-  return share > 0 ? Vector3d(value(at) + share * (value(at + 1) - value(at))) : value(at);
+  return part > 0 ? Vector3d(value(at) + part * (value(at + 1) - value(at))) : value(at);
 }
 
 Quaterniond quaternion_at(const aiQuatKey* keys, unsigned count, double time, const Quaterniond& otherwise) {
   if (count == 0) return otherwise;
-  const auto [at, share] = place(keys, count, time);
+  const auto [at, part] = place(keys, count, time);
   const auto value = [&](unsigned k) {
     const aiQuaternion& q = keys[k].mValue;
     return Quaterniond(q.w, q.x, q.y, q.z).normalized();
   };
-  return share > 0 ? value(at).slerp(share, value(at + 1)) : value(at);
+  return part > 0 ? value(at).slerp(part, value(at + 1)) : value(at);
 }
 
 /// A node's own transform, and what moves it.
@@ -162,20 +162,20 @@ struct Local {
   Affine3d still;
   const aiNodeAnim* channel = nullptr;
   Vector3d place, scale;
-  Quaterniond turn;
+  Quaterniond rotation;
 
   Local(const aiNode& node, const Channels& channels) : still(affine(node.mTransformation)) {
     const auto found = channels.find(node.mName.C_Str());
     if (found == channels.end()) return;
     channel = found->second;
     place = still.translation();
-    turn = rotation_of(still);
+    rotation = rotation_of(still);
     scale = still.linear().colwise().norm();
   }
   Affine3d at(double time) const {
     if (channel == nullptr) return still;
     const Vector3d p = vector_at(channel->mPositionKeys, channel->mNumPositionKeys, time, place);
-    const Quaterniond q = quaternion_at(channel->mRotationKeys, channel->mNumRotationKeys, time, turn);
+    const Quaterniond q = quaternion_at(channel->mRotationKeys, channel->mNumRotationKeys, time, rotation);
     const Vector3d s = vector_at(channel->mScalingKeys, channel->mNumScalingKeys, time, scale);
     return Eigen::Translation3d(p) * q * Eigen::Scaling(s);
   }
@@ -250,7 +250,7 @@ void sample(const Span& span, const Channels& channels, const std::vector<Node>&
   std::vector<Affine3d> global(nodes.size());
   const int64_t frames = span.frames();
   out.joints.reserve(static_cast<size_t>(frames) * joints.size() * 3);
-  out.turns.reserve(static_cast<size_t>(frames) * joints.size() * 4);
+  out.rotations.reserve(static_cast<size_t>(frames) * joints.size() * 4);
   for (int64_t t = 0; t < frames; ++t) {
     const double time = span.first + static_cast<double>(t) / span.rate * span.ticks;
     auto local = locals.begin();
@@ -264,7 +264,7 @@ void sample(const Span& span, const Channels& channels, const std::vector<Node>&
       const Quaterniond q = rotation_of(at);
       if (!at.matrix().allFinite()) throw Error(path, "a joint is not at a finite place");
       out.joints.insert(out.joints.end(), at.translation().data(), at.translation().data() + 3);
-      out.turns.insert(out.turns.end(), q.coeffs().data(), q.coeffs().data() + 4);
+      out.rotations.insert(out.rotations.end(), q.coeffs().data(), q.coeffs().data() + 4);
     }
   }
 }

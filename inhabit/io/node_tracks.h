@@ -10,7 +10,7 @@ struct NodeTracks {
   std::vector<int> parents;        ///< -1 for the first, which is the root; parents come before children
   std::vector<double> rest;        ///< (J, 4) global rotation at rest, quaternion x y z w
   std::vector<double> joints;      ///< (T, J, 3) global places
-  std::vector<double> turns;       ///< (T, J, 4) global rotations
+  std::vector<double> rotations;   ///< (T, J, 4) global rotations
   double rate = 30;                ///< frames a second
   std::string animation;           ///< its name
   int64_t alike = 0;               ///< people left out: assimp tells nodes by their names, and theirs are these
@@ -18,7 +18,7 @@ struct NodeTracks {
 
 /// The people of a file as assimp reads it, in this process: an assertion of assimp ends it (in_child.h). One after the
 /// other, those with most joints first, each with the animations that move it, the longest first.
-/// @param sampled false: joints and turns are left empty. Throws Error(path, ...).
+/// @param sampled false: joints and rotations are left empty. Throws Error(path, ...).
 std::vector<NodeTracks> node_tracks(const std::string& path, bool sampled);
 
 }  // namespace inhabit

@@ -165,27 +165,27 @@ void PickleMachine::check(const Value& root) const {
     const Value* value;
     size_t next;
   };
-  std::vector<Place> way = {{&root, 0}};
-  std::unordered_set<const Value*> on_way = {&root}, seen;
-  while (!way.empty()) {
-    Place& place = way.back();
+  std::vector<Place> path = {{&root, 0}};
+  std::unordered_set<const Value*> on_path = {&root}, seen;
+  while (!path.empty()) {
+    Place& place = path.back();
     if (place.next == 0) {
       if (place.value->kind == Kind::name || place.value->kind == Kind::dtype || place.value->kind == Kind::pending ||
           place.value->kind == Kind::storage)
         throw Error(subject_, "holds a type or an array without data where a value is expected");
-      if (way.size() > kDeepest) throw Error(subject_, "holds values more than 100 deep in one another");
+      if (path.size() > kDeepest) throw Error(subject_, "holds values more than 100 deep in one another");
     }
     if (place.next == place.value->items.size()) {
-      on_way.erase(place.value);
+      on_path.erase(place.value);
       seen.insert(place.value);
-      way.pop_back();
+      path.pop_back();
       continue;
     }
     const Value* item = place.value->items[place.next++];
-    if (on_way.count(item) != 0) throw Error(subject_, "holds a value that contains itself");
+    if (on_path.count(item) != 0) throw Error(subject_, "holds a value that contains itself");
     if (seen.count(item) != 0) continue;
-    on_way.insert(item);
-    way.push_back({item, 0});
+    on_path.insert(item);
+    path.push_back({item, 0});
   }
 }
 

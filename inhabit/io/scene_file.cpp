@@ -85,7 +85,7 @@ double upness(const torch::Tensor& points, int axis) {
     return std::count(cover.begin(), cover.end(), true) / (1.0 * cover.size());
   };
   double layered = 0;
-  for (const double share : layer) layered += share * share;
+  for (const double fraction : layer) layered += fraction * fraction;
   const double floor = part(covered[0]), ceiling = part(covered[1]);
   const auto size = [&](int a) { return high[static_cast<size_t>(a)] - low[static_cast<size_t>(a)]; };
   const double flat = size(axis) < 0.15 * std::max({size(0), size(1), size(2)}) ? 1 : 0;

@@ -45,11 +45,11 @@ bool is_z_up(const Clip& clip, UpAxis told, const std::string& subject, Notes* n
   return true;
 }
 
-void turn_upright(Clip& clip) {
+void rotate_upright(Clip& clip) {
   rotate_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, 1.F, 0.F, -1.F, 0.F}).view({3, 3}));
 }
 
-void turn_z_up(Clip& clip) {
+void rotate_z_up(Clip& clip) {
   rotate_clip(clip, torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, -1.F, 0.F, 1.F, 0.F}).view({3, 3}));
 }
 

@@ -23,9 +23,9 @@ void check_told_up(const std::optional<Eigen::Vector3d>& trunk, UpAxis told, con
 
 /// Rotates a clip of a z-up world to +Y up, by -90 degrees about x: (x, y, z) -> (x, z, -y), with all that is
 /// annotated.
-void turn_upright(Clip& clip);
+void rotate_upright(Clip& clip);
 
 /// Back again: (x, y, z) -> (x, -z, y).
-void turn_z_up(Clip& clip);
+void rotate_z_up(Clip& clip);
 
 }  // namespace inhabit

@@ -119,8 +119,8 @@ Tensor slerp(const Tensor& from, const Tensor& to, const Tensor& u) {
   require_last(to, 4, "quaternion");
   const Tensor a = unit(from);
   Tensor b = unit(to);
-  const Tensor far_way = (a * b).sum(-1, true).detach() < 0;
-  b = torch::where(far_way, -b, b);
+  const Tensor long_arc = (a * b).sum(-1, true).detach() < 0;
+  b = torch::where(long_arc, -b, b);
   // The angle by atan2 of chord lengths keeps its precision at both ends, unlike acos of the dot product.
   const Tensor difference = (b - a), sum = (b + a);
   const Tensor d2 = (difference * difference).sum(-1, true), s2 = (sum * sum).sum(-1, true);

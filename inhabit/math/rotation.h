@@ -19,7 +19,7 @@ torch::Tensor matrix_to_quaternion(const torch::Tensor& matrix);
 /// Gram-Schmidt of the two columns, which need not be orthonormal.
 torch::Tensor rotation6d_to_matrix(const torch::Tensor& rotation6d);
 torch::Tensor matrix_to_rotation6d(const torch::Tensor& matrix);
-/// Turn about the vertical +Y by yaw (...) radians, from +Z towards +X: (..., 3, 3).
+/// Rotation about the vertical +Y by yaw (...) radians, from +Z towards +X: (..., 3, 3).
 torch::Tensor yaw_matrix(const torch::Tensor& yaw);
 torch::Tensor yaw_matrix(double yaw);  ///< float32
 /// Yaw (...) of somebody whose left is along `left` (..., 3): 0 facing +Z, pi/2 facing +X; 0 where `left` is vertical.

@@ -27,8 +27,8 @@ double half_interval(std::vector<double> statistics) {
                    statistics.end());
   if (statistics.size() < 2) return 0;
   std::sort(statistics.begin(), statistics.end());
-  const auto percentile = [&](double share) {
-    const double at = share * static_cast<double>(statistics.size() - 1);
+  const auto percentile = [&](double fraction) {
+    const double at = fraction * static_cast<double>(statistics.size() - 1);
     const auto below = static_cast<size_t>(at);
     const size_t above = std::min(below + 1, statistics.size() - 1);
     return statistics[below] + (at - static_cast<double>(below)) * (statistics[above] - statistics[below]);

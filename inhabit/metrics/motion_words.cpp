@@ -44,16 +44,16 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
                right = words.select(1, 0).select(1, right_hip);  // (N, 3)
   const Tensor middle = (left + right) * 0.5F, across = left - right;
   const Tensor ground = torch::tensor({1.F, 0.F, 1.F});
-  const Tensor turn = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(words.dtype());  // (N, 3, 3)
+  const Tensor rotation = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(words.dtype());  // (N, 3, 3)
   const Tensor moved = words - (middle * ground).view({-1, 1, 1, 3});
-  return torch::matmul(moved.flatten(1, 2), turn.transpose(1, 2)).view_as(words);
+  return torch::matmul(moved.flatten(1, 2), rotation.transpose(1, 2)).view_as(words);
 }
 
 Tensor word_poses(const Tensor& joints) {
-  const Tensor across = joints.select(1, 1) - joints.select(1, 2);                             // hips, (T, 3)
-  const Tensor turn = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(joints.dtype());  // (T, 3, 3)
+  const Tensor across = joints.select(1, 1) - joints.select(1, 2);                                 // hips, (T, 3)
+  const Tensor rotation = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(joints.dtype());  // (T, 3, 3)
   const Tensor moved = joints.index_select(1, torch::tensor(word_joints())) - joints.narrow(1, 0, 1);
-  return torch::matmul(moved, turn.transpose(1, 2));
+  return torch::matmul(moved, rotation.transpose(1, 2));
 }
 
 Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {

@@ -17,10 +17,10 @@ Tensor npss_terms(const Tensor& truth, const Tensor& forecast, NpssForm form) {
   const Tensor a = power(truth), b = power(forecast);   // (B, T, D)
   const Tensor total_a = a.sum(1), total_b = b.sum(1);  // (B, D)
   const Tensor known = (total_a > 1e-12) & (total_b > 1e-12);
-  const auto share = [&](const Tensor& p, const Tensor& total) {
+  const auto fraction = [&](const Tensor& p, const Tensor& total) {
     return (p / torch::where(known, total, torch::ones_like(total)).unsqueeze(1)).cumsum(1);
   };
-  const Tensor distance = (share(a, total_a) - share(b, total_b)).abs().sum(1);
+  const Tensor distance = (fraction(a, total_a) - fraction(b, total_b)).abs().sum(1);
   const Tensor weight = total_a * known.to(torch::kFloat64);
   return torch::stack({(distance * weight).sum(1), weight.sum(1)}, 1);
 }

@@ -102,7 +102,7 @@ LimitExcess beyond_limits(const Clip& clip, const BodyModel& body) {
   const torch::Tensor rotations = clip.rotations.to(torch::kDouble).contiguous();
   const auto r = rotations.accessor<double, 3>();
   for (int64_t t = 0; t < clip.frames(); ++t)
-    for (int64_t j = 1; j < joints; ++j) {  // the root may turn as it likes
+    for (int64_t j = 1; j < joints; ++j) {  // the root may rotate as it likes
       const double over =
           limits.beyond(static_cast<size_t>(j), {r[t][j][0], r[t][j][1], r[t][j][2]}).cwiseAbs().maxCoeff();
       if (over > out.radians) out = {over, t, static_cast<int>(j)};

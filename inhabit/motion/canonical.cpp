@@ -12,15 +12,15 @@ namespace {
 
 // Points (..., 3) moved by `by`.
 torch::Tensor moved(const torch::Tensor& points, const GroundTransform& by) {
-  const torch::Tensor turn = yaw_matrix(torch::tensor(by.yaw, torch::kDouble));
+  const torch::Tensor rotation = yaw_matrix(torch::tensor(by.yaw, torch::kDouble));
   const torch::Tensor shift = torch::tensor({by.shift.x(), by.shift.y(), by.shift.z()}, torch::kDouble);
-  return (torch::matmul(points.to(torch::kDouble), turn.t()) + shift).to(points.dtype());
+  return (torch::matmul(points.to(torch::kDouble), rotation.t()) + shift).to(points.dtype());
 }
 
-// Axis-angle (..., 3) after a turn about the vertical.
-torch::Tensor turned(const torch::Tensor& axis_angle, double yaw) {
-  const torch::Tensor turn = yaw_matrix(torch::tensor(yaw, torch::kDouble));
-  return matrix_to_axis_angle(torch::matmul(turn, axis_angle_to_matrix(axis_angle.to(torch::kDouble))))
+// Axis-angle (..., 3) after a rotation about the vertical.
+torch::Tensor rotated(const torch::Tensor& axis_angle, double yaw) {
+  const torch::Tensor rotation = yaw_matrix(torch::tensor(yaw, torch::kDouble));
+  return matrix_to_axis_angle(torch::matmul(rotation, axis_angle_to_matrix(axis_angle.to(torch::kDouble))))
       .to(axis_angle.dtype());
 }
 
@@ -71,10 +71,10 @@ Clip transformed(const Clip& clip, const GroundTransform& by) {
   if (clip.joints.defined()) out.joints = moved(clip.joints, by);
   if (clip.rotations.defined()) {
     out.rotations = clip.rotations.clone();
-    out.rotations.select(1, 0).copy_(turned(clip.rotations.select(1, 0), by.yaw));
+    out.rotations.select(1, 0).copy_(rotated(clip.rotations.select(1, 0), by.yaw));
   }
   if (clip.trans.defined()) {
-    // The root turns about itself: its rest place is no part of the turn.
+    // The rotation is about the root joint itself: where it rests is no part of it.
     const torch::Tensor rest = clip.skeleton.offsets[0];
     out.trans = moved(clip.trans + rest, by) - rest;
   }
@@ -82,7 +82,7 @@ Clip transformed(const Clip& clip, const GroundTransform& by) {
     out.hand_targets = torch::cat({moved(clip.hand_targets.slice(2, 0, 3), by), clip.hand_targets.slice(2, 3)}, 2);
   if (clip.object_pose.defined() && clip.object_pose.size(1) > 0)
     out.object_pose =
-        torch::cat({moved(clip.object_pose.slice(2, 0, 3), by), turned(clip.object_pose.slice(2, 3), by.yaw)}, 2);
+        torch::cat({moved(clip.object_pose.slice(2, 0, 3), by), rotated(clip.object_pose.slice(2, 3), by.yaw)}, 2);
   return out;
 }
 

@@ -169,32 +169,32 @@ FloorSlope floor_slope(const Clip& clip) {
   return out;
 }
 
-void rotate_clip(Clip& clip, const Tensor& turn) {
-  auto turned = [&](const Tensor& points) { return points.matmul(turn.t()); };
+void rotate_clip(Clip& clip, const Tensor& rotation) {
+  auto rotated = [&](const Tensor& points) { return points.matmul(rotation.t()); };
   const Tensor root = clip.skeleton.offsets.defined() ? clip.skeleton.offsets[0] : torch::zeros({3});
-  if (clip.joints.defined()) clip.joints = turned(clip.joints);
-  if (clip.trans.defined()) clip.trans = turned(clip.trans + root) - root;
+  if (clip.joints.defined()) clip.joints = rotated(clip.joints);
+  if (clip.trans.defined()) clip.trans = rotated(clip.trans + root) - root;
   if (clip.rotations.defined()) {
     clip.rotations = clip.rotations.clone();
     clip.rotations.select(1, 0).copy_(
-        matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.rotations.select(1, 0)))));
+        matrix_to_axis_angle(rotation.matmul(axis_angle_to_matrix(clip.rotations.select(1, 0)))));
   }
   if (clip.hand_targets.defined()) {
     clip.hand_targets = clip.hand_targets.clone();
-    clip.hand_targets.narrow(2, 0, 3).copy_(turned(clip.hand_targets.narrow(2, 0, 3)));
+    clip.hand_targets.narrow(2, 0, 3).copy_(rotated(clip.hand_targets.narrow(2, 0, 3)));
   }
   if (clip.object_pose.defined() && clip.object_pose.numel() > 0) {
-    const Tensor place = turned(clip.object_pose.narrow(2, 0, 3));
-    const Tensor angle = matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(clip.object_pose.narrow(2, 3, 3))));
+    const Tensor place = rotated(clip.object_pose.narrow(2, 0, 3));
+    const Tensor angle = matrix_to_axis_angle(rotation.matmul(axis_angle_to_matrix(clip.object_pose.narrow(2, 3, 3))));
     clip.object_pose = torch::cat({place, angle}, 2);
   }
 }
 
 Tensor rotation_upright(const Vector3d& up) {
-  const Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitY()).toRotationMatrix();
+  const Matrix3d rotation = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitY()).toRotationMatrix();
   Tensor matrix = torch::empty({3, 3});
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) matrix[r][c] = turn(r, c);
+    for (int c = 0; c < 3; ++c) matrix[r][c] = rotation(r, c);
   return matrix;
 }
 

@@ -26,8 +26,8 @@ struct FloorSlope {
 /// nothing is.
 FloorSlope floor_slope(const Clip& clip);
 
-/// Rotates a clip about the origin, `turn` (3, 3) float32, with all that is annotated.
-void rotate_clip(Clip& clip, const torch::Tensor& turn);
+/// Rotates a clip about the origin, `rotation` (3, 3) float32, with all that is annotated.
+void rotate_clip(Clip& clip, const torch::Tensor& rotation);
 
 /// (3, 3) float32: the shortest rotation that takes a direction to +Y.
 torch::Tensor rotation_upright(const Eigen::Vector3d& up);

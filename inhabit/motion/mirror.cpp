@@ -18,8 +18,8 @@ torch::Tensor find_other_sides() {
 }
 
 /// Axis-angle (..., 3) of the mirrored rotation.
-torch::Tensor mirrored_turns(const torch::Tensor& turns) {
-  torch::Tensor out = turns.clone();
+torch::Tensor mirrored_rotations(const torch::Tensor& rotations) {
+  torch::Tensor out = rotations.clone();
   out.slice(-1, 1, 3).neg_();
   return out;
 }
@@ -47,14 +47,14 @@ Clip mirrored(const Clip& clip) {
   Clip out = clip;
   out.skeleton.offsets = mirrored_points(clip.skeleton.offsets.index_select(0, other));
   out.joints = mirrored_joints(clip.joints);
-  if (clip.rotations.defined()) out.rotations = mirrored_turns(clip.rotations.index_select(1, other));
+  if (clip.rotations.defined()) out.rotations = mirrored_rotations(clip.rotations.index_select(1, other));
   if (clip.trans.defined()) out.trans = mirrored_points(clip.trans);
   if (clip.translations.defined()) out.translations = mirrored_points(clip.translations.index_select(1, other));
   if (clip.contact.defined()) out.contact = clip.contact.index_select(1, other);
   if (clip.hand_targets.defined()) out.hand_targets = mirrored_points(clip.hand_targets.index_select(1, hands));
   if (clip.object_pose.defined())
-    out.object_pose =
-        torch::cat({mirrored_points(clip.object_pose.slice(2, 0, 3)), mirrored_turns(clip.object_pose.slice(2, 3))}, 2);
+    out.object_pose = torch::cat(
+        {mirrored_points(clip.object_pose.slice(2, 0, 3)), mirrored_rotations(clip.object_pose.slice(2, 3))}, 2);
   return out;
 }
 

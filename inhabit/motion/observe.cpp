@@ -13,8 +13,8 @@ namespace inhabit {
 
 namespace {
 
-/// The clip with `count` frames more in front, in which it goes as it does from its first frame to its second.
-Clip led_in(const Clip& clip, int64_t count) {
+/// The clip left-padded by `count` frames, in which it goes as it does from its first frame to its second.
+Clip left_padded(const Clip& clip, int64_t count) {
   std::vector<int64_t> frames(static_cast<size_t>(count), 0);
   for (int64_t t = 0; t < clip.frames(); ++t) frames.push_back(t);
   const torch::Tensor at = torch::tensor(frames);
@@ -60,7 +60,7 @@ Observed observe(const Clip& clip, int64_t start, double rate, int64_t least, co
   // from there on to the next, and what came before is as from there on.
   if (asked > 0 && out.start < least &&
       static_cast<double>(asked) / clip.rate >= static_cast<double>(least) / rate - 1e-6) {
-    out.motion = led_in(out.motion, least - out.start);
+    out.motion = left_padded(out.motion, least - out.start);
     out.start = least;
   }
   if (out.start < least)

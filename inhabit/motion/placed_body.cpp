@@ -39,8 +39,8 @@ CapsulePoints capsule_points(const Clip& clip, const BodyModel& body, double spa
     const Tensor a = torch::tensor({c.a[0], c.a[1], c.a[2]}), b = torch::tensor({c.b[0], c.b[1], c.b[2]});
     const int64_t n = 1 + static_cast<int64_t>(std::ceil((b - a).norm().item<double>() / spacing));
     const Tensor own = a + torch::linspace(0, 1, n).unsqueeze(1) * (b - a);  // (n, 3)
-    const Tensor turned = torch::matmul(pose.rotations.select(1, c.joint), own.t()).transpose(1, 2);
-    points.push_back(turned + pose.positions.select(1, c.joint).unsqueeze(1));
+    const Tensor rotated = torch::matmul(pose.rotations.select(1, c.joint), own.t()).transpose(1, 2);
+    points.push_back(rotated + pose.positions.select(1, c.joint).unsqueeze(1));
     out.first.push_back(out.first.back() + n);
     out.radii.push_back(c.radius);
     out.joints.push_back(c.joint);

@@ -78,17 +78,17 @@ std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const s
   return global;
 }
 
-Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& shares) {
+Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& weights) {
   PoseTrack track = pose_track(a);
   const PoseTrack other = pose_track(b);
   for (int64_t t = 0; t < track.frames(); ++t) {
     const auto frame = static_cast<size_t>(t);
-    track.trans[frame] += shares[frame] * (other.trans[frame] - track.trans[frame]);
+    track.trans[frame] += weights[frame] * (other.trans[frame] - track.trans[frame]);
     for (int j = 0; j < track.joints; ++j) {
-      track.at(t, j) = track.at(t, j).slerp(shares[frame], other.at(t, j));
+      track.at(t, j) = track.at(t, j).slerp(weights[frame], other.at(t, j));
       const size_t at = frame * static_cast<size_t>(track.joints) + static_cast<size_t>(j);
       if (!track.places.empty() && !other.places.empty())
-        track.places[at] += shares[frame] * (other.places[at] - track.places[at]);
+        track.places[at] += weights[frame] * (other.places[at] - track.places[at]);
     }
   }
   Clip out = a;

@@ -23,7 +23,7 @@ constexpr int J = kStandardJoints;
 
 // A value a frame.
 using Points = std::vector<Vector3d>;
-using Turns = std::vector<Quaterniond>;
+using Rotations = std::vector<Quaterniond>;
 
 // Coordinate by coordinate.
 Vector3d middle_of(const Points& points) {
@@ -41,11 +41,11 @@ Quaterniond swing(const Vector3d& from, const Vector3d& to) { return Quaterniond
 // The source's positions and global rotations, frame by frame.
 struct Source {
   int64_t frames = 0;
-  std::vector<Points> at;     // [joint][frame]
-  std::vector<Turns> turned;  // [joint][frame]; empty without rotations
-  Points rest;                // [joint], where all frames are parallel to the world's
+  std::vector<Points> at;            // [joint][frame]
+  std::vector<Rotations> rotations;  // [joint][frame]; empty without rotations
+  Points rest;                       // [joint], where all frames are parallel to the world's
 
-  bool has_rotations() const { return !turned.empty(); }
+  bool has_rotations() const { return !rotations.empty(); }
 };
 
 Source source_of(const Clip& clip) {
@@ -62,10 +62,10 @@ Source source_of(const Clip& clip) {
     out.rest.push_back(j == 0 ? bones.offsets[0]
                               : Vector3d(out.rest[static_cast<size_t>(bones.parents[j])] + bones.offsets[j]));
   if (clip.rotations.defined() && clip.trans.defined()) {
-    const Turns global = global_rotations(pose_track(clip), clip.skeleton.parents);
-    out.turned.assign(joints, Turns(static_cast<size_t>(out.frames)));
+    const Rotations global = global_rotations(pose_track(clip), clip.skeleton.parents);
+    out.rotations.assign(joints, Rotations(static_cast<size_t>(out.frames)));
     for (size_t t = 0; t < static_cast<size_t>(out.frames); ++t)
-      for (size_t j = 0; j < joints; ++j) out.turned[j][t] = global[t * joints + j];
+      for (size_t j = 0; j < joints; ++j) out.rotations[j][t] = global[t * joints + j];
   }
   return out;
 }
@@ -98,10 +98,10 @@ Quaterniond rest_axes(const Source& source, const Landmarks& marks) {
   return Quaterniond(snapped);
 }
 
-// A point at a fraction of the length of a curve through joints, as joint + share * (next joint - joint).
+// A point at a fraction of the length of a curve through joints, as joint + part * (next joint - joint).
 struct CurvePoint {
   size_t segment = 0;
-  double share = 0;
+  double part = 0;
 };
 
 CurvePoint point_at(const std::vector<double>& lengths, double fraction) {
@@ -118,11 +118,11 @@ CurvePoint point_at(const std::vector<double>& lengths, double fraction) {
 // The 22 positions and the frames of pelvis and thorax.
 struct Targets {
   std::array<Points, J> at;
-  Turns pelvis, thorax;
+  Rotations pelvis, thorax;
 };
 
 // `point` in the frame that moves with `origin` and `frame`: its median place there, brought back to the world.
-Points carried(const Points& origin, const Turns& frame, const Points& point, Vector3d* place = nullptr) {
+Points carried(const Points& origin, const Rotations& frame, const Points& point, Vector3d* place = nullptr) {
   Points local(point.size()), out(point.size());
   for (size_t t = 0; t < point.size(); ++t) local[t] = frame[t].conjugate() * (point[t] - origin[t]);
   const Vector3d middle = middle_of(local);
@@ -131,9 +131,9 @@ Points carried(const Points& origin, const Turns& frame, const Points& point, Ve
   return out;
 }
 
-Points mixed(const Points& a, const Points& b, double share) {
+Points mixed(const Points& a, const Points& b, double part) {
   Points out(a.size());
-  for (size_t t = 0; t < a.size(); ++t) out[t] = a[t] + share * (b[t] - a[t]);
+  for (size_t t = 0; t < a.size(); ++t) out[t] = a[t] + part * (b[t] - a[t]);
   return out;
 }
 
@@ -152,7 +152,7 @@ struct SpineCurve {
       if (b <= standard_joint) along += length;
     }
     const CurvePoint p = point_at(lengths, along / whole);
-    return mixed(points[p.segment], points[p.segment + 1], p.share);
+    return mixed(points[p.segment], points[p.segment + 1], p.part);
   }
 };
 
@@ -194,8 +194,8 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
   if (source.has_rotations()) {
     const Quaterniond axes = rest_axes(source, marks);
     for (size_t t = 0; t < frames; ++t) {
-      out.pelvis.push_back(source.turned[static_cast<size_t>(marks.pelvis)][t] * axes);
-      out.thorax.push_back(source.turned[static_cast<size_t>(marks.thorax)][t] * axes);
+      out.pelvis.push_back(source.rotations[static_cast<size_t>(marks.pelvis)][t] * axes);
+      out.thorax.push_back(source.rotations[static_cast<size_t>(marks.thorax)][t] * axes);
     }
   } else {
     const Points middle_back = spine.at(6);
@@ -208,10 +208,10 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
   const Points low = carried(out.at[0], out.pelvis, spine.at(3));
   out.at[6] = spine.at(6);
   // A back that bends at the pelvis joint itself leaves the bone from spine1 to spine2 its length only where spine1
-  // lies close to that joint: as far up as keeps the length within a centimetre, else a tenth of the way.
-  for (double share = 1; share > 0.05; share -= 0.15) {
+  // lies close to that joint: as far up as keeps the length within a centimetre, else a tenth of the distance.
+  for (double part = 1; part > 0.05; part -= 0.15) {
     double shortest = 1e9, longest = 0;
-    out.at[3] = mixed(out.at[0], low, share);
+    out.at[3] = mixed(out.at[0], low, part);
     for (size_t t = 0; t < frames; ++t) {
       const double length = (out.at[6][t] - out.at[3][t]).norm();
       shortest = std::min(shortest, length), longest = std::max(longest, length);
@@ -221,7 +221,7 @@ Targets targets_of(const Source& source, const Landmarks& marks, const std::stri
   out.at[9] = carried(at(marks.thorax), out.thorax, spine.at(9));
 
   for (size_t s = 0; s < 2; ++s) {
-    // Some skeletons start both collar bones on the midline; ours start a third of the way out.
+    // Some skeletons start both collar bones on the midline; ours start a third of the distance out.
     Vector3d place = Vector3d::Zero();
     if (marks.collar[s] >= 0) out.at[13 + s] = carried(at(marks.thorax), out.thorax, at(marks.collar[s]), &place);
     if (marks.collar[s] < 0 || std::abs(place.x()) < 0.02)
@@ -274,7 +274,7 @@ Bones person_of(const Targets& targets, const std::string& subject) {
 }
 
 // Global rotations of the limbs' joints before they are pointed at their targets: what twist they have.
-std::array<Turns, J> twists_of_source(const Source& source, const Landmarks& marks, const Bones& person) {
+std::array<Rotations, J> twists_of_source(const Source& source, const Landmarks& marks, const Bones& person) {
   const Quaterniond axes = rest_axes(source, marks);
   const auto rest = [&](int joint) { return source.rest[static_cast<size_t>(joint)]; };
   // Standard frame at rest whose bone to joint `end` lies as the source's bone from `a` to `b` does. Where that is
@@ -287,10 +287,11 @@ std::array<Turns, J> twists_of_source(const Source& source, const Landmarks& mar
     const Quaterniond& from = opposite && above != nullptr ? *above : axes;
     return Quaterniond(swing(from * drawn, bone) * from);
   };
-  std::array<Turns, J> out;
+  std::array<Rotations, J> out;
   const auto set = [&](int joint, int from, const Quaterniond& at_rest) {
-    Turns& turns = out[static_cast<size_t>(joint)];
-    for (const Quaterniond& turned : source.turned[static_cast<size_t>(from)]) turns.push_back(turned * at_rest);
+    Rotations& rotations = out[static_cast<size_t>(joint)];
+    for (const Quaterniond& rotation : source.rotations[static_cast<size_t>(from)])
+      rotations.push_back(rotation * at_rest);
   };
   set(15, marks.head, axes);
   if (marks.neck >= 0) set(12, marks.neck, aligned(15, marks.neck, marks.head));
@@ -316,8 +317,8 @@ std::array<Turns, J> twists_of_source(const Source& source, const Landmarks& mar
   return out;
 }
 
-// About which angle (radians, about the bone) the upper frame of a limb must turn further so that the limb's bend lies
-// in its hinge's plane, as sin^2(bend) * exp(i angle): straight limbs say nothing.
+// About which angle (radians, about the bone) the upper frame of a limb must be rotated further so that the limb's bend
+// lies in its hinge's plane, as sin^2(bend) * exp(i angle): straight limbs say nothing.
 std::complex<double> hinge_twist(const Quaterniond& upper, const Vector3d& rest_bone, const Vector3d& rest_bend,
                                  const Vector3d& lower_bone) {
   const Vector3d axis = rest_bone.normalized();
@@ -351,10 +352,10 @@ void smooth(std::vector<std::complex<double>>& values, double frames) {
   values = std::move(sum);
 }
 
-// Turns the limbs' frames about their bones until elbows and knees bend about their hinges: by one angle for the whole
-// clip where the source has rotations (its twist is kept), else by what the frames around say.
+// Rotates the limbs' frames about their bones until elbows and knees bend about their hinges: by one angle for the
+// whole clip where the source has rotations (its twist is kept), else by what the frames around say.
 void settle_twists(const Targets& targets, const Bones& person, bool measured, double rate,
-                   std::array<Turns, J>& twist) {
+                   std::array<Rotations, J>& twist) {
   for (const HingedLimb& limb : hinged_limbs()) {
     const Vector3d& bone = person.offsets[limb.middle];
     const size_t frames = targets.at[0].size();
@@ -373,29 +374,29 @@ void settle_twists(const Targets& targets, const Bones& person, bool measured, d
       for (std::complex<double>& e : evidence) e += std::polar(0.05, mean);
     }
     for (size_t t = 0; t < frames; ++t) {
-      const Eigen::AngleAxisd turn(measured ? mean : std::arg(evidence[t]), bone.normalized());
-      twist[limb.upper][t] = twist[limb.upper][t] * turn;
+      const Eigen::AngleAxisd about_bone(measured ? mean : std::arg(evidence[t]), bone.normalized());
+      twist[limb.upper][t] = twist[limb.upper][t] * about_bone;
       if (!measured) continue;
       const bool arm = limb.upper >= 16;
-      const Eigen::AngleAxisd lower(turn.angle(), person.offsets[limb.end].normalized());
+      const Eigen::AngleAxisd lower(about_bone.angle(), person.offsets[limb.end].normalized());
       twist[limb.middle][t] = twist[limb.middle][t] * lower;
       if (arm) twist[limb.end][t] = twist[limb.end][t] * lower;
     }
   }
 }
 
-PoseTrack solve(const Targets& targets, const Bones& person, const std::array<Turns, J>& twist) {
+PoseTrack solve(const Targets& targets, const Bones& person, const std::array<Rotations, J>& twist) {
   PoseTrack out;
   out.joints = J;
   std::array<Vector3d, J> at;
-  std::array<Quaterniond, J> turned;
+  std::array<Quaterniond, J> rotated;
   for (size_t t = 0; t < targets.at[0].size(); ++t) {
     at[0] = targets.at[0][t];
     out.trans.push_back(at[0] - person.offsets[0]);
     for (size_t j = 0; j < J; ++j) {
       const auto parent = static_cast<size_t>(std::max(person.parents[j], 0));
-      if (j > 0) at[j] = at[parent] + turned[parent] * person.offsets[j];
-      Quaterniond frame = twist[j].empty() ? turned[parent] : twist[j][t];
+      if (j > 0) at[j] = at[parent] + rotated[parent] * person.offsets[j];
+      Quaterniond frame = twist[j].empty() ? rotated[parent] : twist[j][t];
       if (j == 0) frame = targets.pelvis[t];
       if (j == 9) frame = targets.thorax[t];
       if (j == 3) frame = targets.pelvis[t].slerp(1.0 / 3, targets.thorax[t]);
@@ -409,8 +410,8 @@ PoseTrack solve(const Targets& targets, const Bones& person, const std::array<Tu
           if (aim.norm() > 1e-6) frame = swing(frame * person.offsets[c], aim) * frame;
         }
       }
-      turned[j] = frame.normalized();
-      out.local.push_back(j == 0 ? turned[j] : (turned[parent].conjugate() * turned[j]).normalized());
+      rotated[j] = frame.normalized();
+      out.local.push_back(j == 0 ? rotated[j] : (rotated[parent].conjugate() * rotated[j]).normalized());
     }
   }
   return out;
@@ -445,7 +446,7 @@ Clip retarget(const Clip& source, const std::string& subject) {
   const Source from = source_of(source);
   Targets targets = targets_of(from, marks, subject);
   const Bones person = person_of(targets, subject);
-  std::array<Turns, J> twist;
+  std::array<Rotations, J> twist;
   if (from.has_rotations()) {
     twist = twists_of_source(from, marks, person);
   } else {

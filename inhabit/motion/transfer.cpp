@@ -163,10 +163,10 @@ struct Figure {
   const Vector3d& at(int joint) const { return pose.positions[static_cast<size_t>(joint)]; }
   const Quaterniond& turned(int joint) const { return pose.rotations[static_cast<size_t>(joint)]; }
   const Quaterniond& above(int joint) const { return turned(parents[static_cast<size_t>(joint)]); }
-  void turn(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
+  void set_local(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
 
-  // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end stays turned.
-  // A straight one bends to `side` (unit vector), as its own plane says nothing.
+  // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end keeps its
+  // rotation. A straight one bends to `side` (unit vector), as its own plane says nothing.
   void reach(const std::array<int, 3>& limb, const Vector3d& goal, const Vector3d& side) {
     const auto [start, mid, end] = limb;
     const Vector3d upper = at(mid) - at(start), lower = at(end) - at(mid), straight = at(end) - at(start);
@@ -177,19 +177,19 @@ struct Figure {
     const TwoBone solved = solve_two_bone(at(start), upper.norm(), lower.norm(), goal, pole, 0);
     const Quaterniond by_upper = Quaterniond::FromTwoVectors(upper, solved.mid - at(start)),
                       by_lower = Quaterniond::FromTwoVectors(lower, solved.end - solved.mid);
-    turn(start, above(start).conjugate() * by_upper * turned(start));
-    turn(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
-    turn(end, (by_lower * above(end)).conjugate() * turned(end));
+    set_local(start, above(start).conjugate() * by_upper * turned(start));
+    set_local(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
+    set_local(end, (by_lower * above(end)).conjugate() * turned(end));
   }
 
-  // Turns a joint that is to stand at `end` by the least that points a joint below it to `goal`.
+  // Rotates a joint that is to stand at `end` by the least that points a joint below it to `goal`.
   // @return where it must stand instead for that joint to be at `goal`, as bones keep their lengths.
   Vector3d point(int joint, const Vector3d& end, int tip, const Vector3d& goal) {
     const Vector3d now = at(tip) - at(joint), wanted = goal - end;
     if ((wanted - now).norm() < kMissed || now.norm() < 1e-6 || wanted.norm() < 1e-6) return end;
     const Quaterniond by = Quaterniond::FromTwoVectors(now, wanted);
     pose.rotations[static_cast<size_t>(joint)] = by * turned(joint);
-    turn(joint, above(joint).conjugate() * turned(joint));
+    set_local(joint, above(joint).conjugate() * turned(joint));
     return goal - wanted.normalized() * now.norm();
   }
 };

@@ -31,7 +31,7 @@ Clip joined_poses(const std::vector<Clip>& poses);
 /// standard joint, A = S_k^-1 G_k at pose k and slerp between poses. Joints of the spine and the neck between two such
 /// follow a slerp between theirs. All others (fingers, face, twist joints) are interpolated between the poses,
 /// relative to their parents, as are translations. The pelvis goes where the standard one goes; then elbows and
-/// shoulders, knees and hips turn by the least that brings wrists and ankles to where the standard ones are; feet are
+/// shoulders, knees and hips rotate by the least that brings wrists and ankles to where the standard ones are; feet are
 /// pointed from the standard ankles to the standard balls, and it is the balls that are met. Time runs evenly from pose
 /// to pose, so that poses that stand between two frames of the motion are met at their own time.
 ///

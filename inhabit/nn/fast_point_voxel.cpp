@@ -268,18 +268,18 @@ FastPointVoxelConv::FastPointVoxelConv(const PointVoxelConv& layer)
   background_.resize(first_bias_.size());
   std::transform(first_bias_.begin(), first_bias_.end(), background_.begin(), leaky);
 
-  // What the second convolution makes of a constant grid: each tap's share, less those that the zero padding cuts off.
-  std::vector<std::vector<float>> share;
+  // What the second convolution makes of a constant grid: each tap's part, less those that the zero padding cuts off.
+  std::vector<std::vector<float>> of_tap;
   for (int64_t tap = 0; tap < kTaps; ++tap) {
-    share.emplace_back(static_cast<size_t>(stride), 0.0F);
-    accumulate_rows(second_[tap], out_, background_.data(), stride, nullptr, nullptr, 1, share.back().data());
+    of_tap.emplace_back(static_cast<size_t>(stride), 0.0F);
+    accumulate_rows(second_[tap], out_, background_.data(), stride, nullptr, nullptr, 1, of_tap.back().data());
   }
   for (int64_t kind = 0; kind < kTaps; ++kind) {
     std::vector<float> constant = second_bias;
     for (int64_t tap = 0; tap < kTaps; ++tap) {
       const auto cut = [](int64_t axis_kind, int64_t axis_tap) { return axis_kind != 1 && axis_kind == axis_tap; };
       if (cut(kind / 9, tap / 9) || cut(kind / 3 % 3, tap / 3 % 3) || cut(kind % 3, tap % 3)) continue;
-      for (int64_t c = 0; c < out_; ++c) constant[c] += share[tap][c];
+      for (int64_t c = 0; c < out_; ++c) constant[c] += of_tap[tap][c];
     }
     constants_.insert(constants_.end(), constant.begin(), constant.end());
   }
@@ -301,8 +301,8 @@ void FastPointVoxelConv::operator()(const GridPlan& plan, const Rows& x, Rows& y
         const float* from = x.row(plan.voxel_points[i]);
         for (int64_t c = 0; c < depth; ++c) into[c] += from[c];
       }
-      const float share = 1.0F / static_cast<float>(plan.voxel_begin[v + 1] - plan.voxel_begin[v]);
-      for (int64_t c = 0; c < depth; ++c) into[c] *= share;
+      const float weight = 1.0F / static_cast<float>(plan.voxel_begin[v + 1] - plan.voxel_begin[v]);
+      for (int64_t c = 0; c < depth; ++c) into[c] *= weight;
     }
   });
 

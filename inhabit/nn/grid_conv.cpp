@@ -215,13 +215,14 @@ struct PointConvolution : torch::autograd::Function<PointConvolution> {
     Tensor rows;
   };
 
-  /// @param x (B, C, N) of the points, @param index, share (B, N) the voxel of each and its weight there; contiguous.
-  static auto averaged_of(const Tensor& x, const Tensor& index, const Tensor& share, int64_t voxels) {
+  /// @param x (B, C, N) of the points, @param index, point_weight (B, N) the voxel of each and its weight there;
+  /// contiguous.
+  static auto averaged_of(const Tensor& x, const Tensor& index, const Tensor& point_weight, int64_t voxels) {
     return [&, voxels](int64_t b) {
       const int64_t in = x.size(1), points = x.size(2);
       Averaged full{{index.data_ptr<int64_t>() + b * points, points, voxels}, {}};
       full.rows = torch::zeros({static_cast<int64_t>(full.voxels.size()), in});
-      average_points(full, share.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
+      average_points(full, point_weight.data_ptr<float>() + b * points, x.data_ptr<float>() + b * in * points, in,
                      full.rows.data_ptr<float>());
       return full;
     };
@@ -230,27 +231,27 @@ struct PointConvolution : torch::autograd::Function<PointConvolution> {
   static Tensor forward(torch::autograd::AutogradContext* context, const SparseMap& average, const Tensor& given,
                         const Tensor& weight, const Tensor& bias) {
     const Tensor x = given.detach().contiguous(), index = average.index.contiguous(),
-                 share = average.weight.contiguous();
-    context->save_for_backward({x, weight, index, share});
+                 point_weight = average.weight.contiguous();
+    context->save_for_backward({x, weight, index, point_weight});
     const int64_t grid = std::llround(std::cbrt(static_cast<double>(average.inputs)));
-    return convolve_samples(x.size(0), grid, weight, bias, averaged_of(x, index, share, average.inputs));
+    return convolve_samples(x.size(0), grid, weight, bias, averaged_of(x, index, point_weight, average.inputs));
   }
 
   static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
                                                torch::autograd::tensor_list gradients) {
     const auto saved = context->get_saved_variables();
-    const Tensor &x = saved[0], &weight = saved[1], &index = saved[2], &share = saved[3];
+    const Tensor &x = saved[0], &weight = saved[1], &index = saved[2], &point_weight = saved[3];
     const Tensor gradient = gradients[0].contiguous();
     const bool wants_x = context->needs_input_grad(0);
     Tensor x_gradient = wants_x ? torch::empty_like(x) : Tensor();
     const auto spread = [&](int64_t b, const Averaged& full, const Tensor& row_gradient) {
       const int64_t in = x.size(1), points = x.size(2);
-      spread_rows(full, share.data_ptr<float>() + b * points, row_gradient.data_ptr<float>(), in,
+      spread_rows(full, point_weight.data_ptr<float>() + b * points, row_gradient.data_ptr<float>(), in,
                   x_gradient.data_ptr<float>() + b * in * points);
     };
     const int64_t voxels = gradient.size(2) * gradient.size(3) * gradient.size(4);
     const auto [weight_gradient, bias_gradient] =
-        back_through_samples(gradient, weight, wants_x, averaged_of(x, index, share, voxels), spread);
+        back_through_samples(gradient, weight, wants_x, averaged_of(x, index, point_weight, voxels), spread);
     return {Tensor(), x_gradient, weight_gradient, bias_gradient};
   }
 };

@@ -172,14 +172,14 @@ SparseMap voxel_interpolation(const Tensor& coordinates, int64_t grid) {
   std::vector<Tensor> index, weight;
   for (int corner = 0; corner < 8; ++corner) {
     Tensor place = torch::zeros_like(from.select(2, 0));
-    Tensor share = torch::ones_like(part.select(2, 0));
+    Tensor product = torch::ones_like(part.select(2, 0));
     for (int axis = 0; axis < 3; ++axis) {
       const bool high = ((corner >> (2 - axis)) & 1) != 0;
       place = place * grid + (high ? to : from).select(2, axis);
-      share = share * (high ? part.select(2, axis) : 1 - part.select(2, axis));
+      product = product * (high ? part.select(2, axis) : 1 - part.select(2, axis));
     }
     index.push_back(place);
-    weight.push_back(share);
+    weight.push_back(product);
   }
   return {torch::stack(index, 2), torch::stack(weight, 2), grid * grid * grid};
 }

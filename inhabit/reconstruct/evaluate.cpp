@@ -39,7 +39,7 @@ Vector3d middle_of(const std::vector<Mesh>& meshes) {
   return 0.5 * (low + high);
 }
 
-/// The least turn, of 90 and 180 degrees, after which an object looks the same; 360 where none does.
+/// The least rotation, of 90 and 180 degrees, after which an object looks the same; 360 where none does.
 double symmetry_of(const std::vector<Mesh>& meshes) {
   Scene scene;
   scene.meshes = meshes;
@@ -49,12 +49,12 @@ double symmetry_of(const std::vector<Mesh>& meshes) {
   const Vector3d middle = middle_of(meshes);
   const SceneQuery query(scene);
   const double size = (points - points.mean(0)).norm(2, {1}).max().item<double>();
-  for (const double turn : {90.0, 180.0}) {
-    std::vector<Vector3d> turned;
+  for (const double degrees : {90.0, 180.0}) {
+    std::vector<Vector3d> rotated;
     for (int64_t i = 0; i < points.size(0); ++i)
-      turned.emplace_back(middle + Eigen::AngleAxisd(turn * M_PI / 180, Vector3d::UnitY()) *
-                                       (Vector3d(p[i][0], p[i][1], p[i][2]) - middle));
-    if (query.closest(point_rows(turned)).distances.mean().item<double>() < 0.01 * size) return turn;
+      rotated.emplace_back(middle + Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitY()) *
+                                        (Vector3d(p[i][0], p[i][1], p[i][2]) - middle));
+    if (query.closest(point_rows(rotated)).distances.mean().item<double>() < 0.01 * size) return degrees;
   }
   return 360;
 }

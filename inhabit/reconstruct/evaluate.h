@@ -34,7 +34,7 @@ struct Errors {
   std::vector<Object> objects;  ///< one for each of Result::objects
 };
 
-/// Compares a result with what was rendered. Turns that an object looks the same after (180 or 90 degrees) count as
+/// Compares a result with what was rendered. Rotations that an object looks the same after (180 or 90 degrees) count as
 /// none.
 Errors errors_of(const Rendered& rendered, const Result& result);
 

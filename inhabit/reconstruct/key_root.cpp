@@ -123,7 +123,7 @@ class KeyRootSearch {
     return static_cast<int>(problem_.points.size()) - 1;
   }
 
-  /// Planes on which vertices in contact are held, and out of which others are kept. @return how many are in contact
+  /// Planes on which vertices in contact are kept, and out of which others are kept. @return how many are in contact
   int64_t add_contacts(const refine::Trajectory& found) {
     const std::vector<refine::PosedSkin> skins = posed_skins(found);
     int64_t all = 0;

@@ -21,7 +21,7 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 constexpr double kPointCell = 0.02;  // metres
 constexpr size_t kFewestPoints = 50, kMostPoints = 1500, kCoarsePoints = 250;
 constexpr int64_t kMostSurface = 800, kCoarseSurface = 250;
-constexpr int kTurns = 24, kCoarseRounds = 12, kFineRounds = 40;
+constexpr int kYaws = 24, kCoarseRounds = 12, kFineRounds = 40;
 constexpr double kStands = 0.3;         // metres above the floor: an object may begin there and still stand on it
 constexpr size_t kBest = 5;             // starts that go on
 constexpr double kObjectLoss = 0.02;    // metres, scale of Huber's loss at the end
@@ -99,7 +99,7 @@ class ObjectSearch {
   }
 
  private:
-  /// Turns all around, each at the scales that the seen width, the seen height and the seen top above the floor tell.
+  /// Yaws all around, each at the scales that the seen width, the seen height and the seen top above the floor tell.
   std::vector<Placement> starts(const std::vector<Vector3d>& all) const {
     Vector3d middle = Vector3d::Zero();
     std::vector<double> heights, across;
@@ -123,10 +123,10 @@ class ObjectSearch {
     }
     std::vector<Placement> out;
     for (const First& first : firsts)
-      for (int i = 0; i < kTurns; ++i) {
+      for (int i = 0; i < kYaws; ++i) {
         Placement p;
         p.scale = first.scale;
-        p.yaw = 2 * M_PI * i / kTurns;
+        p.yaw = 2 * M_PI * i / kYaws;
         p.shift = middle - p.place(own_middle);
         if (first.on_floor) p.shift.y() = floor_ - p.scale * low_.y();
         out.push_back(p);
@@ -188,10 +188,10 @@ class ObjectSearch {
   /// Seen points to the surface.
   template <class Weigh, class Add>
   void add_points(const Placement& p, Fit& fit, const Weigh& weigh, const Add& add) const {
-    const Eigen::AngleAxisd turn(p.yaw, Vector3d::UnitY());
+    const Eigen::AngleAxisd rotation(p.yaw, Vector3d::UnitY());
     std::vector<Vector3d> own;
     own.reserve(points_.size());
-    for (const Vector3d& point : points_) own.emplace_back((turn.inverse() * (point - p.shift)) / p.scale);
+    for (const Vector3d& point : points_) own.emplace_back((rotation.inverse() * (point - p.shift)) / p.scale);
     const ClosestPoints closest = query_.closest(point_rows(own));
     const auto at = closest.points.accessor<float, 2>(), normal = closest.normals.accessor<float, 2>();
     const double each = 1 / static_cast<double>(points_.size());
@@ -205,7 +205,7 @@ class ObjectSearch {
       const double factor = weigh(away, each);
       // On the surface the distance has no direction but the normal's.
       Vector3d direction = apart / std::max(away, 1e-12);
-      if (away < 1e-4) direction = turn * Vector3d(normal[k][0], normal[k][1], normal[k][2]);
+      if (away < 1e-4) direction = rotation * Vector3d(normal[k][0], normal[k][1], normal[k][2]);
       if (factor > 0) add(direction, away < 1e-4 ? direction.dot(apart) : away, factor, place);
     }
     fit.distance = quantile(distances, 0.5);
@@ -238,8 +238,8 @@ class ObjectSearch {
     const auto depth = view.depth.accessor<float, 2>();
     const auto person = view.person.accessor<bool, 2>();
     const auto mask = seen_.masks[v].accessor<bool, 2>();
-    const Eigen::AngleAxisd turn(p.yaw, Vector3d::UnitY());
-    const Vector3d eye = (turn.inverse() * (to_world.translation() - p.shift)) / p.scale;
+    const Eigen::AngleAxisd rotation(p.yaw, Vector3d::UnitY());
+    const Vector3d eye = (rotation.inverse() * (to_world.translation() - p.shift)) / p.scale;
     std::vector<Vector3d> rays, places, own;
     for (const Vector3d& x : surface) {
       const Vector3d place = p.place(x);

@@ -33,13 +33,13 @@ struct ObjectViews {
   std::vector<torch::Tensor> masks;  ///< (views) (height, width) bool
 };
 
-/// Scale, turn about gravity and shift of an object's meshes (own axes, +Y up, any unit) that bring its surface to the
-/// points P seen of it in metric depth: least Chamfer distance d(V, P) (supplement 8.1), V the points of the surface
-/// that the cameras see, with a loss that outliers do not bear on. Points of V behind something nearer than they are
-/// tell nothing. An object whose lowest point comes near the floor stands on it: that distance counts as much as either
-/// side of the Chamfer distance, and nothing where it is large. Gauss-Newton from every 15 degrees and up to three
-/// first scales, the best of which go on to the end. The same input gives the same place. @param floor metres, height.
-/// Throws Error(name, ...) where fewer than 50 points of the object are seen or a mesh has no surface.
+/// Scale, rotation about gravity and shift of an object's meshes (own axes, +Y up, any unit) that bring its surface to
+/// the points P seen of it in metric depth: least Chamfer distance d(V, P) (supplement 8.1), V the points of the
+/// surface that the cameras see, with a loss that outliers do not bear on. Points of V behind something nearer than
+/// they are tell nothing. An object whose lowest point comes near the floor stands on it: that distance counts as much
+/// as either side of the Chamfer distance, and nothing where it is large. Gauss-Newton from every 15 degrees and up to
+/// three first scales, the best of which go on to the end. The same input gives the same place. @param floor metres,
+/// height. Throws Error(name, ...) where fewer than 50 points of the object are seen or a mesh has no surface.
 PlacedObject place_object(const std::string& name, const std::vector<Mesh>& meshes, const ObjectViews& seen,
                           const Camera& camera, double floor);
 

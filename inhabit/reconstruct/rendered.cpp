@@ -185,11 +185,11 @@ Clip estimated(const Clip& truth, const Camera& camera, const KnownErrors& error
   return out;
 }
 
-/// A piece of furniture as another network would have made it: another unit, turned, shifted.
+/// A piece of furniture as another network would have made it: another unit, rotated, shifted.
 void add_object(const Furniture& piece, const std::string& name, std::mt19937_64& random, Rendered& out) {
-  const double unit = uniform(random, 0.3, 2), turn = uniform(random, -M_PI, M_PI);
+  const double unit = uniform(random, 0.3, 2), yaw = uniform(random, -M_PI, M_PI);
   const Vector3d shift(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
-  const Placement to_own{unit, turn, shift};
+  const Placement to_own{unit, yaw, shift};
   ObjectInput object;
   object.name = name;
   for (Mesh mesh : piece.meshes) {
@@ -202,7 +202,7 @@ void add_object(const Furniture& piece, const std::string& name, std::mt19937_64
     object.meshes.push_back(std::move(mesh));
   }
   const Vector3d ahead = piece.pose.linear() * Vector3d::UnitZ();
-  TrueObject truth{name, {1 / unit, std::atan2(ahead.x(), ahead.z()) - turn, Vector3d::Zero()}};
+  TrueObject truth{name, {1 / unit, std::atan2(ahead.x(), ahead.z()) - yaw, Vector3d::Zero()}};
   truth.placement.shift = piece.pose.translation() - truth.placement.place(shift);
   out.objects.push_back(truth);
   out.inputs.objects.push_back(std::move(object));

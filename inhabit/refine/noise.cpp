@@ -28,10 +28,10 @@ void add_periodogram(const Track& z, size_t first, size_t last, Spectrum& to) {
   std::vector<double> cosines, sines, window;
   double weight = 0;
   for (size_t i = 0; i < count; ++i) {
-    const double turn = 2 * M_PI * static_cast<double>(i) / whole;
-    cosines.push_back(std::cos(turn));
-    sines.push_back(std::sin(turn));
-    window.push_back(1 - std::cos(turn + M_PI / whole));
+    const double angle = 2 * M_PI * static_cast<double>(i) / whole;
+    cosines.push_back(std::cos(angle));
+    sines.push_back(std::sin(angle));
+    window.push_back(1 - std::cos(angle + M_PI / whole));
     weight += window.back() * window.back();
   }
   for (size_t k = 1; k <= count / 2; ++k) {

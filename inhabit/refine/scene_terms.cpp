@@ -39,7 +39,7 @@ struct BallPlace {
   double distance = 0;  // metres
 };
 
-/// Which balls come near a scene or into it. A ball goes little way from a frame to the next, and no surface is nearer
+/// Which balls come near a scene or into it. A ball moves little from a frame to the next, and no surface is nearer
 /// to it than its distance: most of what is far, and which side most of the others are on, need not be asked again.
 class Approach {
  public:
@@ -123,7 +123,7 @@ class Approach {
     for (size_t k = 0; k < of.size(); ++k) inside[of[k]] = answers.data_ptr<bool>()[k] ? 1 : 0;
   }
 
-  /// On a way that meets no surface one frame in kStep is asked, and what lies between two that agree is as they are:
+  /// On a path that meets no surface one frame in kStep is asked, and what lies between two that agree is as they are:
   /// at the rim of an open shell, where in and out are no matter of surfaces, they may not agree.
   void find_inside() {
     constexpr size_t kNone = SIZE_MAX;
@@ -182,7 +182,7 @@ double give_of(const BodyBall& ball, const Poses& poses, int64_t frame, double r
 }
 
 /// A ball that comes in on one side of something thin and leaves on the other is pushed back first and on then, and
-/// stays inside in between. Such a run of frames (all of one ball) is pushed to the side where the way out is shortest.
+/// stays inside in between. Such a run of frames (all of one ball) is pushed to the side where it is out soonest.
 void push_aside(const SceneQuery& solid, const std::vector<BallPush*>& run) {
   const Vector3d &in = run.front()->normal, &on = run.back()->normal;
   if (in.dot(on) > kOpposite) return;
@@ -198,13 +198,13 @@ void push_aside(const SceneQuery& solid, const std::vector<BallPush*>& run) {
   for (const Vector3d& side :
        {level, Vector3d(-level), Vector3d(through.cross(level)), Vector3d(level.cross(through))}) {
     if (side.y() < kDown) continue;
-    const torch::Tensor ways =
+    const torch::Tensor lengths =
         solid.cast(point_rows(from), point_rows(std::vector<Vector3d>(from.size(), side)), kAside).distances;
-    const double farthest = ways.max().item<double>();
+    const double farthest = lengths.max().item<double>();
     if (!(farthest < least)) continue;
     least = farthest;
     best = side;
-    exits.assign(ways.data_ptr<float>(), ways.data_ptr<float>() + ways.numel());
+    exits.assign(lengths.data_ptr<float>(), lengths.data_ptr<float>() + lengths.numel());
   }
   if (exits.empty()) return;
   // Those that are in by their radius alone go beyond the plane of who is inside next.

@@ -21,7 +21,7 @@ bool is_fixed(const Problem& problem, int64_t frame) {
   return !problem.fixed.empty() && problem.fixed[static_cast<size_t>(frame)] != 0;
 }
 
-/// Points whose places enter differences in time: the joints, and what is held.
+/// Points whose places enter differences in time: the joints, and points of HoldTerm.
 std::vector<int> core_points(const Problem& problem) {
   std::vector<char> is_core(problem.points.size(), 0);
   for (const Smoothness& s : problem.smoothness)

@@ -57,9 +57,9 @@ Clip clip_of(const Trajectory& trajectory, const Clip& like) {
     if (same(trajectory[t], before[t])) continue;
     const auto frame = static_cast<int64_t>(t);
     for (int64_t j = 0; j < like.skeleton.size(); ++j) {
-      const Vector3d turn = axis_angle_of(trajectory[t].local[j]);
+      const Vector3d rotation = axis_angle_of(trajectory[t].local[j]);
       for (int i = 0; i < 3; ++i) {
-        r[frame][j][i] = static_cast<float>(turn[i]);
+        r[frame][j][i] = static_cast<float>(rotation[i]);
         p[frame][j][i] = static_cast<float>(poses[t].positions[j][i]);
       }
     }

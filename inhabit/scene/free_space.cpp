@@ -39,12 +39,12 @@ Vector2d nearest_in(const std::vector<Vector2d>& polygon, const Vector2d& p) {
   for (size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d& a = polygon[i];
     const Vector2d side = polygon[(i + 1) % polygon.size()] - a, to = p - a;
-    const double turn = side.x() * to.y() - side.y() * to.x();
-    area += turn;
-    left = left && turn >= 0;
-    right = right && turn <= 0;
-    const double share = side.squaredNorm() > 0 ? std::clamp(side.dot(to) / side.squaredNorm(), 0.0, 1.0) : 0;
-    const Vector2d q = a + share * side;
+    const double cross = side.x() * to.y() - side.y() * to.x();
+    area += cross;
+    left = left && cross >= 0;
+    right = right && cross <= 0;
+    const double along = side.squaredNorm() > 0 ? std::clamp(side.dot(to) / side.squaredNorm(), 0.0, 1.0) : 0;
+    const Vector2d q = a + along * side;
     if ((q - p).squaredNorm() < (nearest - p).squaredNorm()) nearest = q;
   }
   return std::abs(area) > 1e-9 && (left || right) ? p : nearest;
@@ -130,7 +130,7 @@ FreeSpace free_space(const Scene& obstacles, double beyond) {
   space.origin = box.min() - Vector2d::Constant(beyond);
   const Vector2d size = box.sizes() + Vector2d::Constant(2 * beyond);
   if (!(size.maxCoeff() <= kLongest))
-    throw Error(obstacles.name.empty() ? "scene" : obstacles.name, "is over 200 m wide: no way is found in it");
+    throw Error(obstacles.name.empty() ? "scene" : obstacles.name, "is over 200 m wide: no path is found in it");
   space.nx = std::max(2, static_cast<int>(std::ceil(size.x() / space.cell)) + 1);
   space.nz = std::max(2, static_cast<int>(std::ceil(size.y() / space.cell)) + 1);
   space.clearance.assign(static_cast<size_t>(space.nx) * static_cast<size_t>(space.nz),

@@ -197,7 +197,7 @@ torch::Tensor occupancy_grid(const Solid& solid, const Vector3d& center, double 
   torch::Tensor out = torch::full({cells.x(), cells.y(), cells.z()}, -1.F);
   const Grid grid{cells, out.data_ptr<float>()};
   const double c = std::cos(heading), s = std::sin(heading);
-  Eigen::Matrix3d to_person;  // turns by -heading about +Y
+  Eigen::Matrix3d to_person;  // rotates by -heading about +Y
   to_person << c, 0, -s, 0, 1, 0, s, 0, c;
   const auto to_cells = [&](const Eigen::Vector3f& p) -> Vector3d {
     return to_person * (p.cast<double>() - center) / shape.cell + cells.cast<double>() / 2;

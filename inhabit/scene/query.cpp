@@ -301,7 +301,7 @@ ClosestPoints SceneQuery::closest(const torch::Tensor& points) const {
   int64_t *meshes = out.mesh.data_ptr<int64_t>(), *faces = out.face.data_ptr<int64_t>();
   if (impl_->scene != nullptr) {
     at::parallel_for(0, n, kGrain, [&](int64_t begin, int64_t end) {
-      // What is nearest to a point cannot be farther from its neighbour than by the way between them.
+      // What is nearest to a point cannot be farther from its neighbour than by the distance between them.
       Vector3f before = Vector3f::Zero();
       float known = HUGE_VALF;
       for (int64_t i = begin; i < end; ++i) {

@@ -58,7 +58,7 @@ std::vector<Edge> sorted_edges(const Solid& solid, const std::vector<uint32_t>& 
 struct Part {
   std::vector<uint32_t> faces;
   bool closed = true;
-  double area_kept = 0, area_turned = 0;
+  double area_kept = 0, area_flipped = 0;
   double volume = 0;  ///< signed, of a closed part
   Vector3f lower = Vector3f::Constant(HUGE_VALF), upper = Vector3f::Constant(-HUGE_VALF);
 
@@ -113,7 +113,7 @@ std::vector<Part> connected_parts(Solid& solid) {
       part.faces.push_back(face);
       part.closed = part.closed && !at_boundary[face];
       const double area = static_cast<double>(solid.normal(face).norm());
-      (solid.outward[face] > 0 ? part.area_kept : part.area_turned) += area;
+      (solid.outward[face] > 0 ? part.area_kept : part.area_flipped) += area;
       for (size_t k = 0; k < 3; ++k) {
         part.lower = part.lower.cwiseMin(solid.corner(face, k));
         part.upper = part.upper.cwiseMax(solid.corner(face, k));
@@ -129,7 +129,7 @@ std::vector<Part> connected_parts(Solid& solid) {
   return parts;
 }
 
-void turn(Solid& solid, Part& part) {
+void flip(Solid& solid, Part& part) {
   for (const uint32_t face : part.faces) solid.outward[face] = static_cast<int8_t>(-solid.outward[face]);
   part.volume = -part.volume;
 }
@@ -162,7 +162,7 @@ Solid make_solid(const Scene& scene) {
   std::vector<Part> parts = connected_parts(solid);
   std::vector<Part*> closed;
   for (Part& part : parts) {
-    if (part.area_turned > part.area_kept) turn(solid, part);
+    if (part.area_flipped > part.area_kept) flip(solid, part);
     if (!part.closed) continue;
     closed.push_back(&part);
     const Vector3d origin = part.lower.cast<double>();
@@ -184,7 +184,7 @@ Solid make_solid(const Scene& scene) {
       for (const auto& [holder, number] : holders) {
         if (part->within(*holder)) body = number;  // the smallest that holds it comes last
       }
-      if (body < 0 && !part->as_large_as_a_room()) turn(solid, *part);
+      if (body < 0 && !part->as_large_as_a_room()) flip(solid, *part);
     }
     if (body < 0) body = solid.bodies++;
     if (part->volume > 0) holders.emplace_back(part, body);

@@ -22,7 +22,7 @@ constexpr double kThere = 0.06, kPassed = 0.6;  // metres from a place: there; w
 constexpr double kMoves = 0.05;                 // metres ahead: of who walks at all
 constexpr double kAside = 0.15;                 // metres that coming to stand may lead aside
 constexpr int kSits = 2;                        // Frame::action
-constexpr double kNear = 0.15;                  // metres: nobody turns for a way that short
+constexpr double kNear = 0.15;                  // metres: nobody turns for a path that short
 
 Vector2d root_of(const Frame& frame) { return {frame.trans.x(), frame.trans.z()}; }
 
@@ -60,9 +60,9 @@ void Character::walk(const Vector2d& to) {
   if (!world_->free_at(to)) throw Error("place", "is taken: nobody can stand there");
   leave_motion();
   contacts_ = {};
-  const Vector2d way = to - root_of(frame_);
+  const Vector2d line = to - root_of(frame_);
   const Eigen::Vector3f ahead = frame_.rotation[0] * Eigen::Vector3f::UnitZ();
-  go_to(to, heading_of(way.norm() < kNear ? Vector2d(ahead.x(), ahead.z()) : way));
+  go_to(to, heading_of(line.norm() < kNear ? Vector2d(ahead.x(), ahead.z()) : line));
 }
 
 void Character::blend_from_here() {
@@ -91,7 +91,7 @@ void Character::go_to(const Vector2d& place, double heading) {
   }
   live_->walk_to(place, heading);
   walking_to_.reset();
-  if (live_->blocked()) throw Error("place", "cannot be walked to: there is no way");
+  if (live_->blocked()) throw Error("place", "cannot be walked to: there is no route");
   walking_to_ = place;
 }
 
@@ -106,7 +106,7 @@ void Character::stop_at_place() {
   const bool here_now = left.norm() < kThere;
   if (!here_now && (step < kMoves || left.norm() > kPassed || left.dot(stride) > step * step)) return;
   Frame there = frame_;
-  Vector2d aside = left - stride;  // that the way misses the place by
+  Vector2d aside = left - stride;  // that the path misses the place by
   aside *= std::min(1.0, kAside / std::max(aside.norm(), 1e-6));
   there.trans += Eigen::Vector3f(ahead.x(), 0, ahead.z()) + Eigen::Vector3d(aside.x(), 0, aside.y()).cast<float>();
   auto walking = std::move(live_);
@@ -133,7 +133,7 @@ void Character::sit(const std::string& chair) {
   walking_to_.reset();
   if (live_->blocked()) {
     contacts_ = {};
-    throw Error(chair, "cannot be walked up to: there is no way");
+    throw Error(chair, "cannot be walked up to: there is no route");
   }
 }
 
@@ -180,12 +180,12 @@ void Character::stand() {
   const Vector2d seat = on_ground(chair.seat());
   const double heading = chair.heading();
   // Ahead where that is free, else aside.
-  for (const double turn : {0.0, 0.4, -0.4, 0.8, -0.8})
+  for (const double aside : {0.0, 0.4, -0.4, 0.8, -0.8})
     for (const double far : {kBeforeSeat, 0.7, 1.2}) {
-      const Vector2d place = seat + far * ahead_of(heading + turn);
+      const Vector2d place = seat + far * ahead_of(heading + aside);
       if (!world_->free_at(place)) continue;
       contacts_ = {};
-      return go_to(place, heading + turn);
+      return go_to(place, heading + aside);
     }
   throw Error(chair.name, "has no free floor before it to stand on");
 }
@@ -234,8 +234,8 @@ void Character::live_step() {
     if (stopping_ == kStop) walking_.reset();
   }
   const interact::State& state = live_->state();
-  const auto& shares = state.now().action;
-  frame_.action = static_cast<uint8_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
+  const auto& weights = state.now().action;
+  frame_.action = static_cast<uint8_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
   for (size_t hand = 0; hand < 2; ++hand) {
     frame_.reaching[hand] = state.wanted[hand];
     frame_.contact[hand] = state.contact[hand];

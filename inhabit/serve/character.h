@@ -25,7 +25,7 @@ class Character {
   /// Stands at World::person's place.
   explicit Character(std::shared_ptr<const World> world);
 
-  // Each throws Error saying why it cannot be done; the person then goes on as they did, or stays where no way leads.
+  // Each throws Error saying why it cannot be done; the person then goes on as they did, or stays where no route leads.
   /// To a place on the floor (x, z).
   void walk(const Eigen::Vector2d& to);
   /// On a seat, by its name.

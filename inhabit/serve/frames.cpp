@@ -71,9 +71,9 @@ Clip clip_of(const std::vector<Frame>& frames, const Clip& person) {
   return clip;
 }
 
-Frame blended(const Frame& from, const Frame& to, double share) {
+Frame blended(const Frame& from, const Frame& to, double weight) {
   Frame out = to;
-  const auto u = static_cast<float>(share);
+  const auto u = static_cast<float>(weight);
   for (size_t j = 0; j < out.rotation.size(); ++j) out.rotation[j] = from.rotation[j].slerp(u, to.rotation[j]);
   out.trans = from.trans + u * (to.trans - from.trans);
   return out;

@@ -24,8 +24,8 @@ interact::SettledPose pose_of(const Frame& frame);
 Frame frame_of(const Clip& clip, int64_t index);
 /// Frames as a motion at 30 frames a second, with hand targets and actions.
 Clip clip_of(const std::vector<Frame>& frames, const Clip& person);
-/// `share` of the way from one pose to another.
-Frame blended(const Frame& from, const Frame& to, double share);
+/// A pose between two: `weight` of the second, 0 to 1.
+Frame blended(const Frame& from, const Frame& to, double weight);
 
 // What is sent, little-endian; rotations as x y z w of 1/32767 each, 16 bits.
 

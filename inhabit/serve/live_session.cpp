@@ -123,7 +123,7 @@ void LiveSession::obey(const Message& message) {
     }
     void operator()(const Take& o) const { session.take(o); }
   };
-  // Whatever else the person is told ends the way to a pose.
+  // Whatever else the person is told ends the motion to a pose.
   const bool moves = !std::holds_alternative<Record>(message.order) && !std::holds_alternative<Look>(message.order);
   if (moves) {
     ++takes_;

@@ -54,12 +54,12 @@ std::vector<Ghost> future_ghosts(const World& world, const Clip& recent, uint64_
 Clip motion_to(const World& world, const Frame& from, const Frame& to) {
   if (!world.inbetweener) throw Error("pose", "has no model of in-betweening here");
   const double rate = world.inbetweener->config().rate;
-  const double far = (to.trans - from.trans).norm(), turn = from.rotation[0].angularDistance(to.rotation[0]);
+  const double far = (to.trans - from.trans).norm(), angle = from.rotation[0].angularDistance(to.rotation[0]);
   const int64_t longest = world.inbetweener->config().frames - 1;
   if (far > kFastest * static_cast<double>(longest) / rate)
     throw Error("pose", fmt::format("is {:.1f} m away: at most {:.1f} m can be filled in", far,
                                     kFastest * static_cast<double>(longest) / rate));
-  const double seconds = std::max({1.2, far / kSpeed + 0.5, turn / kTurn + 0.5});
+  const double seconds = std::max({1.2, far / kSpeed + 0.5, angle / kTurn + 0.5});
   const int64_t frames = std::min(std::llround(seconds * rate), static_cast<long long>(longest)) + 1;
   std::vector<Frame> poses(static_cast<size_t>(frames), from);
   poses.back() = to;

@@ -15,8 +15,8 @@ std::vector<Ghost> forecast_ghosts(const World& world, const Clip& recent);
 /// Some of what may come (anticipate/): four futures, a pose a second for three seconds.
 std::vector<Ghost> future_ghosts(const World& world, const Clip& recent, uint64_t seed);
 
-/// Motion from a pose to another one (inbetween/), 30 frames a second, as long as the way takes. Throws Error too where
-/// that is farther than one window of the model.
+/// Motion from a pose to another one (inbetween/), 30 frames a second, as long as the path takes. Throws Error too
+/// where that is farther than one window of the model.
 Clip motion_to(const World& world, const Frame& from, const Frame& to);
 
 }  // namespace inhabit::serve

@@ -18,13 +18,13 @@ struct BlockedWindows {
   int64_t clips = 0;      ///< that were looked at
   int64_t windows = 0;    ///< of these
   int64_t colliding = 0;  ///< windows in which the motion itself collides in some frame
-  int64_t blocked = 0;    ///< windows in which it does not, but the straight way between its keys does
-  double straight = 0;    ///< fraction of frames in which the body on the straight way collides
-  double real = 0;        ///< and the body on its own way
+  int64_t blocked = 0;    ///< windows in which it does not, but the straight path between its keys does
+  double straight = 0;    ///< fraction of frames in which the body on the straight path collides
+  double real = 0;        ///< and the body on its own path
 };
 
 /// Measures windows of the clips of `split` ("train", "val", "test" or "all") that have a scene. Between keys the root
-/// of the straight way moves linearly and rotations by slerp; what collides is the skin, by CollisionMeter. Throws
+/// of the straight path moves linearly and rotations by slerp; what collides is the skin, by CollisionMeter. Throws
 /// Error where an option is out of range.
 BlockedWindows blocked_windows(const Dataset& dataset, const std::string& split, const BlockedOptions& options = {});
 

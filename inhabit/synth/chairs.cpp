@@ -39,17 +39,17 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
   for (size_t i = 0; i < kMinutes.size(); ++i) lacks[i] = 60 * options.minutes * kMinutes[i] / all;
   std::vector<ChairJob> jobs;
   // Directions fill the circle evenly.
-  double left = 60 * options.minutes, turn = uniform(random, 0, 1);
+  double left = 60 * options.minutes, around = uniform(random, 0, 1);
   while (left > 0.5) {
     const auto type = static_cast<size_t>(std::max_element(lacks.begin(), lacks.end()) - lacks.begin());
     ChairJob job;
     job.take.interaction = static_cast<Interaction>(type);
-    turn = std::fmod(turn + 0.6180339887498949, 1.0);
-    job.take.direction = 2 * M_PI * turn - M_PI;
+    around = std::fmod(around + 0.6180339887498949, 1.0);
+    job.take.direction = 2 * M_PI * around - M_PI;
     job.take.distance = uniform(random, 1.0, 5.0);
-    const double way = job.take.distance / 1.1 + 0.6 * std::abs(job.take.direction);
+    const double walk = job.take.distance / 1.1 + 0.6 * std::abs(job.take.direction);
     const double stay = job.take.interaction == Interaction::free ? uniform(random, 7, 13) : uniform(random, 4, 11);
-    job.take.seconds = std::clamp(6.5 + way + stay, 12.0, 24.0);
+    job.take.seconds = std::clamp(6.5 + walk + stay, 12.0, 24.0);
     if (job.take.interaction == Interaction::locomotion) job.take.seconds = uniform(random, 12, 20);
     job.take.seconds = std::round(job.take.seconds * kSynthRate) / kSynthRate;
     lacks[type] -= job.take.seconds;

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kClear = 0.045;         // metres that a piece stays away from the body's true way
+constexpr double kClear = 0.045;         // metres that a piece stays away from the body's true path
 constexpr double kApartFromSkin = 0.04;  // of the body's capsules, whose skin is up to 3 cm further out
 constexpr double kMeets = 0.05;          // metres that the body on the chord is in it
 constexpr double kLeastDetour = 0.08;    // metres between joints on the chord and the true ones: less leaves no room
@@ -48,7 +48,7 @@ Furniture obstacle(const BodySweep::Ball& ball, int attempt, std::mt19937_64& ra
   }
 }
 
-/// The nearest part of the true way to a ball, of what is lower than `top`: where its skin is on the floor plan, the
+/// The nearest part of the true path to a ball, of what is lower than `top`: where its skin is on the floor plan, the
 /// direction from it to the ball, and the metres between it and the ball's centre.
 struct Nearest {
   Vector2d skin, away;
@@ -69,10 +69,10 @@ Nearest nearest_part(const BodySweep& sweep, const BodySweep::Ball& from, double
   return out;
 }
 
-/// A ball of a chord that is off the true way.
+/// A ball of a chord that is off the true path.
 struct Place {
   const BodySweep::Ball* ball;
-  double free;  // metres that the way to it leaves for a piece that the ball meets
+  double free;  // metres that the path to it leaves for a piece that the ball meets
 };
 
 /// Of balls drawn from a chord those that leave room for a piece, if only a low one.
@@ -89,7 +89,7 @@ std::vector<Place> places_on(const BodySweep& chord, const BodySweep& sweep, std
   return out;
 }
 
-/// Puts `piece` beside the true way, reaching towards it, where `ball` of the chord passes. False where there is no
+/// Puts `piece` beside the true path, reaching towards it, where `ball` of the chord passes. False where there is no
 /// room for that.
 bool put_before(Furniture& piece, const BodySweep& sweep, const BodySweep::Ball& ball, std::mt19937_64& random) {
   const Eigen::AlignedBox3d box = piece.bounds();
@@ -106,14 +106,14 @@ bool put_before(Furniture& piece, const BodySweep& sweep, const BodySweep::Ball&
   return true;
 }
 
-/// A piece on the chord from the first to the last pose of `true_way`; false where none fits.
-bool block_chord(Layout& layout, const Clip& true_way, const BodyModel& body, const BodySweep& sweep,
+/// A piece on the chord from the first to the last pose of `true_path`; false where none fits.
+bool block_chord(Layout& layout, const Clip& true_path, const BodyModel& body, const BodySweep& sweep,
                  std::mt19937_64& random) {
-  PoseTrack track = pose_track(true_way);
+  PoseTrack track = pose_track(true_path);
   interpolate_between(track, 0, track.frames() - 1);
-  Clip straight = person_of(true_way);
+  Clip straight = person_of(true_path);
   set_pose(straight, track);
-  if ((straight.joints - true_way.joints).norm(2, 2).max().item<double>() < kLeastDetour) return false;
+  if ((straight.joints - true_path.joints).norm(2, 2).max().item<double>() < kLeastDetour) return false;
   const BodySweep chord(straight, body);
   BodySweep::Gaps meets, apart;
   meets.fill(-kMeets);
@@ -123,7 +123,7 @@ bool block_chord(Layout& layout, const Clip& true_way, const BodyModel& body, co
   double all = 0;
   for (const Place& place : places) all += place.free;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    // The farther off the true way, the more often.
+    // The farther off the true path, the more often.
     double draw = uniform(random, 0, all);
     auto place = places.begin();
     while (place + 1 != places.end() && draw > place->free) draw -= (place++)->free;
@@ -138,7 +138,7 @@ bool block_chord(Layout& layout, const Clip& true_way, const BodyModel& body, co
 }  // namespace
 
 void check_chords(const ChordOptions& options) {
-  if (!(options.share >= 0 && options.share <= 1)) throw Error("the share of chords", "is not from 0 to 1");
+  if (!(options.tried >= 0 && options.tried <= 1)) throw Error("the fraction of chords", "is not from 0 to 1");
   if (options.shortest < 2 || options.longest < options.shortest)
     throw Error("the lengths of chords", "are not two numbers of frames, at least 2 and in order");
 }
@@ -152,7 +152,7 @@ int add_on_chords(Layout& layout, const Clip& clip, const BodyModel& body, const
     const double length =
         options.shortest * std::pow(static_cast<double>(options.longest) / options.shortest, uniform(random, 0, 1));
     const int last = std::min(frames - 1, first + static_cast<int>(std::lround(length)));
-    if (chance(random, options.share))
+    if (chance(random, options.tried))
       pieces += block_chord(layout, slice(clip, first, last + 1), body, sweep, random) ? 1 : 0;
     first += std::max(1, (last - first) / 2);
   }

@@ -25,9 +25,9 @@ double deepest_in(const Furniture& piece, const std::vector<Capsule>& capsules, 
     for (const Capsule& c : capsules) {
       if (c.joint >= kStandardJoints) continue;
       const Vector3d& at = pose.position[c.joint];
-      const Eigen::Quaterniond& turn = pose.global[c.joint];
-      const Vector3d a = to_own * (at + turn * Vector3d(c.a[0], c.a[1], c.a[2]));
-      const Vector3d b = to_own * (at + turn * Vector3d(c.b[0], c.b[1], c.b[2]));
+      const Eigen::Quaterniond& rotation = pose.global[c.joint];
+      const Vector3d a = to_own * (at + rotation * Vector3d(c.a[0], c.a[1], c.a[2]));
+      const Vector3d b = to_own * (at + rotation * Vector3d(c.b[0], c.b[1], c.b[2]));
       if (bounds.exteriorDistance(a) > (b - a).norm() + c.radius) continue;
       for (const Box& box : piece.boxes) deepest = std::max(deepest, capsule_in_box(a, b, c.radius, box));
     }
@@ -61,9 +61,9 @@ double deepest_collision(const Room& room, const std::vector<Capsule>& capsules,
       for (const Capsule& c : capsules) {
         if (c.joint >= kStandardJoints) continue;
         const Vector3d& at = pose.position[c.joint];
-        const Eigen::Quaterniond& turn = pose.global[c.joint];
-        const Vector3d a = solid.to_own * (at + turn * Vector3d(c.a[0], c.a[1], c.a[2]));
-        const Vector3d b = solid.to_own * (at + turn * Vector3d(c.b[0], c.b[1], c.b[2]));
+        const Eigen::Quaterniond& rotation = pose.global[c.joint];
+        const Vector3d a = solid.to_own * (at + rotation * Vector3d(c.a[0], c.a[1], c.a[2]));
+        const Vector3d b = solid.to_own * (at + rotation * Vector3d(c.b[0], c.b[1], c.b[2]));
         deepest = std::max(deepest, capsule_in_box(a, b, c.radius, solid.box));
       }
     }

@@ -53,13 +53,14 @@ Figure make_figure(const BodyModel& model, const torch::Tensor& betas) {
   if (model.template_vertices.defined() && model.template_vertices.numel() > 0) {
     const torch::NoGradGuard no_gradient;
     // Rest for the feet; sitting for what one sits on.
-    torch::Tensor turns = torch::zeros({2, model.joints(), 3});
-    for (int hip : {1, 2}) turns[1][hip][0] = -M_PI / 2;
-    for (int knee : {4, 5}) turns[1][knee][0] = M_PI / 2;
+    torch::Tensor rotations = torch::zeros({2, model.joints(), 3});
+    for (int hip : {1, 2}) rotations[1][hip][0] = -M_PI / 2;
+    for (int knee : {4, 5}) rotations[1][knee][0] = M_PI / 2;
     const torch::Tensor rest_root = skeleton.offsets[0];
-    const torch::Tensor vertices = (skin(model, betas, axis_angle_to_matrix(turns), torch::zeros({2, 3})) - rest_root)
-                                       .to(torch::kDouble)
-                                       .contiguous();
+    const torch::Tensor vertices =
+        (skin(model, betas, axis_angle_to_matrix(rotations), torch::zeros({2, 3})) - rest_root)
+            .to(torch::kDouble)
+            .contiguous();
     const torch::Tensor weights = model.skin_weights.to(torch::kDouble).contiguous();
     const auto v = vertices.accessor<double, 3>();
     const auto w = weights.accessor<double, 2>();

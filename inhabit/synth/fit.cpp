@@ -293,9 +293,9 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
     for (double& f : free) f = chance(random, 0.4) ? uniform(random, 0.12, 0.5) : uniform(random, 0.5, 1.8);
     Vector2d low = around.low() - Vector2d(free[0], free[1]), high = around.high() + Vector2d(free[2], free[3]);
     const Vector2d more = (Vector2d(3.5, 3.5) - (high - low)).cwiseMax(0);
-    const double share_x = uniform(random, 0, 1), share_z = uniform(random, 0, 1);
-    low -= more.cwiseProduct(Vector2d(share_x, share_z));
-    high += more.cwiseProduct(Vector2d(1 - share_x, 1 - share_z));
+    const double part_x = uniform(random, 0, 1), part_z = uniform(random, 0, 1);
+    low -= more.cwiseProduct(Vector2d(part_x, part_z));
+    high += more.cwiseProduct(Vector2d(1 - part_x, 1 - part_z));
     const Vector2d middle = (low + high) / 2;
     out.clip = transformed(out.clip, {0, {-middle.x(), 0, -middle.y()}});
     out.room.size = high - low;

@@ -28,7 +28,7 @@ struct FittedRoom {
   Clip clip;          ///< rotated and moved into the room, with action, contact, hand_targets and object poses
   int seats = 0;      ///< put under the pelvis
   int supports = 0;   ///< put under hands
-  int on_chords = 0;  ///< put where the straight way between poses passes (chords.h)
+  int on_chords = 0;  ///< put where the straight path between poses passes (chords.h)
 };
 
 /// What actions of fitted clips are called.
@@ -50,8 +50,8 @@ struct FittingOptions {
   int rooms_per_clip = 3;          ///< around each piece of a recording
   double seconds = 12;             ///< longest piece of a recording
   bool mirrored = true;            ///< every second room of a piece for training is around its mirror image
-  double stretches = 0.5;  ///< share of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
-  ChordOptions chords;     ///< pieces that stand in straight ways
+  double stretches = 0.5;  ///< fraction of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
+  ChordOptions chords;     ///< pieces that stand on straight paths
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
   ClipReadOptions reading;      ///< of every recording
   Shard shard;                  ///< of recordings

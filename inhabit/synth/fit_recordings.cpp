@@ -73,7 +73,7 @@ std::vector<Recording> split_recordings(const FittingOptions& options) {
 }
 
 /// Stretches of 123 to 165 frames that follow one another from a random start. In so short a time less of the floor is
-/// walked on, so that more can stand where a straight way would pass.
+/// walked on, so that more can stand where a straight path would pass.
 std::vector<Clip> stretches_of(const Clip& piece, std::mt19937_64& random) {
   constexpr int kShortest = 123, kLongest = 165;
   std::vector<Clip> out;
@@ -145,7 +145,7 @@ nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& rec
           {"mirrored", o.mirrored},
           {"stretches", o.stretches},
           {"only_on_chords", o.only_on_chords},
-          {"chords", {o.chords.share, o.chords.shortest, o.chords.longest}},
+          {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest}},
           {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
 }
 
@@ -188,7 +188,8 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     throw Error("no recordings to fit rooms around");
   if (options.rooms_per_clip < 1) throw Error("the number of rooms per clip must be at least 1");
   if (!(options.seconds >= 2 && options.seconds <= 600)) throw Error("the length of a piece must be 2 to 600 seconds");
-  if (!(options.stretches >= 0 && options.stretches <= 1)) throw Error("the share of stretches", "is not from 0 to 1");
+  if (!(options.stretches >= 0 && options.stretches <= 1))
+    throw Error("the fraction of stretches", "is not from 0 to 1");
   check_chords(options.chords);
   const std::vector<Recording> recordings = split_recordings(options);
   Dataset out = create_dataset(folder, fitted_actions(), options.shard);
@@ -231,7 +232,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   }
   out.provenance = {
       {"command", "inhabit synth fit"},   {"seed", options.seed},           {"rooms_per_clip", options.rooms_per_clip},
-      {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.share},
+      {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.tried},
       {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
   finish_items(out);

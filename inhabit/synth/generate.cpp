@@ -47,7 +47,7 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   Dataset out = create_dataset(folder, action_names(), options.shard);
   out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
                     {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
-                    {"on_chord", options.chords.share}, {"licence", "generated; free of any rights"}};
+                    {"on_chord", options.chords.tried}, {"licence", "generated; free of any rights"}};
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < options.clips; ++i)
@@ -65,7 +65,7 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
                       split_of_room(number, rooms), 0, ""};
     if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
     const Clip life = live(room, body, random, {options.seconds});
-    if (options.chords.share > 0) {
+    if (options.chords.tried > 0) {
       const Room own = with_pieces_on_chords(room, life, options.chords,
                                              item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
       if (own.furniture.size() > room.furniture.size()) {

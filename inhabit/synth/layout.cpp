@@ -47,8 +47,8 @@ Group dining_group(const Room& room, std::mt19937_64& random) {
   std::vector<Furniture> pieces = {make_table(random, width, depth, height)};
   const Vector2d slack = room.size / 2 - Vector2d(1.2, 1.2);
   const double x = uniform(random, -1, 1) * slack.x(), z = uniform(random, -1, 1) * slack.y();
-  const double turn = uniform_int(random, 0, 1) * M_PI / 2;
-  pieces[0].place(x, z, chance(random, 0.8) ? turn : turn + uniform(random, -0.5, 0.5));
+  const double angle = uniform_int(random, 0, 1) * M_PI / 2;
+  pieces[0].place(x, z, chance(random, 0.8) ? angle : angle + uniform(random, -0.5, 0.5));
   const double arms = uniform(random, 0, 1);
   const uint64_t style = random();  // chairs of one set look alike
   std::vector<Patch> need;
@@ -89,8 +89,8 @@ Group sofa_group(const Room& room, std::mt19937_64& random) {
   for (const double s : {-1.0, 1.0}) {
     if (!chance(random, 0.35)) continue;
     Furniture chair = make_armchair(random);
-    const double turn = uniform(random, 0.9, 1.5), x = b.max().x() + uniform(random, 0.35, 0.6);
-    put_beside(chair, pieces[0], s * x, front + uniform(random, 0.0, 0.3), -s * turn);
+    const double angle = uniform(random, 0.9, 1.5), x = b.max().x() + uniform(random, 0.35, 0.6);
+    put_beside(chair, pieces[0], s * x, front + uniform(random, 0.0, 0.3), -s * angle);
     pieces.push_back(std::move(chair));
   }
   return {std::move(pieces), std::move(need)};

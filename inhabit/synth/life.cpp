@@ -30,12 +30,12 @@ void add_objects(Clip& clip, const Room& room, std::vector<int> used) {
   clip.object_pose = torch::zeros({frames, static_cast<int64_t>(used.size()), 6});
   for (size_t o = 0; o < used.size(); ++o) {
     const Eigen::Isometry3d& pose = room.furniture[used[o]].pose;
-    const Eigen::Vector3d turn = axis_angle_of(Eigen::Quaterniond(pose.linear()));
+    const Eigen::Vector3d rotation = axis_angle_of(Eigen::Quaterniond(pose.linear()));
     clip.object_names.push_back(room.object_name(used[o]));
     torch::Tensor row = torch::empty({6});
     for (int i = 0; i < 3; ++i) {
       row[i] = pose.translation()[i];
-      row[3 + i] = turn[i];
+      row[3 + i] = rotation[i];
     }
     clip.object_pose.select(1, static_cast<int64_t>(o)).copy_(row.expand({frames, 6}));
   }
@@ -102,10 +102,10 @@ Clip clip_of(const Room& room, const BodyModel& body, const torch::Tensor& betas
   for (int64_t t = 0; t < frames; ++t) {
     const Posed& pose = performance.pose[t];
     for (int j = 0; j < kStandardJoints; ++j) {
-      const Eigen::Vector3d turn = axis_angle_of(pose.local[j]);
+      const Eigen::Vector3d rotation = axis_angle_of(pose.local[j]);
       for (int i = 0; i < 3; ++i) {
         joints[t][j][i] = static_cast<float>(pose.position[j][i]);
-        rotations[t][j][i] = static_cast<float>(turn[i]);
+        rotations[t][j][i] = static_cast<float>(rotation[i]);
       }
       contact[t][j] = performance.contact[t][j] ? 1.0F : 0.0F;
     }

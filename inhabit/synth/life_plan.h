@@ -54,9 +54,9 @@ struct LegMove {
   double pitch = 0;                                 ///< of the sole, as in FootControl
   double arch = 0;                                  ///< metres upwards half way there
   bool heel_rests = false;                          ///< the heel is on the floor there
-  bool bends = false;                               ///< the way there bends towards `via`
+  bool bends = false;                               ///< the path there bends towards `via`
   bool knee_goes = false;                           ///< the knee goes to `knee`
-  Eigen::Vector3d via = Eigen::Vector3d::Zero();    ///< place beside the ankle's way
+  Eigen::Vector3d via = Eigen::Vector3d::Zero();    ///< place beside the ankle's path
   Eigen::Vector3d knee = Eigen::Vector3d::Zero();   ///< place of the knee
 };
 

@@ -80,7 +80,7 @@ void LifeWriter::gesture(double from, double until, bool seated) {
       const Vector3d ahead =
           Vector3d(-mirror * uniform(random_, 0.1, 0.7), uniform(random_, -0.1, 0.6), 1).normalized();
       const Vector3d palm = Vector3d(-mirror, uniform(random_, -0.8, 0.8), 0.1).normalized();
-      trip.pull.turn = hand_turn(side, ahead, palm);
+      trip.pull.rotation = hand_rotation(side, ahead, palm);
       trip.pull.swivel = uniform(random_, 0.25, 0.6);
       life_->hands.push_back(trip);
       any = true;

@@ -14,13 +14,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 /// How far a stay on a seat has come: root over the floor, root height and forward lean, each 0 to 1.
-struct SeatShare {
+struct SeatProgress {
   double across = 0, down = 0, lean = 0;
 };
 
-SeatShare share_of(const SeatStay& stay, double t) {
+SeatProgress progress_of(const SeatStay& stay, double t) {
   const double going = stay.seated - stay.down, rising = stay.risen - stay.rise;
-  SeatShare s;
+  SeatProgress s;
   if (t < stay.rise) {
     s.across = minimum_jerk((t - stay.down) / (0.85 * going));
     s.down = minimum_jerk((t - stay.down - 0.1 * going) / (0.9 * going));
@@ -160,7 +160,7 @@ class Performer {
   Sitting sit(double t, Controls& c) const {
     Sitting out;
     for (const SeatStay& stay : plan_.seats) {
-      const SeatShare s = share_of(stay, t);
+      const SeatProgress s = progress_of(stay, t);
       const Vector3d standing = c.root;
       c.root.x() += s.across * (stay.root.x() - standing.x());
       c.root.z() += s.across * (stay.root.z() - standing.z());
@@ -246,7 +246,7 @@ class Performer {
       if (!trip.touches || trip.when.at(t) < 0.9995) continue;
       if ((pose.position[20 + trip.side] - trip.pull.place).norm() > 0.006) continue;
       // A wrist at its end lifts the palm.
-      if (pose.global[20 + trip.side].angularDistance(trip.pull.turn) > 0.2) continue;
+      if (pose.global[20 + trip.side].angularDistance(trip.pull.rotation) > 0.2) continue;
       target[trip.side] << trip.point, 1;
       touching[20 + trip.side] = true;
     }

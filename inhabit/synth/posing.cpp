@@ -18,12 +18,14 @@ Quaterniond about_x(double a) { return about(a, Vector3d::UnitX()); }
 Quaterniond about_y(double a) { return about(a, Vector3d::UnitY()); }
 Quaterniond about_z(double a) { return about(a, Vector3d::UnitZ()); }
 
-/// The nth part of a turn.
-Quaterniond part(const Quaterniond& turn, double share) { return Quaterniond::Identity().slerp(share, turn); }
+/// That fraction of a rotation.
+Quaterniond part(const Quaterniond& rotation, double fraction) {
+  return Quaterniond::Identity().slerp(fraction, rotation);
+}
 
-Quaterniond pelvis_turn(const Controls& c) { return about_y(c.yaw) * about_x(c.tilt) * about_z(-c.list); }
+Quaterniond pelvis_rotation(const Controls& c) { return about_y(c.yaw) * about_x(c.tilt) * about_z(-c.list); }
 
-Quaterniond foot_turn(const FootControl& foot) { return about_y(foot.yaw) * about_x(-foot.pitch); }
+Quaterniond foot_rotation(const FootControl& foot) { return about_y(foot.yaw) * about_x(-foot.pitch); }
 
 class Poser {
  public:
@@ -32,7 +34,7 @@ class Poser {
   Posed pose() {
     posed_.local.fill(Quaterniond::Identity());
     posed_.position[0] = c_.root;
-    posed_.global[0] = posed_.local[0] = pelvis_turn(c_);
+    posed_.global[0] = posed_.local[0] = pelvis_rotation(c_);
     trunk();
     head();
     for (int side = 0; side < 2; ++side) {
@@ -65,8 +67,8 @@ class Poser {
   void head() {
     const Quaterniond chest = posed_.global[9];
     const Quaterniond gaze = about_y(c_.gaze_yaw) * about_x(c_.gaze_pitch);
-    const Quaterniond turn = chest.conjugate() * gaze;
-    set(12, part(turn, 0.45));
+    const Quaterniond rotation = chest.conjugate() * gaze;
+    set(12, part(rotation, 0.45));
     set_global(15, gaze);
   }
 
@@ -87,7 +89,7 @@ class Poser {
         solve_limb(figure_.bones, limb, posed_.global[0], posed_.position[limb.start], ankle, pole, 0.006);
     set(limb.start, solved.start_rotation);
     set(limb.mid, solved.mid_rotation);
-    set_global(limb.end, foot_turn(foot));
+    set_global(limb.end, foot_rotation(foot));
     set_global(10 + side, about_y(foot.yaw) * about_x(-foot.toe_pitch));
   }
 
@@ -105,7 +107,7 @@ class Poser {
     set(wrist, Quaterniond::Identity());
     double reach = 0;
     Vector3d target = posed_.position[wrist];
-    Quaterniond turn = posed_.global[wrist];
+    Quaterniond rotation = posed_.global[wrist];
     Vector3d pole = posed_.position[elbow] - 0.5 * (posed_.position[shoulder] + posed_.position[wrist]);
     pole += 0.02 * (posed_.global[9] * Vector3d(0, -0.3, -1));
     pole.normalize();
@@ -115,7 +117,7 @@ class Poser {
       const Quaterniond frame = world ? Quaterniond::Identity() : posed_.global[pull.anchor];
       const Vector3d place = world ? pull.place : Vector3d(posed_.position[pull.anchor] + frame * pull.place);
       target += pull.weight * (place - target) + Vector3d(0, pull.rise, 0);
-      turn = turn.slerp(pull.weight, frame * pull.turn);
+      rotation = rotation.slerp(pull.weight, frame * pull.rotation);
       const Vector3d down(mirror * std::sin(pull.swivel), -std::cos(pull.swivel), -0.4);
       pole += pull.weight * (about_y(c_.yaw) * down.normalized() - pole);
       reach += pull.weight * (1 - reach);
@@ -128,26 +130,27 @@ class Poser {
       const Quaterniond along =
           Quaterniond::FromTwoVectors(posed_.global[collar] * figure_.bones.offsets[shoulder], away);
       const double angle = 2 * std::acos(std::min(1.0, std::abs(along.w())));
-      const double share = std::min(0.3, angle) / std::max(angle, 1e-6) * stretch * stretch * (3 - 2 * stretch) * reach;
-      set_global(collar, part(along, share) * posed_.global[collar]);
+      const double fraction =
+          std::min(0.3, angle) / std::max(angle, 1e-6) * stretch * stretch * (3 - 2 * stretch) * reach;
+      set_global(collar, part(along, fraction) * posed_.global[collar]);
       set(shoulder, posed_.local[shoulder]);
     }
     const LimbPose solved = solve_limb(figure_.bones, arm(side == 0 ? Side::left : Side::right), posed_.global[collar],
                                        posed_.position[shoulder], target, pole, 0.01);
     set(shoulder, solved.start_rotation);
     set(elbow, solved.mid_rotation);
-    hold(side, turn);
+    hold(side, rotation);
   }
 
-  /// Turns the hand towards `turn`: most of the roll comes from the forearm, and the wrist gives only as far as wrists
-  /// do.
-  void hold(int side, const Quaterniond& turn) {
+  /// Rotates the hand towards `rotation`: most of the roll comes from the forearm, and the wrist gives only as far as
+  /// wrists do.
+  void hold(int side, const Quaterniond& rotation) {
     const int elbow = 18 + side, wrist = 20 + side;
     const Vector3d along = figure_.bones.offsets[wrist].normalized();
-    const Quaterniond wanted = posed_.global[elbow].conjugate() * turn;
+    const Quaterniond wanted = posed_.global[elbow].conjugate() * rotation;
     const double roll = std::remainder(2 * std::atan2(wanted.vec().dot(along), wanted.w()), 2 * M_PI);
     set(elbow, posed_.local[elbow] * about(0.75 * softly(roll, 1.5), along));
-    const Vector3d rest = axis_angle_of(posed_.global[elbow].conjugate() * turn);
+    const Vector3d rest = axis_angle_of(posed_.global[elbow].conjugate() * rotation);
     set(wrist, quaternion_of(Vector3d(softly(rest.x(), 0.9), softly(rest.y(), 0.75), softly(rest.z(), 1.35))));
   }
 
@@ -164,7 +167,7 @@ class Poser {
 
 }  // namespace
 
-Quaterniond hand_turn(int side, const Vector3d& ahead, const Vector3d& palm) {
+Quaterniond hand_rotation(int side, const Vector3d& ahead, const Vector3d& palm) {
   // At rest hands point sideways, palms down.
   const Vector3d along(side == 0 ? 1 : -1, 0, 0), back(0, 1, 0);
   Eigen::Matrix3d rest, now;
@@ -177,11 +180,11 @@ Quaterniond hand_turn(int side, const Vector3d& ahead, const Vector3d& palm) {
 Posed pose_figure(const Figure& figure, const Controls& controls) { return Poser(figure, controls).pose(); }
 
 Vector3d ankle_position(const Figure& figure, int side, const FootControl& foot) {
-  return foot.ball - foot_turn(foot) * figure.bones.offsets[10 + side];
+  return foot.ball - foot_rotation(foot) * figure.bones.offsets[10 + side];
 }
 
 Vector3d hip_position(const Figure& figure, int side, const Controls& controls) {
-  return controls.root + pelvis_turn(controls) * figure.bones.offsets[1 + side];
+  return controls.root + pelvis_rotation(controls) * figure.bones.offsets[1 + side];
 }
 
 }  // namespace inhabit

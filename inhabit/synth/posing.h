@@ -18,16 +18,16 @@ struct FootControl {
 
 /// A hand drawn towards a place, with `weight` from 0 (hanging freely) to 1 (pinned).
 struct HandPull {
-  double weight = 0;                                         ///< 0 to 1
-  int anchor = -1;                                           ///< joint in whose frame the following two are; -1: world
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();           ///< wrist joint
-  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< wrist's global rotation
-  double swivel = 0;                                         ///< elbow outwards (radians) from hanging down
-  double rise = 0;                                           ///< metres the wrist is higher on its way
+  double weight = 0;                                ///< 0 to 1
+  int anchor = -1;                                  ///< joint in whose frame the following two are; -1: world
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< wrist joint
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< wrist's global rotation
+  double swivel = 0;                                             ///< elbow outwards (radians) from hanging down
+  double rise = 0;                                               ///< metres the wrist is higher on its path
 };
 
 /// The wrist's global rotation when the hand points along `ahead` with the palm facing `palm` (unit, orthogonal).
-Eigen::Quaterniond hand_turn(int side, const Eigen::Vector3d& ahead, const Eigen::Vector3d& palm);
+Eigen::Quaterniond hand_rotation(int side, const Eigen::Vector3d& ahead, const Eigen::Vector3d& palm);
 
 /// A free arm, angles in radians, 0 hanging straight.
 struct ArmControl {

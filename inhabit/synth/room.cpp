@@ -38,15 +38,15 @@ Scene Room::scene() const {
   }
   for (size_t i = 0; i < furniture.size(); ++i) {
     const std::string name = object_name(i);
-    torch::Tensor turn = torch::empty({3, 3}), shift = torch::empty({3});
+    torch::Tensor rotation = torch::empty({3, 3}), shift = torch::empty({3});
     for (int r = 0; r < 3; ++r) {
       shift[r] = furniture[i].pose.translation()[r];
-      for (int c = 0; c < 3; ++c) turn[r][c] = furniture[i].pose.linear()(r, c);
+      for (int c = 0; c < 3; ++c) rotation[r][c] = furniture[i].pose.linear()(r, c);
     }
     for (size_t m = 0; m < furniture[i].meshes.size(); ++m) {
       Mesh mesh = furniture[i].meshes[m];
       mesh.name = m == 0 ? name : name + "." + std::to_string(m);
-      mesh.vertices = torch::matmul(mesh.vertices, turn.t()) + shift;
+      mesh.vertices = torch::matmul(mesh.vertices, rotation.t()) + shift;
       out.meshes.push_back(std::move(mesh));
     }
   }

@@ -17,7 +17,7 @@ HandTrip flat_hand(int side, const Vector3d& point, const Vector3d& ahead, const
   trip.touches = true;
   trip.point = point;
   trip.pull.place = point - ahead * figure.palm_reach + Vector3d(0, figure.palm_depth, 0);
-  trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitY());
+  trip.pull.rotation = hand_rotation(side, ahead, -Vector3d::UnitY());
   return trip;
 }
 
@@ -29,7 +29,7 @@ HandTrip thigh_hand(int side, const Figure& figure, std::mt19937_64& random) {
   trip.pull.place = figure.bones.offsets[4 + side] * uniform(random, 0.48, 0.68) +
                     Vector3d(mirror * uniform(random, -0.03, 0.03), 0, figure.thigh_depth + figure.palm_depth);
   const Vector3d ahead = Vector3d(-mirror * uniform(random, 0.1, 0.6), -1, -0.12).normalized();
-  trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitZ());
+  trip.pull.rotation = hand_rotation(side, ahead, -Vector3d::UnitZ());
   trip.pull.swivel = uniform(random, 0.2, 0.6);
   trip.arch = 0.04;
   return trip;

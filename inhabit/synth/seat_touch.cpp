@@ -38,7 +38,7 @@ HandTrip hand_on_side(int side, const Vector3d& point, const Vector3d& out, cons
   trip.touches = true;
   trip.point = point;
   trip.pull.place = point - ahead * figure.palm_reach + out * figure.palm_depth;
-  trip.pull.turn = hand_turn(side, ahead, -out);
+  trip.pull.rotation = hand_rotation(side, ahead, -out);
   return trip;
 }
 
@@ -47,8 +47,8 @@ HandTrip hand_on_side(int side, const Vector3d& point, const Vector3d& out, cons
 std::optional<HandTrip> touch_seat(SeatPart part, int side, const Furniture& piece, const Seat& seat,
                                    const Vector3d& root_world, const Figure& figure, std::mt19937_64& random) {
   const double mirror = side == 0 ? 1 : -1;
-  const Eigen::Matrix3d turn = seat.pose.linear();
-  const Vector3d root = seat.pose.inverse() * root_world, out = turn * Vector3d(mirror, 0, 0);
+  const Eigen::Matrix3d rotation = seat.pose.linear();
+  const Vector3d root = seat.pose.inverse() * root_world, out = rotation * Vector3d(mirror, 0, 0);
   HandTrip trip;
   if (part == SeatPart::arm_rest) {
     const auto arm = std::find_if(seat.arms.begin(), seat.arms.end(),
@@ -59,7 +59,7 @@ std::optional<HandTrip> touch_seat(SeatPart part, int side, const Furniture& pie
     const double z = std::clamp(root.z() + uniform(random, 0.16, 0.4), arm->center.z() - 0.85 * arm->half_depth,
                                 arm->center.z() + 0.9 * arm->half_depth);
     const Vector3d ahead = Vector3d(mirror * uniform(random, -0.15, 0.2), 0, 1).normalized();
-    trip = flat_hand(side, seat.pose * Vector3d(x, arm->center.y(), z), turn * ahead, figure);
+    trip = flat_hand(side, seat.pose * Vector3d(x, arm->center.y(), z), rotation * ahead, figure);
     trip.pull.swivel = uniform(random, 0.5, 0.9);
   } else if (part == SeatPart::back_rest) {
     if (!seat.back || !seat.arms.empty()) return std::nullopt;
@@ -69,7 +69,7 @@ std::optional<HandTrip> touch_seat(SeatPart part, int side, const Furniture& pie
     if (post == nullptr || std::abs(post->center.x() + mirror * post->half.x() - root.x()) > 0.4) return std::nullopt;
     const Vector3d point(post->center.x() + mirror * post->half.x(), y, z);
     const Vector3d ahead = Vector3d(-mirror * 0.05, -1, -0.35).normalized();
-    trip = hand_on_side(side, seat.pose * point, out, turn * ahead, figure);
+    trip = hand_on_side(side, seat.pose * point, out, rotation * ahead, figure);
     trip.pull.swivel = uniform(random, 0.9, 1.3);
   } else {
     const bool front = part == SeatPart::seat_front;
@@ -87,14 +87,14 @@ std::optional<HandTrip> touch_seat(SeatPart part, int side, const Furniture& pie
       if (face != board) return std::nullopt;
       const Vector3d point(board->center.x() + mirror * board->half.x(), board->center.y(), z);
       const Vector3d ahead = Vector3d(0, -1, uniform(random, 0.3, 0.8)).normalized();
-      trip = hand_on_side(side, seat.pose * point, out, turn * ahead, figure);
+      trip = hand_on_side(side, seat.pose * point, out, rotation * ahead, figure);
       trip.pull.swivel = uniform(random, 0.6, 1.0);
     } else {
       const double beside = std::min(root.x() * mirror + uniform(random, 0.25, 0.33), edge * mirror - 0.01);
       const double z = front ? seat.front - uniform(random, 0.03, 0.08)
                              : std::clamp(root.z() + uniform(random, 0.0, 0.12), seat.rear + 0.03, seat.front - 0.1);
       const Vector3d ahead = Vector3d(mirror * uniform(random, front ? 0.1 : 0.3, 0.6), 0, 1).normalized();
-      trip = flat_hand(side, seat.pose * Vector3d(mirror * beside, seat.height, z), turn * ahead, figure);
+      trip = flat_hand(side, seat.pose * Vector3d(mirror * beside, seat.height, z), rotation * ahead, figure);
       trip.pull.swivel = uniform(random, 0.5, 0.9);
     }
   }

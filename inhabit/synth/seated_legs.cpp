@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-Eigen::Quaterniond sole_turn(double yaw, double pitch) {
+Eigen::Quaterniond sole_rotation(double yaw, double pitch) {
   return Eigen::AngleAxisd(yaw, Vector3d::UnitY()) * Eigen::AngleAxisd(-pitch, Vector3d::UnitX());
 }
 
@@ -57,9 +57,9 @@ Vector3d SeatedLegs::heel_place(int side, double reach, double pitch, double asi
 Vector3d SeatedLegs::knee_of(int side, const Vector3d& ankle) const {
   const Vector3d start = hip(side), along = (ankle - start).normalized(), up = Vector3d::UnitY();
   const double length = (ankle - start).norm();
-  const double share = (length * length + figure.thigh * figure.thigh - figure.shank * figure.shank) / (2 * length);
-  const double out = std::sqrt(std::max(0.0, figure.thigh * figure.thigh - share * share));
-  return start + share * along + out * (up - up.dot(along) * along).normalized();
+  const double along_leg = (length * length + figure.thigh * figure.thigh - figure.shank * figure.shank) / (2 * length);
+  const double out = std::sqrt(std::max(0.0, figure.thigh * figure.thigh - along_leg * along_leg));
+  return start + along_leg * along + out * (up - up.dot(along) * along).normalized();
 }
 
 std::vector<LegMove> SeatedLegs::stretched(int which, std::mt19937_64& random) const {
@@ -139,7 +139,7 @@ void move_leg(const Figure& figure, const LegMove& move, double w, FootControl& 
   foot.yaw += w * wrapped(move.yaw - foot.yaw);
   foot.pitch += w * (move.pitch - foot.pitch);
   foot.toe_pitch += w * (move.pitch - foot.toe_pitch);
-  foot.ball = ankle + sole_turn(foot.yaw, foot.pitch) * figure.bones.offsets[10 + move.side];
+  foot.ball = ankle + sole_rotation(foot.yaw, foot.pitch) * figure.bones.offsets[10 + move.side];
   if (!move.knee_goes) return;
   foot.knee = move.knee;
   foot.knee_weight = w;

@@ -88,7 +88,8 @@ bool SittingWriter::find_posture(const Stay& stay, const std::vector<Contact>& c
     const HandPull& pull = contact.trip.pull;
     const auto wrist = 20 + static_cast<size_t>(contact.trip.side);
     const Posed pose = pose_figure(figure_, c);
-    return (pose.position[wrist] - pull.place).norm() < 0.004 && pose.global[wrist].angularDistance(pull.turn) < 0.15;
+    return (pose.position[wrist] - pull.place).norm() < 0.004 &&
+           pose.global[wrist].angularDistance(pull.rotation) < 0.15;
   };
   double cheapest = 1e9;
   for (double bend = 0; bend < 0.75; bend += 0.06)
@@ -270,7 +271,7 @@ void SittingWriter::hand_on_crossed_leg(Stay& stay, const LegMove& move) {
   trip.pull.place = figure_.bones.offsets[4 + move.side] * uniform(random_, 0.78, 0.9) +
                     Vector3d(mirror * 0.03, 0, figure_.thigh_depth + figure_.palm_depth);
   const Vector3d ahead = Vector3d(-mirror, -uniform(random_, 0.3, 0.6), -0.1).normalized();
-  trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitZ());
+  trip.pull.rotation = hand_rotation(side, ahead, -Vector3d::UnitZ());
   trip.arch = 0.08;
   // Away before the leg comes, and back after it has gone.
   trip.when = {move.when.rise - 0.35, move.when.rise + 0.5 * go, move.when.fall + 0.4 * go, move.when.end + 0.3};
@@ -303,7 +304,7 @@ void SittingWriter::hands_behind_head(double from, double until, TrunkMove& move
     trip.when = {from, from + go, until - uniform(random_, 0.7, 0.85), until};
     trip.pull.anchor = 15;
     trip.pull.place = {mirror * 0.12, 0.1, -0.1};  // fingers meet behind the head, within the forearm's limits
-    trip.pull.turn = hand_turn(side, Vector3d(-mirror, 0.6, 0).normalized(), Vector3d(0, 0, 1));
+    trip.pull.rotation = hand_rotation(side, Vector3d(-mirror, 0.6, 0).normalized(), Vector3d(0, 0, 1));
     trip.pull.swivel = uniform(random_, 1.4, 1.9);
     life_->hands.push_back(trip);
   }

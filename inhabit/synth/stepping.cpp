@@ -54,19 +54,19 @@ class FootTrack {
         g.foothold = step.foothold;
         continue;
       }
-      const double share = (t - leaves) / (step.land - leaves);
+      const double part = (t - leaves) / (step.land - leaves);
       // The heel leads: the foot is off the floor before it goes anywhere.
       const double hold = 0.1 - 0.05 * vigour_[k];
-      const double u = std::max(0.0, (share - hold) / (1 - hold)), u2 = u * u, u3 = u2 * u;
+      const double u = std::max(0.0, (part - hold) / (1 - hold)), u2 = u * u, u3 = u2 * u;
       // The foot leaves and comes with some speed in long steps.
       const double leave = 0.4 * vigour_[k] * vigour_[k], come = 0.25 * vigour_[k];
       const double f = 3 * u2 - 2 * u3 + leave * (u3 - 2 * u2 + u) + come * (u3 - u2);
       g.foothold.place += f * (step.foothold.place - g.foothold.place);
       g.foothold.yaw += minimum_jerk(u) * wrapped(step.foothold.yaw - g.foothold.yaw);
       // Up quickly, before the foot is fast, and down late.
-      g.lift = style_.clearance * Envelope{0, 0.36, 0.6, 1}.at(share);
+      g.lift = style_.clearance * Envelope{0, 0.36, 0.6, 1}.at(part);
       // The knee of a long step folds first: the whole foot rises behind the body.
-      g.lift += 0.012 * vigour_[k] * Envelope{0, 0.27, 0.3, 0.75}.at(share);
+      g.lift += 0.012 * vigour_[k] * Envelope{0, 0.27, 0.3, 0.75}.at(part);
       g.swinging = true;
       break;
     }
@@ -78,8 +78,8 @@ class FootTrack {
     FootControl foot;
     foot.yaw = ground.foothold.yaw;
     foot.pitch = pitch;
-    const Eigen::AngleAxisd turn(foot.yaw, Vector3d::UnitY());
-    const Vector3d rest = turn * figure_.bones.offsets[10 + side_];
+    const Eigen::AngleAxisd rotation(foot.yaw, Vector3d::UnitY());
+    const Vector3d rest = rotation * figure_.bones.offsets[10 + side_];
     const double h = figure_.ball_height;
     Vector2d shift(0, 0);  // ahead, up
     if (pitch > 0) {

@@ -62,7 +62,7 @@ std::optional<TouchPlan> plan_touch(const TouchPlace& place, const FreeSpace& fl
     shoulder.y() = trip.point.y();
     const Vector3d ahead = ((trip.point - shoulder).normalized() + 0.3 * along * mirror).normalized();
     trip.pull.place = trip.point - ahead * figure.palm_reach + Vector3d(0, figure.palm_depth, 0);
-    trip.pull.turn = hand_turn(side, ahead, -Vector3d::UnitY());
+    trip.pull.rotation = hand_rotation(side, ahead, -Vector3d::UnitY());
     trip.pull.swivel = uniform(random, 0.25, 0.6);
     plan.hands.push_back(trip);
   }

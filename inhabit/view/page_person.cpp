@@ -86,10 +86,10 @@ json moving_objects(PageBlob& blob, const Clip& clip) {
   for (size_t o = 0; o < clip.object_names.size(); ++o) {
     const torch::Tensor pose = plain(clip.object_pose.select(1, static_cast<int64_t>(o)));  // (T, 6)
     if ((pose - pose[0]).abs().max().item<float>() < 1e-5F) continue;
-    const torch::Tensor turns = matrix_to_quaternion(axis_angle_to_matrix(pose.slice(1, 3, 6)));
+    const torch::Tensor rotations = matrix_to_quaternion(axis_angle_to_matrix(pose.slice(1, 3, 6)));
     out.push_back({{"name", clip.object_names[o]},
                    {"places", blob.add_positions(pose.slice(1, 0, 3))},
-                   {"turns", blob.add_units(turns)}});
+                   {"rotations", blob.add_units(rotations)}});
   }
   return out;
 }

@@ -56,9 +56,9 @@ constexpr const char* kInbetweenRun =
     "place\n"
     "(metres) between these seconds after the first key.\n"
     "root_path: list of (seconds, x, z) that the root goes through; loop: the last pose is the first again.\n"
-    "refine: feet stand, nobody is inside the scene; way: around what stands between keys: 'learned'\n"
-    "(PathNet's way), 'searched' (A*'s) or 'straight'; collisions: `collides` is found; progress(done, all) is called "
-    "after evaluations.\n"
+    "refine: feet stand, nobody is inside the scene; detours: around what stands between keys: 'learned'\n"
+    "(PathNet's paths), 'searched' (A*'s) or 'straight'; collisions: `collides` is found; progress(done, all) is "
+    "called after evaluations.\n"
     "standard: on_source is not wanted. name: what errors call the clip.";
 
 }  // namespace
@@ -84,7 +84,7 @@ void add_inbetween(py::module_& m) {
           "Whether a flat floor was assumed.")
       .def_property_readonly(
           "unreached", [](const InbetweenResult& r) { return r.result.unreached; },
-          "Frames of `keys` that no way around what blocks the straight line leads to in time.")
+          "Frames of `keys` that no path around what blocks the straight line leads to in time.")
       .def_property_readonly(
           "key_collides", [](const InbetweenResult& r) { return r.result.key_collides; },
           "(K) bool: the key pose is inside the scene.")
@@ -115,7 +115,7 @@ void add_inbetween(py::module_& m) {
           [](const SceneInbetweener& inbetweener, const Clip& clip, const std::optional<Scene>& scene, const Keys& keys,
              const std::string& joints, double noise, int64_t steps, const std::string& sampler, uint64_t seed,
              const std::vector<double>& key_weights, const std::vector<JointContactArgument>& contacts,
-             const std::vector<PathArgument>& root_path, bool loop, bool refine, const std::string& way,
+             const std::vector<PathArgument>& root_path, bool loop, bool refine, const std::string& detours,
              bool collisions, const py::object& progress, bool standard, const std::string& name) {
             inbetween::Options options;
             options.keys = keys_of(keys, clip, seed);
@@ -126,7 +126,7 @@ void add_inbetween(py::module_& m) {
             options.seed = seed;
             options.controls = controls_of(key_weights, contacts, root_path, loop);
             options.refine = refine;
-            options.way = inbetween::way_named(way);
+            options.detours = inbetween::detours_named(detours);
             options.collisions = collisions;
             options.name = name;
             options.standard = standard;
@@ -138,8 +138,8 @@ void add_inbetween(py::module_& m) {
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
           "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "key_weights"_a = std::vector<double>(),
           "contacts"_a = std::vector<JointContactArgument>(), "root_path"_a = std::vector<PathArgument>(),
-          "loop"_a = false, "refine"_a = true, "way"_a = "learned", "collisions"_a = false, "progress"_a = py::none(),
-          "standard"_a = false, "name"_a = "motion", kInbetweenRun);
+          "loop"_a = false, "refine"_a = true, "detours"_a = "learned", "collisions"_a = false,
+          "progress"_a = py::none(), "standard"_a = false, "name"_a = "motion", kInbetweenRun);
   m.def(
       "poses_at_times",
       [](const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate) {

@@ -115,7 +115,7 @@ constexpr const char* kInteractRun =
     "contacts: pairs (left, right), one after the other; each hand a part of the chair ('armrest', 'front', 'side',\n"
     "'back'), a point (x, y, z) in metres, or None. draw_contacts: ContactNet draws them from `seed`.\n"
     "then_walk: (x, z, heading): where they walk in the end. seconds: length of the motion.\n"
-    "raw: not fitted to contacts and scene; straight: no way is planned around what stands in the way; force: seats "
+    "raw: not fitted to contacts and scene; straight: no route is planned around what stands in the way; force: seats "
     "and\n"
     "contacts out of reach are tried all the same. standard: on_source is not wanted. name: what errors call the "
     "start.";

@@ -222,7 +222,7 @@ void add_queries(py::module_& m) {
         return released([&, scene] { return path_between(scene, start, end, margin); });
       },
       "scene"_a, "start"_a, "end"_a, "margin"_a = 0.3,
-      "A smooth way over the floor y = 0 from start (x, z) to end (x, z) that keeps about `margin` metres from "
+      "A smooth path over the floor y = 0 from start (x, z) to end (x, z) that keeps about `margin` metres from "
       "everything:\n"
       "(K, 2) float32, points 2 cm apart; None where there is none.");
   m.def(

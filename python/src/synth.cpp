@@ -46,7 +46,7 @@ void add_synth(py::module_& m) {
         options.seed = seed;
         options.seconds = seconds;
         options.clips_per_room = clips_per_room;
-        options.chords.share = on_chord;
+        options.chords.tried = on_chord;
         options.progress = progress_of(progress);
         released([&] { return generate_rooms(folder.string(), options); });
         return opened(folder);
@@ -55,8 +55,8 @@ void add_synth(py::module_& m) {
       "on_chord"_a = 0.0, "progress"_a = py::none(),
       "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
       "length of\n"
-      "each clip. on_chord: share of straight lines between poses that furniture is tried on. progress(done, all) is "
-      "called\n"
+      "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. progress(done, all) "
+      "is called\n"
       "after each clip. Returns the Dataset.");
   m.def(
       "synth_chairs",
@@ -89,7 +89,7 @@ void add_synth(py::module_& m) {
         options.seconds = seconds;
         options.mirrored = mirrored;
         options.stretches = stretches;
-        options.chords.share = on_chord;
+        options.chords.tried = on_chord;
         options.only_on_chords = only_on_chord;
         options.seed = seed;
         options.reading = reading_of(up, scale, rate, std::nullopt);
@@ -98,7 +98,7 @@ void add_synth(py::module_& m) {
         return opened(folder);
       },
       "folder"_a, "train"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
-      "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().share,
+      "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
       "only_on_chord"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
       "progress"_a = py::none(),
       "A data set of rooms fitted around recorded motion, in `folder`. train, val, test: motion files. seconds: "

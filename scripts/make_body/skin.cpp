@@ -18,7 +18,7 @@ using JointWeights = std::array<double, kStandardJoints>;
 /// Rises smoothly from 0 at x = -1 to 1 at x = 1.
 double rise(double x) { return smooth_step(0.5 * (x + 1)); }
 
-/// Moves the share `part` of a joint's weight on to its child.
+/// Moves the fraction `part` of a joint's weight on to its child.
 void pass_on(JointWeights& w, int from, int to, double part) {
   w[to] += part * w[from];
   w[from] *= 1 - part;
@@ -135,20 +135,20 @@ torch::Tensor builtin_shape_directions(const TriangleSurface& skin, const torch:
     move.fill(Vector3d::Zero());
     double trunk = 0;
     for (int j = 0; j < kStandardJoints; ++j) {
-      const double share = w[v][j];
-      if (share == 0) continue;
+      const double weight = w[v][j];
+      if (weight == 0) continue;
       const int end = kFarEnd[j];
       const Vector3d bone = end < 0 ? Vector3d::Zero() : Vector3d(rest[end] - rest[j]);
       const double t = end < 0 ? 0 : std::clamp((p - rest[j]).dot(bone) / bone.squaredNorm(), 0.0, 1.0);
       for (int b : {kLegs, kArms, kTorso, kShoulders, kHips}) {
         const Vector3d& here = joint_moves[b][j];
         // The pelvis stretches along the spine only: its other children pull their own flesh.
-        move[b] += share * (end < 0 ? here : Vector3d(here + t * (joint_moves[b][end] - here)));
+        move[b] += weight * (end < 0 ? here : Vector3d(here + t * (joint_moves[b][end] - here)));
       }
       const bool in_trunk = j == 0 || j == 3 || j == 6 || j == 9;
-      if (in_trunk) trunk += share;
-      if (j == 0 || j == 3) move[kHips].x() += share * 0.06 * p.x() * (j == 0 ? 1.0 : 0.35);
-      if (j == 6 || j == 9) move[kShoulders].x() += share * 0.045 * p.x() * (j == 9 ? 1.0 : 0.6);
+      if (in_trunk) trunk += weight;
+      if (j == 0 || j == 3) move[kHips].x() += weight * 0.06 * p.x() * (j == 0 ? 1.0 : 0.35);
+      if (j == 6 || j == 9) move[kShoulders].x() += weight * 0.045 * p.x() * (j == 9 ? 1.0 : 0.6);
 
       // Away from the bone, across it only, so that lengths and the flat sole stay.
       const bool in_arm = j == 13 || j == 14 || j >= 16;
@@ -156,7 +156,7 @@ torch::Tensor builtin_shape_directions(const TriangleSurface& skin, const torch:
       Vector3d away = p - axis;
       away[in_arm ? 0 : 1] = 0;
       if (!in_arm && !in_trunk && away.x() * p.x() < 0) away.x() *= 0.15;  // thighs must not grow into each other
-      move[kGirth] += share * kGrowth[j] * away;
+      move[kGirth] += weight * kGrowth[j] * away;
     }
     move[kStature] = 0.04 * p;
     const double height = std::exp(-std::pow((p.y() - 0.075) / 0.085, 2));

@@ -109,15 +109,15 @@ TEST(IntentionAnticipator, MovesAlongWithTheWorld) {
   const IntentionAnticipator anticipator(gentle());
   Clip clip = person("walk", 30);
   const Result before = anticipator.run(clip, {}, {-1, 1, 1, 3, "walk"});
-  const Tensor turn = yaw_matrix(1.3), shift = torch::tensor({4.F, 0.F, -2.F});
+  const Tensor rotation = yaw_matrix(1.3), shift = torch::tensor({4.F, 0.F, -2.F});
   clip.rotations = clip.rotations.clone();
   clip.rotations.select(1, 0).copy_(
-      matrix_to_axis_angle(torch::matmul(turn, axis_angle_to_matrix(clip.rotations.select(1, 0)))));
+      matrix_to_axis_angle(torch::matmul(rotation, axis_angle_to_matrix(clip.rotations.select(1, 0)))));
   const Tensor rest = clip.skeleton.offsets[0];
-  clip.trans = torch::matmul(clip.trans + rest, turn.t()) + shift - rest;
-  clip.joints = torch::matmul(clip.joints, turn.t()) + shift;
+  clip.trans = torch::matmul(clip.trans + rest, rotation.t()) + shift - rest;
+  clip.joints = torch::matmul(clip.joints, rotation.t()) + shift;
   const Result after = anticipator.run(clip, {}, {-1, 1, 1, 3, "walk"});
-  EXPECT_LT(largest(after.futures[0].joints - (torch::matmul(before.futures[0].joints, turn.t()) + shift)), 5e-3);
+  EXPECT_LT(largest(after.futures[0].joints - (torch::matmul(before.futures[0].joints, rotation.t()) + shift)), 5e-3);
 }
 
 TEST(IntentionAnticipator, OtherSkeletonsKeepTheirBones) {

@@ -175,9 +175,9 @@ TEST(EvaluateAnticipate, ConstantVelocityAndRetrievalGoOnWhereMotionIsSteadyAndK
   EXPECT_NEAR(velocity->root_error[9], 0, 0.5);
   EXPECT_NEAR(memory->ndms[0], 10.0 / 12, 5e-2) << "seamless";
   EXPECT_NEAR(real->ndms[0], 10.0 / 12, 5e-2);
-  EXPECT_NEAR(velocity->late_share, velocity->ndms[9] / real->ndms[9], 1e-2);
-  EXPECT_NEAR(real->late_share, 1, 1e-9);
-  EXPECT_EQ(row_of(table, "mean", "last pose held")->late_share, 0);
+  EXPECT_NEAR(velocity->late_ratio, velocity->ndms[9] / real->ndms[9], 1e-2);
+  EXPECT_NEAR(real->late_ratio, 1, 1e-9);
+  EXPECT_EQ(row_of(table, "mean", "last pose held")->late_ratio, 0);
   EXPECT_EQ(table_json(table)["apart"], nlohmann::json({"rest"}));
 }
 

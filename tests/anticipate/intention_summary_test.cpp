@@ -1,5 +1,5 @@
-// Protects what `inhabit intentions` says of labels: shares, segments, lengths and actions against counts by hand, and
-// which segment stands for a label.
+// Protects what `inhabit intentions` says of labels: fractions, segments, lengths and actions against counts by hand,
+// and which segment stands for a label.
 #include "inhabit/anticipate/intention_summary.h"
 
 #include <gmock/gmock.h>

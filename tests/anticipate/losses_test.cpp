@@ -63,7 +63,7 @@ TEST(AdversarialLosses, AreThoseOfProbabilities) {
   EXPECT_NEAR(generator_loss(-sure).item<double>(), 200, 1e-3) << "no logarithm of zero";
 }
 
-TEST(SamenessLoss, IsTheShareThatThePosesDistanceLacks) {
+TEST(SamenessLoss, IsTheFractionThatThePosesDistanceLacks) {
   Tensor a = torch::zeros({2, 3, 67}), b = torch::zeros({2, 3, 67});
   b.select(2, 5) = 0.3, b.select(2, 9) = 0.4;  // 0.5 m apart in every frame
   b.slice(2, 63) = 5;                          // another root motion counts for nothing
@@ -96,11 +96,12 @@ TEST(Losses, GradientsAreThoseOfFiniteDifferences) {
       {"generator", [&](const Tensor& x) { return generator_loss(x.select(2, 4)); }},
       {"sameness", [&](const Tensor& x) { return diversity_loss(x, other, scale, torch::full({2}, 100.0)); }}};
   for (const auto& [name, loss] : losses) {
-    const Tensor x = torch::randn({2, 3, 67}, exact).requires_grad_(true), way = torch::randn({2, 3, 67}, exact);
+    const Tensor x = torch::randn({2, 3, 67}, exact).requires_grad_(true), direction = torch::randn({2, 3, 67}, exact);
     const Tensor slope = torch::autograd::grad({loss(x)}, {x})[0];
-    const double step = 1e-6, measured = (loss(x + step * way) - loss(x - step * way)).item<double>() / (2 * step);
+    const double step = 1e-6,
+                 measured = (loss(x + step * direction) - loss(x - step * direction)).item<double>() / (2 * step);
     EXPECT_GT(std::abs(measured), 1e-5) << name;
-    EXPECT_NEAR((slope * way).sum().item<double>(), measured, 1e-5 * std::abs(measured) + 1e-8) << name;
+    EXPECT_NEAR((slope * direction).sum().item<double>(), measured, 1e-5 * std::abs(measured) + 1e-8) << name;
   }
   const Tensor same = truth.clone().requires_grad_(true);  // a distance of zero has no slope, and no NaN
   EXPECT_TRUE(torch::autograd::grad({pose_reconstruction_loss(same, truth, weights, scale)}, {same})[0]

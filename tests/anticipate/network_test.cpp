@@ -165,7 +165,7 @@ TEST(ResidualNetworks, HoldTheLastPoseWhereNothingIsAdded) {
   EXPECT_TRUE(torch::equal(seq2seq->forward(past, 5), held));
 }
 
-TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
+TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedWeight) {
   const torch::NoGradGuard no_gradients;
   const Config c = without_memory();
   torch::manual_seed(11);
@@ -174,12 +174,12 @@ TEST(PoseNetwork, IsDrawnTowardsThePoseThatItsStateNamesByTheLearnedShare) {
   pose->out->weight.zero_();
   pose->out->bias.copy_(torch::cat({change, named}));
   pose->pull.copy_(torch::randn({kFeatureCount}));
-  const Tensor past = torch::randn({1, 12, kFeatureCount}), last = past[0][11], share = pose->pull.sigmoid();
+  const Tensor past = torch::randn({1, 12, kFeatureCount}), last = past[0][11], weight = pose->pull.sigmoid();
   PoseNetworkImpl::State state = pose->start(past, torch::randn({1, c.noise}));
   const Tensor future = pose->roll(state, random_labels(1, 2 + c.gamma - 1, c), 2)[0];
-  const Tensor first = last + change + share * (named - last);
+  const Tensor first = last + change + weight * (named - last);
   EXPECT_LT(largest(future[0] - first), 1e-5);
-  EXPECT_LT(largest(future[1] - (first + change + share * (named - first))), 1e-5);
+  EXPECT_LT(largest(future[1] - (first + change + weight * (named - first))), 1e-5);
 }
 
 /// Something to follow, standardised.

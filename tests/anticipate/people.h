@@ -8,16 +8,16 @@
 /// Somebody of the built-in body at 25 frames a second: "walk" goes on at 1 m/s with swinging limbs, a step a second,
 /// "wave" stands and waves the right arm. People differ by `number`, in phase and heading.
 inline inhabit::Clip person(const std::string& action, int64_t frames, int number = 0) {
-  const int64_t lead = 7 * number % 25;
-  inhabit::Clip clip = walker(frames + lead, action == "walk" ? 1.2 : 0.0, 0.8 * number, action == "walk" ? 1 : 0);
+  const int64_t skipped = 7 * number % 25;
+  inhabit::Clip clip = walker(frames + skipped, action == "walk" ? 1.2 : 0.0, 0.8 * number, action == "walk" ? 1 : 0);
   if (action == "wave") {
-    const torch::Tensor t = torch::arange(frames + lead).to(torch::kFloat32) / 25;
+    const torch::Tensor t = torch::arange(frames + skipped).to(torch::kFloat32) / 25;
     clip.rotations.select(1, 17).select(1, 2).copy_(0.2 + 0.5 * torch::sin(7 * t));
     clip.rotations.select(1, 19).select(1, 1).copy_(0.8 + 0.4 * torch::sin(7 * t + 1));
     clip.joints = inhabit::joint_positions(clip.skeleton, clip.rotations, clip.trans);
   }
   clip.rate = 25;
-  return inhabit::slice(clip, lead, lead + frames);
+  return inhabit::slice(clip, skipped, skipped + frames);
 }
 
 /// Recordings of both actions, two of each.

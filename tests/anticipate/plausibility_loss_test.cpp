@@ -68,12 +68,13 @@ TEST(PlausibilityLoss, HasItsFiniteDifferencesAsGradient) {
   const Tensor starts = torch::tensor({{0, 5, 12}}), action = torch::tensor({0});
   Tensor x = features.clone().requires_grad_(true);
   const Tensor gradient = torch::autograd::grad({loss(x, action, starts)}, {x})[0];
-  const Tensor way = torch::randn_like(features);
+  const Tensor direction = torch::randn_like(features);
   constexpr double kStep = 2e-4;
   const double change =
-      (loss(features + kStep * way, action, starts) - loss(features - kStep * way, action, starts)).item<double>() /
+      (loss(features + kStep * direction, action, starts) - loss(features - kStep * direction, action, starts))
+          .item<double>() /
       (2 * kStep);
-  EXPECT_NEAR((gradient * way).sum().item<double>(), change, 0.05 * std::abs(change) + 1e-3);
+  EXPECT_NEAR((gradient * direction).sum().item<double>(), change, 0.05 * std::abs(change) + 1e-3);
 }
 
 TEST(PlausibilityLoss, HasAFiniteGradientWhereNobodyMoves) {

@@ -23,7 +23,7 @@ std::vector<int64_t> first_column(const Tensor& rows) {
   return {whole.data_ptr<int64_t>(), whole.data_ptr<int64_t>() + whole.numel()};
 }
 
-TEST(Observation, IsLedInByTheFirstFrame) {
+TEST(Observation, IsLeftPaddedWithTheFirstFrame) {
   EXPECT_EQ(first_column(observation(counted(20), 15, 4)), (std::vector<int64_t>{11, 12, 13, 14}));
   EXPECT_EQ(first_column(observation(counted(20), 2, 5)), (std::vector<int64_t>{0, 0, 0, 0, 1}));
   EXPECT_EQ(first_column(observation(counted(20), 20, 3)), (std::vector<int64_t>{17, 18, 19}));

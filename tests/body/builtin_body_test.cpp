@@ -22,8 +22,8 @@ double volume(const Tensor& vertices, const Tensor& faces) {
 }
 
 Tensor rest_skin(const Tensor& betas) {
-  const Tensor turns = torch::eye(3).expand({22, 3, 3}).contiguous();
-  return skin(builtin_body(), betas, turns, torch::zeros({3}));
+  const Tensor rotations = torch::eye(3).expand({22, 3, 3}).contiguous();
+  return skin(builtin_body(), betas, rotations, torch::zeros({3}));
 }
 
 TEST(BuiltinBody, SkinIsOneClosedSurface) {
@@ -146,12 +146,12 @@ TEST(BuiltinBody, LimitsAreOrderedSymmetricAndHoldTheRestPose) {
   }
 }
 
-TEST(Skinning, RestPoseIsTheTemplateAndTurnsAreRigid) {
+TEST(Skinning, RestPoseIsTheTemplateAndRotationsAreRigid) {
   const BodyModel& body = builtin_body();
   EXPECT_LT(largest(rest_skin({}) - body.template_vertices), 1e-6);
-  Tensor turns = torch::zeros({1, 22, 3});
-  turns[0][0] = torch::tensor({0.3F, -1.0F, 0.4F});
-  const Tensor r = axis_angle_to_matrix(turns);
+  Tensor rotations = torch::zeros({1, 22, 3});
+  rotations[0][0] = torch::tensor({0.3F, -1.0F, 0.4F});
+  const Tensor r = axis_angle_to_matrix(rotations);
   const Tensor moved = skin(body, {}, r, torch::tensor({{1.0F, 2.0F, 3.0F}}));
   const Tensor expected = body.template_vertices.matmul(r[0][0].t()) + torch::tensor({1.0F, 2.0F, 3.0F});
   EXPECT_LT(largest(moved[0] - expected), 1e-5);

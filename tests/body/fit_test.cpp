@@ -61,7 +61,7 @@ TEST(Fit, FindsTheMotionOfTheSameSkeleton) {
   EXPECT_LT(fit.mean_error, 0.002);
   const Tensor again = joint_positions(body.skeleton, fit.rotations, fit.trans);
   EXPECT_NEAR((again - joints).norm(2, -1).mean().item<double>(), fit.mean_error, 1e-5);
-  // Knees and elbows come back as hinges, and so do the turns above them.
+  // Knees and elbows come back as hinges, and so do the rotations above them.
   const Tensor difference = (fit.rotations - rotations).abs().mean(0);
   for (int j : {1, 2, 4, 5, 16, 17, 18, 19}) EXPECT_LT(difference[j].max().item<double>(), 0.15) << j;
 }
@@ -165,8 +165,8 @@ TEST(FitRotations, BringJointsOfTheSameBonesBack) {
 }
 
 /// A person who spins twice a second, arms and legs through every direction, past the poles where the rotation from the
-/// rest pose is ambiguous: nothing may turn faster than it was turned.
-TEST(FitRotations, DoNotFlipOnFastTurns) {
+/// rest pose is ambiguous: nothing may rotate faster than it did.
+TEST(FitRotations, DoNotFlipOnFastRotations) {
   constexpr int64_t kFrames = 240;
   Tensor rotations = torch::zeros({kFrames, 22, 3}), trans = torch::zeros({kFrames, 3});
   for (int64_t t = 0; t < kFrames; ++t) {

@@ -19,7 +19,7 @@ TEST(Kinematics, IdentityRotationsGiveTheRestPose) {
   EXPECT_LT(largest(s.rest_joints() - builtin_body().joint_template), 1e-6);
 }
 
-TEST(Kinematics, ChainOfTwoTurnsHasTheClosedForm) {
+TEST(Kinematics, ChainOfTwoRotationsHasTheClosedForm) {
   const std::vector<int> parents = {-1, 0, 1};
   const Tensor offsets = torch::tensor({0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0}, torch::kDouble).view({3, 3});
   Tensor v = torch::zeros({3, 3}, torch::kDouble);

@@ -56,9 +56,9 @@ TEST(TwoBone, LimbRotationsBringTheJointsThere) {
       EXPECT_LT((end - target).norm(), 1e-9);
       // The middle joint is a hinge about the axis normal to the rest limb and its pole.
       const Vector3d hinge = limb.rest_pole.cross(bones.offsets[limb.mid]).normalized();
-      const Vector3d turn = axis_angle_of(pose.mid_rotation);
-      EXPECT_LT((turn - turn.dot(hinge) * hinge).norm(), 0.15);
-      EXPECT_GT(turn.dot(hinge), -0.1);
+      const Vector3d rotation = axis_angle_of(pose.mid_rotation);
+      EXPECT_LT((rotation - rotation.dot(hinge) * hinge).norm(), 0.15);
+      EXPECT_GT(rotation.dot(hinge), -0.1);
     }
   }
 }

@@ -64,7 +64,7 @@ TEST(Eval, ShardsEndInTheSameTable) {
   expect_refused("eval forecast --data " + rooms + " --shard 1/2", {"--shard", "--json"}, out);
 }
 
-TEST(Eval, ShardsOfContactsAndWaysAroundDoToo) {
+TEST(Eval, ShardsOfContactsAndDetoursDoToo) {
   const TempFolder folder;
   expect_shards_alike("eval contacts --stride 20 --data " + make_tiny_rooms(folder));
   expect_shards_alike("eval detour --rooms 4 --seeds 1 --no-refine");

@@ -202,7 +202,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   r = run_command("eval inbetween --data " + folder / "data" + " --model " + model +
                   " --keyframes every:60 ends --steps 2 --seeds 2 --no-refine --against 'cubic spline' --row "
-                  "'straight, guidance 0: inference.guidance=0 way=straight' --json " +
+                  "'straight, guidance 0: inference.guidance=0 detours=straight' --json " +
                   table);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(r.out, HasSubstr("w/o body shape, straight, guidance 0, raw"));
@@ -270,10 +270,10 @@ TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(read_whole_file(folder / "more.safetensors.log.jsonl"), testing::Not(HasSubstr("denoiser")));
   EXPECT_TRUE(inbetween::load_networks(folder / "more.safetensors").path) << "kept beside what was trained";
-  r = run_command("train inbetween --stage path --from " + model + " --out " + folder / "way.safetensors" +
+  r = run_command("train inbetween --stage path --from " + model + " --out " + folder / "path.safetensors" +
                   " --set training.path_steps=1 training.path_batch=2");
   ASSERT_EQ(r.exit_code, 0) << r.err << ": of the sizes of the file, without data";
-  const auto before = inbetween::load_networks(model), after = inbetween::load_networks(folder / "way.safetensors");
+  const auto before = inbetween::load_networks(model), after = inbetween::load_networks(folder / "path.safetensors");
   EXPECT_TRUE(torch::equal(before.network->stem->weight, after.network->stem->weight));
   EXPECT_FALSE(torch::equal(before.path->move->bias, after.path->move->bias));
   const std::string out = folder / "out.npz";
@@ -289,7 +289,7 @@ TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
                  {"--data", "path"}, folder / "none");
 }
 
-TEST(Inbetween, WaysAroundWhatStandsBetweenKeys) {
+TEST(Inbetween, DetoursAroundWhatStandsBetweenKeys) {
   const TempFolder folder;
   const std::string obj = folder / "room.glb", keys = folder / "keys.npz", out = folder / "out.npz";
   const Clip walk = walker(91, 1.1, 0, 0.5);
@@ -306,11 +306,11 @@ TEST(Inbetween, WaysAroundWhatStandsBetweenKeys) {
     return read_clip(out).root_path().select(1, 0).abs().max().item<double>();
   };
   EXPECT_GT(aside(""), 0.45);
-  EXPECT_GT(aside(" --way searched"), 0.45);
-  EXPECT_LT(aside(" --way straight"), 0.4);
+  EXPECT_GT(aside(" --detours searched"), 0.45);
+  EXPECT_LT(aside(" --detours straight"), 0.4);
   std::filesystem::create_directory(folder / "none");
-  expect_refused("inbetween " + keys + " --scene " + obj + " --way left -o " + folder / "none/o.npz", {"--way", "left"},
-                 folder / "none");
+  expect_refused("inbetween " + keys + " --scene " + obj + " --detours left -o " + folder / "none/o.npz",
+                 {"--detours", "left"}, folder / "none");
   expect_refused("train inbetween --stage path --resume --out " + folder / "none/m.safetensors", {"path", "--from"},
                  folder / "none");
 }

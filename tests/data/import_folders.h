@@ -35,10 +35,10 @@ inline Sitter sitter(int64_t first, int64_t last) {
 
 /// A +Y-up orientation and place of the pelvis in a +Z-up world: (x, y, z) -> (x, -z, y).
 inline void to_z_up(Sitter& s) {
-  const torch::Tensor turn = torch::tensor({{1.F, 0.F, 0.F}, {0.F, 0.F, -1.F}, {0.F, 1.F, 0.F}});
+  const torch::Tensor rotation = torch::tensor({{1.F, 0.F, 0.F}, {0.F, 0.F, -1.F}, {0.F, 1.F, 0.F}});
   const torch::Tensor pelvis = torch::tensor({0.003F, -0.351F, 0.012F});
-  s.orient = matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(s.orient)));
-  s.trans = (s.trans + pelvis).matmul(turn.t()) - pelvis;
+  s.orient = matrix_to_axis_angle(rotation.matmul(axis_angle_to_matrix(s.orient)));
+  s.trans = (s.trans + pelvis).matmul(rotation.t()) - pelvis;
 }
 
 inline void make_folders(const std::string& path) {

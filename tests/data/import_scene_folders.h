@@ -41,7 +41,7 @@ inline void write_prox(const std::string& folder, const std::string& scene, int6
   std::filesystem::create_directories(folder + "/cam2world");
   write_ply(folder + "/scenes/" + scene + ".ply", room);
   // The camera looks along the world's +Y, its y points down.
-  const torch::Tensor turn = torch::tensor({{1.F, 0.F, 0.F}, {0.F, 0.F, 1.F}, {0.F, -1.F, 0.F}});
+  const torch::Tensor rotation = torch::tensor({{1.F, 0.F, 0.F}, {0.F, 0.F, 1.F}, {0.F, -1.F, 0.F}});
   const torch::Tensor place = torch::tensor({0.5F, -4.F, 0.75F});
   write_atomically(folder + "/cam2world/" + scene + ".json",
                    "[[1, 0, 0, 0.5], [0, 0, 1, -4.0], [0, -1, 0, 0.75], [0, 0, 0, 1]]");
@@ -49,8 +49,8 @@ inline void write_prox(const std::string& folder, const std::string& scene, int6
   to_z_up(s);
   const torch::Tensor pelvis = torch::tensor({0.003F, -0.351F, 0.012F});
   const torch::Tensor world = s.trans + pelvis - torch::tensor({0.F, 0.F, 1.F});
-  const torch::Tensor orient = matrix_to_axis_angle(turn.t().matmul(axis_angle_to_matrix(s.orient)));
-  const torch::Tensor transl = (world - place).matmul(turn) - pelvis;
+  const torch::Tensor orient = matrix_to_axis_angle(rotation.t().matmul(axis_angle_to_matrix(s.orient)));
+  const torch::Tensor transl = (world - place).matmul(rotation) - pelvis;
   for (int64_t t = 0; t < s.orient.size(0); ++t) {
     if (t >= 40 && t < 43) continue;
     char name[64];
@@ -71,9 +71,9 @@ inline void write_trumans(const std::string& folder) {
   Scene room, sofa;
   for (const Mesh& mesh : whole.meshes) (mesh.name.rfind("sofa", 0) == 0 ? sofa : room).meshes.push_back(mesh);
   // The sofa as its file has it, turned by a quarter and moved: object_mat puts it back.
-  const torch::Tensor turn = torch::tensor({{0.F, 0.F, 1.F}, {0.F, 1.F, 0.F}, {-1.F, 0.F, 0.F}});
+  const torch::Tensor rotation = torch::tensor({{0.F, 0.F, 1.F}, {0.F, 1.F, 0.F}, {-1.F, 0.F, 0.F}});
   const torch::Tensor shift = torch::tensor({1.F, 0.F, 2.F});
-  for (Mesh& mesh : sofa.meshes) mesh.vertices = (mesh.vertices - shift).matmul(turn).contiguous();
+  for (Mesh& mesh : sofa.meshes) mesh.vertices = (mesh.vertices - shift).matmul(rotation).contiguous();
   write_obj(folder + "/Scene_mesh/home.obj", room);
   write_obj(folder + "/Object_chairs/Object_mesh/sofa.obj", sofa);
   const Sitter s = sitter(120, 320);
@@ -93,21 +93,21 @@ inline void write_trumans(const std::string& folder) {
   flag.select(1, 1).fill_(1);
   write_npy_at(folder + "/object_flag.npy", flag);
   torch::Tensor mat = torch::zeros({n * T, 2, 4, 4});
-  // Rows of points times this: v turn^T + shift.
-  mat.select(1, 1).narrow(1, 0, 3).narrow(2, 0, 3).copy_(turn.t());
+  // Rows of points times this: v rotation^T + shift.
+  mat.select(1, 1).narrow(1, 0, 3).narrow(2, 0, 3).copy_(rotation.t());
   mat.select(1, 1).narrow(1, 0, 3).select(2, 3).copy_(shift);
   mat.select(1, 1).select(1, 3).select(1, 3).fill_(1);
   write_npy_at(folder + "/object_mat.npy", mat);
 }
 
-/// A person of the world in other axes, x_world = turn x + shift. @param turn (3, 3). @param shift (3)
-inline void to_axes(Sitter& s, const torch::Tensor& turn, const torch::Tensor& shift) {
+/// A person of the world in other axes, x_world = rotation x + shift. @param rotation (3, 3). @param shift (3)
+inline void to_axes(Sitter& s, const torch::Tensor& rotation, const torch::Tensor& shift) {
   const torch::Tensor pelvis = torch::tensor({0.003F, -0.351F, 0.012F});
-  s.orient = matrix_to_axis_angle(turn.t().matmul(axis_angle_to_matrix(s.orient)));
-  s.trans = (s.trans + pelvis - shift).matmul(turn) - pelvis;
+  s.orient = matrix_to_axis_angle(rotation.t().matmul(axis_angle_to_matrix(s.orient)));
+  s.trans = (s.trans + pelvis - shift).matmul(rotation) - pelvis;
 }
-inline Scene to_axes(Scene scene, const torch::Tensor& turn, const torch::Tensor& shift) {
-  for (Mesh& mesh : scene.meshes) mesh.vertices = (mesh.vertices - shift).matmul(turn).contiguous();
+inline Scene to_axes(Scene scene, const torch::Tensor& rotation, const torch::Tensor& shift) {
+  for (Mesh& mesh : scene.meshes) mesh.vertices = (mesh.vertices - shift).matmul(rotation).contiguous();
   return scene;
 }
 
@@ -138,23 +138,23 @@ inline FakeVposer fake_vposer(const torch::Tensor& poses) {
 /// dataset.csv, a scan and a pickle a frame of PyTorch's tensors; frames 40 to 42 are missing.
 inline void write_gimo(const std::string& folder, int64_t first, int64_t last) {
   const double scale = 1.03;
-  const torch::Tensor scan_turn = yaw_matrix(0.5), scan_shift = torch::tensor({-0.2F, 0.9F, 0.3F});
-  const torch::Tensor take_turn = yaw_matrix(1.25), take_shift = torch::tensor({-1.5F, -1.25F, 3.25F});
-  const auto matrix = [](const torch::Tensor& turn, const torch::Tensor& shift, const char* row, const char* end) {
+  const torch::Tensor scan_rotation = yaw_matrix(0.5), scan_shift = torch::tensor({-0.2F, 0.9F, 0.3F});
+  const torch::Tensor take_rotation = yaw_matrix(1.25), take_shift = torch::tensor({-1.5F, -1.25F, 3.25F});
+  const auto matrix = [](const torch::Tensor& rotation, const torch::Tensor& shift, const char* row, const char* end) {
     std::string out;
     for (int64_t r = 0; r < 3; ++r) {
       out += row;
-      for (int64_t c = 0; c < 3; ++c) out += std::to_string(turn[r][c].item<double>()) + (*row ? ", " : " ");
+      for (int64_t c = 0; c < 3; ++c) out += std::to_string(rotation[r][c].item<double>()) + (*row ? ", " : " ");
       out += std::to_string(shift[r].item<double>()) + end;
     }
     return out;
   };
   make_folders(folder + "/hall/scene_obj/transform_norm.txt");
   write_atomically(folder + "/hall/scene_obj/transform_norm.txt",
-                   matrix(scan_turn, scan_shift, "", "\n") + "0 0 0 1\n");
+                   matrix(scan_rotation, scan_shift, "", "\n") + "0 0 0 1\n");
   Scene scan = read_scene_file(kSitterRoom).scene;
   for (Mesh& mesh : scan.meshes) mesh.vertices = mesh.vertices * scale;
-  write_obj(folder + "/hall/scene_obj/textured_output.obj", to_axes(scan, scan_turn, scan_shift));
+  write_obj(folder + "/hall/scene_obj/textured_output.obj", to_axes(scan, scan_rotation, scan_shift));
   write_atomically(folder + "/dataset.csv",
                    "\xEF\xBB\xBFsequence_path,start_frame,end_frame,scene,transformation,training\r\n"
                    "2022-01-23,300," +
@@ -163,10 +163,10 @@ inline void write_gimo(const std::string& folder, int64_t first, int64_t last) {
   const std::string take = folder + "/hall/2022-01-23/";
   make_folders(take + "x");
   write_atomically(take + "transform_info.json", "{\"scale\": 1.03, \"transformation\": [" +
-                                                     matrix(take_turn, take_shift, "[", "], ") + "[0, 0, 0, 1]]}");
+                                                     matrix(take_rotation, take_shift, "[", "], ") + "[0, 0, 0, 1]]}");
   Sitter s = sitter(first, last);
-  to_axes(s, scan_turn, scan_shift / scale);
-  to_axes(s, take_turn, take_shift / scale);
+  to_axes(s, scan_rotation, scan_shift / scale);
+  to_axes(s, take_rotation, take_shift / scale);
   const FakeVposer vposer = fake_vposer(s.body);
   make_folders(folder + "/vposer_v1_0/snapshots/TR00_E096.pt");
   write_atomically(folder + "/vposer_v1_0/snapshots/TR00_E096.pt", torch_file(vposer.weights));
@@ -184,11 +184,11 @@ inline void write_gimo(const std::string& folder, int64_t first, int64_t last) {
 /// sequences/ with a pickle a frame in the axes of a camera that is tilted by 25 degrees, the sofa as it was
 /// registered.
 inline void write_couch(const std::string& folder, int64_t first, int64_t last) {
-  const torch::Tensor turn =
+  const torch::Tensor rotation =
       axis_angle_to_matrix(torch::tensor({static_cast<float>(M_PI - 25 * M_PI / 180), 0.F, 0.F}));
   const torch::Tensor shift = torch::tensor({0.5F, 1.75F, -3.F});
   Sitter s = sitter(first, last);
-  to_axes(s, turn, shift);
+  to_axes(s, rotation, shift);
   // SMPL-H's pelvis rests elsewhere than SMPL-X's.
   s.trans += torch::tensor({0.003F, -0.351F, 0.012F}) - torch::tensor({-0.002F, -0.223F, 0.028F});
   Scene sofa;
@@ -205,7 +205,7 @@ inline void write_couch(const std::string& folder, int64_t first, int64_t last) 
                   {"betas", torch::arange(10) / 10.0}});
     if (t > 0) continue;
     make_folders(frame + "/sofa/fit01/x");
-    write_ply(frame + "/sofa/fit01/sofa_fit.ply", to_axes(sofa, turn, shift));
+    write_ply(frame + "/sofa/fit01/sofa_fit.ply", to_axes(sofa, rotation, shift));
   }
   write_atomically(take + "info.json", "{\"cat\": \"sofa\", \"gender\": \"male\"}");
   write_atomically(folder + "/split.json", "{\"train\": [], \"test\": [\"Date01_Sub02_sofa_sit\"]}");

@@ -55,26 +55,26 @@ TEST(PosedFrom, IsForwardKinematicsOfRotationsSinceTheLastPose) {
   const Skeleton skeleton = builtin_body().skeleton;
   const Tensor local = axis_angle_to_matrix(torch::randn({2, 22, 3}) * 0.4), trans = torch::randn({2, 3});
   const Pose pose = forward_kinematics(skeleton.parents, skeleton.offsets, local, trans);
-  // From the first pose to the second: each joint that has children turns by R2 R1^T.
-  std::vector<Tensor> turns;
+  // From the first pose to the second: each joint that has children rotates by R2 R1^T.
+  std::vector<Tensor> rotations;
   for (int j = 0; j < kStandardJoints; ++j)
     if (std::count(skeleton.parents.begin(), skeleton.parents.end(), j) > 0)
-      turns.push_back(pose.rotations[1][j].matmul(pose.rotations[0][j].t()));
-  ASSERT_EQ(turns.size(), static_cast<size_t>(kTurning));
+      rotations.push_back(pose.rotations[1][j].matmul(pose.rotations[0][j].t()));
+  ASSERT_EQ(rotations.size(), static_cast<size_t>(kTurning));
   const Tensor got = posed_from(pose.positions.slice(0, 0, 1), pose.positions[1][0].view({1, 1, 3}),
-                                torch::stack(turns).view({1, 1, kTurning, 3, 3}));
+                                torch::stack(rotations).view({1, 1, kTurning, 3, 3}));
   EXPECT_LT(largest_difference(got[0][0], pose.positions[1]), 1e-5);
 }
 
 TEST(AngularVelocities, AreThoseOfABodyThatTurnsAsAWholeAndZeroAboutASingleBone) {
   const Tensor before = walker(1, 0, 0.3, 1).joints;
-  const Tensor turn = torch::tensor({0.01F, -0.02F, 0.015F});
-  const Tensor now = torch::matmul(before, axis_angle_to_matrix(turn).t());
+  const Tensor velocity = torch::tensor({0.01F, -0.02F, 0.015F});
+  const Tensor now = torch::matmul(before, axis_angle_to_matrix(velocity).t());
   const Tensor got = angular_velocities(before, now)[0];
-  EXPECT_LT(largest_difference(got[0], turn), 1e-3);  // the pelvis holds three bones
-  // The left hip holds one: what turns it is the part of the velocity across that bone.
+  EXPECT_LT(largest_difference(got[0], velocity), 1e-3);  // the pelvis holds three bones
+  // The left hip holds one: what rotates it is the part of the velocity across that bone.
   const Tensor bone = (now[0][4] - now[0][1]) / (now[0][4] - now[0][1]).norm();
-  EXPECT_LT(largest_difference(got[1], turn - bone * turn.dot(bone)), 1e-3);
+  EXPECT_LT(largest_difference(got[1], velocity - bone * velocity.dot(bone)), 1e-3);
 }
 
 TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {

@@ -81,10 +81,10 @@ TEST(ContactForecaster, MovesAlongWithPersonAndRoom) {
   const ContactForecaster forecaster(untrained());
   const Forecast f = forecaster.predict(in.past, in.points);
   for (const double yaw : {0.6, 1.9, -2.5}) {
-    const torch::Tensor turn = yaw_matrix(yaw).t(), shift = torch::tensor({1.F, -0.2F, 3.F});
+    const torch::Tensor rotation = yaw_matrix(yaw).t(), shift = torch::tensor({1.F, -0.2F, 3.F});
     const Forecast moved =
-        forecaster.predict(torch::matmul(in.past, turn) + shift, torch::matmul(in.points, turn) + shift);
-    EXPECT_LT(largest(moved.joints - (torch::matmul(f.joints, turn) + shift)), 2e-3F) << yaw;
+        forecaster.predict(torch::matmul(in.past, rotation) + shift, torch::matmul(in.points, rotation) + shift);
+    EXPECT_LT(largest(moved.joints - (torch::matmul(f.joints, rotation) + shift)), 2e-3F) << yaw;
   }
 }
 
@@ -142,15 +142,15 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
   Scene scene = scanned_room(4000);
   const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"}),
                refined = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
-  const torch::Tensor turn = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
-  clip.joints = torch::matmul(clip.joints, turn) + shift;
+  const torch::Tensor rotation = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
+  clip.joints = torch::matmul(clip.joints, rotation) + shift;
   clip.rotations = clip.trans = torch::Tensor();  // positions alone
-  scene.points = torch::matmul(scene.points, turn) + shift;
+  scene.points = torch::matmul(scene.points, rotation) + shift;
   const Result after = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"});
-  EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, turn) + shift)), 1e-4F);
-  EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, turn) + shift)), 5e-3F);
+  EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, rotation) + shift)), 1e-4F);
+  EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, rotation) + shift)), 5e-3F);
   const Clip again = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"}).prediction;
-  EXPECT_LT(largest(again.joints - (torch::matmul(refined.prediction.joints, turn) + shift)), 0.02F);
+  EXPECT_LT(largest(again.joints - (torch::matmul(refined.prediction.joints, rotation) + shift)), 0.02F);
 }
 
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {

@@ -16,14 +16,14 @@ inline inhabit::Clip walker(int64_t frames, double speed, double yaw = 0, double
   const torch::Tensor t = torch::arange(frames).to(torch::kFloat32) / clip.rate;
   clip.rotations = torch::zeros({frames, clip.skeleton.size(), 3});
   clip.rotations.select(1, 0).select(1, 1).fill_(yaw);
-  const torch::Tensor turn = swing * torch::sin(6 * t);
-  for (const auto& [joint, axis, rest, share] :
+  const torch::Tensor swung = swing * torch::sin(6 * t);
+  for (const auto& [joint, axis, rest, amplitude] :
        {std::tuple(1, 0, 0.1, 0.4), std::tuple(2, 0, 0.1, -0.4), std::tuple(4, 0, 0.3, 0.3),
         std::tuple(5, 0, 0.3, -0.3), std::tuple(16, 2, -1.2, 0.1), std::tuple(17, 2, 1.2, 0.1)})
-    clip.rotations.select(1, joint).select(1, axis).copy_(rest + share * turn);
+    clip.rotations.select(1, joint).select(1, axis).copy_(rest + amplitude * swung);
   const torch::Tensor start = torch::tensor({x, 0.95, z}, torch::kFloat32);
-  const torch::Tensor way = torch::tensor({speed * std::sin(yaw), 0.0, speed * std::cos(yaw)}, torch::kFloat32);
-  clip.trans = start + t.unsqueeze(1) * way;
+  const torch::Tensor velocity = torch::tensor({speed * std::sin(yaw), 0.0, speed * std::cos(yaw)}, torch::kFloat32);
+  clip.trans = start + t.unsqueeze(1) * velocity;
   clip.joints = inhabit::joint_positions(clip.skeleton, clip.rotations, clip.trans);
   return clip;
 }

@@ -39,11 +39,11 @@ TEST(WindowFrame, AClipTurnedByAnyYawGivesTheSameWindow) {
   const torch::Tensor past = walker(config.past, 1.1, 0.4, 1, 0.5, 0.5).joints, points = torch::randn({50, 3});
   const WindowFrame frame = window_frame(past, config);
   for (const double yaw : {0.3, 1.5707963, 2.9, -1.1, 3.1415926}) {
-    const torch::Tensor turn = yaw_matrix(yaw).t(), shift = torch::tensor({2.F, 0.3F, -4.F});
-    const torch::Tensor moved = torch::matmul(past, turn) + shift;
+    const torch::Tensor rotation = yaw_matrix(yaw).t(), shift = torch::tensor({2.F, 0.3F, -4.F});
+    const torch::Tensor moved = torch::matmul(past, rotation) + shift;
     const WindowFrame there = window_frame(moved, config);
     EXPECT_LT(largest(there.to_window(moved) - frame.to_window(past)), 1e-5) << yaw;
-    EXPECT_LT(largest(there.to_window(torch::matmul(points, turn) + shift) - frame.to_window(points)), 1e-5) << yaw;
+    EXPECT_LT(largest(there.to_window(torch::matmul(points, rotation) + shift) - frame.to_window(points)), 1e-5) << yaw;
   }
 }
 

@@ -156,7 +156,7 @@ bool fuzz_score_chart(const uint8_t* data, size_t size) {
 bool fuzz_bvh(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
     Clip clip = parse_bvh(bytes, "fuzz").clip;
-    if (is_z_up(clip, UpAxis::automatic, "fuzz", nullptr)) turn_upright(clip);
+    if (is_z_up(clip, UpAxis::automatic, "fuzz", nullptr)) rotate_upright(clip);
     carry_by_root(clip);
     restore_trajectory(clip);
   });

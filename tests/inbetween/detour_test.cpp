@@ -1,4 +1,4 @@
-// Protects the measure of who goes around: rooms in which the straight line is blocked and a way around is there, with
+// Protects the measure of who goes around: rooms in which the straight line is blocked and a detour is there, with
 // mirror images that are such, and counts of who gets through with the whole body and meets both keys.
 #include "inhabit/inbetween/detour.h"
 
@@ -59,8 +59,8 @@ TEST(BlockedRooms, BlockTheStraightLineAndLeaveAWay) {
     EXPECT_EQ(inside[0].item<double>(), 0) << room.name;
     EXPECT_EQ(inside[-1].item<double>(), 0) << room.name;
     const Tensor line = room.ends.root_path()[-1] - room.ends.root_path()[0];
-    EXPECT_GT(room.way, line.norm().item<double>() - 1e-3) << room.name;
-    EXPECT_LT(room.way, kBriskWalk * room.ends.seconds()) << room.name;
+    EXPECT_GT(room.detour, line.norm().item<double>() - 1e-3) << room.name;
+    EXPECT_LT(room.detour, kBriskWalk * room.ends.seconds()) << room.name;
     const Tensor feet = room.ends.joints.select(2, 1).index_select(1, torch::tensor({10, 11}));
     EXPECT_NEAR(feet[0].min().item<double>(), 0.02, 1e-3) << "stands on the floor";
   }
@@ -156,7 +156,7 @@ TEST(Detour, SolvedIsEightOfTen) {
   EXPECT_TRUE(std::isnan(table.rows[0].cells[5].mean)) << "no shelf";
 }
 
-TEST(Detour, TheSplineAlongTheWayAroundIsBetterThanTheStraightOne) {
+TEST(Detour, TheSplineAlongTheDetourIsBetterThanTheStraightOne) {
   DetourEvaluation options;
   const std::vector<DetourScores> scores = evaluate_detour(ten_rooms(), interpolation_methods(), options);
   const auto mean = [&](const std::string& name) {
@@ -165,8 +165,8 @@ TEST(Detour, TheSplineAlongTheWayAroundIsBetterThanTheStraightOne) {
     throw std::runtime_error(name);
   };
   EXPECT_EQ(mean("linear + slerp"), 0);
-  EXPECT_GT(mean("slerp + way around"), 0);
-  EXPECT_GT(mean("spline + way around"), 0);
+  EXPECT_GT(mean("slerp + detour"), 0);
+  EXPECT_GT(mean("spline + detour"), 0);
 }
 
 }  // namespace

@@ -62,10 +62,10 @@ TEST(NoisyKeys, HasTheLevelInCentimetresAndDegreesAndCleanEnds) {
   const Tensor moved = (noisy.trans - clip.trans).slice(0, 1, 1499);
   EXPECT_NEAR(moved.std().item<double>(), 0.02, 0.001);
   EXPECT_NEAR(moved.mean().item<double>(), 0, 0.0015);
-  const Tensor turn = matrix_to_axis_angle(torch::matmul(axis_angle_to_matrix(clip.rotations).transpose(-1, -2),
-                                                         axis_angle_to_matrix(noisy.rotations)))
-                          .slice(0, 1, 1499);
-  EXPECT_NEAR(turn.std().item<double>(), 2 * M_PI / 180, 0.001);
+  const Tensor rotation = matrix_to_axis_angle(torch::matmul(axis_angle_to_matrix(clip.rotations).transpose(-1, -2),
+                                                             axis_angle_to_matrix(noisy.rotations)))
+                              .slice(0, 1, 1499);
+  EXPECT_NEAR(rotation.std().item<double>(), 2 * M_PI / 180, 0.001);
   EXPECT_TRUE(noisy.joints.allclose(joint_positions(noisy.skeleton, noisy.rotations, noisy.trans), 1e-4, 1e-4));
   EXPECT_TRUE(noisy_keys(clip, 2, 11).joints.equal(noisy.joints));
   EXPECT_FALSE(noisy_keys(clip, 2, 12).joints.equal(noisy.joints));

@@ -53,9 +53,9 @@ TEST(NoisyFeatures, AreOfTheLevelAskedForAndSpareTheEnds) {
   EXPECT_TRUE(torch::equal(noisy[399], clean[399]));
   const Tensor moved = (noisy - clean).slice(0, 1, 399).slice(1, 0, 3);
   EXPECT_NEAR(moved.std().item<double>(), 0.01, 0.001) << "a centimetre";
-  const Tensor turned =
+  const Tensor angles =
       matrix_to_axis_angle(feature_rotations(clean).transpose(-1, -2).matmul(feature_rotations(noisy)));
-  EXPECT_NEAR(turned.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
+  EXPECT_NEAR(angles.slice(0, 1, 399).std().item<double>(), M_PI / 180, 0.001) << "a degree";
   EXPECT_LT(largest_difference(feature_joints(noisy, clip.skeleton.offsets),
                                noisy.slice(1, kJointFeature).view({400, 22, 3})),
             1e-5);
@@ -83,39 +83,39 @@ TEST(InbetweenFeatures, TurnedRestFramesLeaveTheMotionAsItIs) {
   const Clip clip = walker(9, 1, 0.3, 1);
   const Tensor features = clip_features(clip);
   Tensor bones = clip.skeleton.offsets;
-  const Tensor turns = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
-  const Tensor turned = with_rest_frames_rotated(features, turns, bones);
+  const Tensor rotations = axis_angle_to_matrix(torch::randn({kStandardJoints, 3}) * 0.2);
+  const Tensor rotated = with_rest_frames_rotated(features, rotations, bones);
   EXPECT_LT(
-      (feature_joints(turned, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
+      (feature_joints(rotated, bones) - feature_joints(features, clip.skeleton.offsets)).abs().max().item<double>(),
       1e-4);
-  EXPECT_GT((feature_rotations(turned) - feature_rotations(features)).abs().max().item<double>(), 0.1);
-  EXPECT_TRUE(torch::equal(turned.slice(1, kJointFeature), features.slice(1, kJointFeature)));
-  // A joint's own frame turns, not that of its parent's rest: the root's first.
-  EXPECT_TRUE(torch::allclose(feature_rotations(turned).select(1, 0),
-                              torch::matmul(feature_rotations(features).select(1, 0), turns[0]), 1e-4, 1e-5));
+  EXPECT_GT((feature_rotations(rotated) - feature_rotations(features)).abs().max().item<double>(), 0.1);
+  EXPECT_TRUE(torch::equal(rotated.slice(1, kJointFeature), features.slice(1, kJointFeature)));
+  // A joint's own frame is rotated, not that of its parent's rest: the root's first.
+  EXPECT_TRUE(torch::allclose(feature_rotations(rotated).select(1, 0),
+                              torch::matmul(feature_rotations(features).select(1, 0), rotations[0]), 1e-4, 1e-5));
 }
 
-/// Features (1, 201, T) whose left knee is bent by `degrees` (T) and nothing else turned; standardised by mean 0.1 and
+/// Features (1, 201, T) whose left knee is bent by `degrees` (T) and nothing else rotated; standardised by mean 0.1 and
 /// deviation 0.3.
 Tensor knee_bent(const Tensor& degrees) {
-  Tensor turns = torch::zeros({degrees.size(0), kStandardJoints, 3});
-  turns.select(1, 4).select(1, 0).copy_(degrees * (M_PI / 180));
+  Tensor rotations = torch::zeros({degrees.size(0), kStandardJoints, 3});
+  rotations.select(1, 4).select(1, 0).copy_(degrees * (M_PI / 180));
   Tensor features = torch::zeros({1, kFeatureCount, degrees.size(0)});
   features[0]
       .slice(0, kOrientFeature, kJointFeature)
-      .copy_(matrix_to_rotation6d(axis_angle_to_matrix(turns)).flatten(1).t());
+      .copy_(matrix_to_rotation6d(axis_angle_to_matrix(rotations)).flatten(1).t());
   return (features - 0.1) / 0.3;
 }
 
 /// How far the left knee of such features is bent: (T) degrees.
 Tensor knee_bend(const Tensor& features) {
-  const Tensor turns = matrix_to_axis_angle(feature_rotations(features[0].t() * 0.3 + 0.1));
-  return turns.select(1, 4).select(1, 0) * (180 / M_PI);
+  const Tensor rotations = matrix_to_axis_angle(feature_rotations(features[0].t() * 0.3 + 0.1));
+  return rotations.select(1, 4).select(1, 0) * (180 / M_PI);
 }
 
 const Tensor kMean = torch::full({kFeatureCount}, 0.1), kDeviation = torch::full({kFeatureCount}, 0.3);
 
-TEST(GivenPoses, TurnEvenlyBetweenKeysFarApart) {
+TEST(GivenPoses, RotateEvenlyBetweenKeysFarApart) {
   KeyConstraints given{knee_bent(torch::linspace(0, 170, 11)), torch::zeros({1, kFeatureCount, 11})};
   for (const int64_t key : {0, 10}) given.mask.select(2, key).fill_(1);
   const Tensor between = interpolated_baseline(given, {kMean, kDeviation});

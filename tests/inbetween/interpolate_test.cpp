@@ -26,7 +26,7 @@ Clip still(int64_t frames) {
   return clip;
 }
 
-// Every frame another pose, drawn from a seed, with turns of up to two radians about each axis.
+// Every frame another pose, drawn from a seed, with rotations of up to two radians about each axis.
 Clip restless(int64_t frames, uint64_t seed) {
   std::mt19937_64 random(seed);
   Clip clip = still(frames);
@@ -67,14 +67,14 @@ TEST_P(Baselines, GoStraightBetweenTwoKeys) {
   Clip clip = still(11);
   clip.trans[10] = torch::tensor({1.F, 0.5F, -2.F});
   clip.rotations[0][0][1] = 0.4F;
-  clip.rotations[10][0][1] = 1.4F;  // a turn by one radian about the vertical
+  clip.rotations[10][0][1] = 1.4F;  // a rotation by one radian about the vertical
   const Clip filled = GetParam()(clip, {0, 10});
   EXPECT_TRUE(filled.trans[5].allclose(torch::tensor({0.5F, 0.25F, -1.F}), 1e-5, 1e-6));
   EXPECT_TRUE(filled.trans[3].allclose(torch::tensor({0.3F, 0.15F, -0.6F}), 1e-5, 1e-6));
   EXPECT_TRUE(filled.rotations[5][0].allclose(torch::tensor({0.F, 0.9F, 0.F}), 1e-5, 1e-5));
 }
 
-TEST_P(Baselines, TurnTheShortWay) {
+TEST_P(Baselines, RotateAlongTheShortArc) {
   Clip clip = still(5);
   clip.rotations[0][16][0] = 3.0F;   // 172 degrees
   clip.rotations[4][16][0] = -3.0F;  // 16 degrees further on
@@ -99,7 +99,7 @@ TEST_P(Baselines, RefuseWhatIsNoKeyFrames) {
 INSTANTIATE_TEST_SUITE_P(Both, Baselines, testing::Values(&interpolate_linear, &interpolate_spline),
                          [](const auto& which) { return which.index == 0 ? "Linear" : "Spline"; });
 
-TEST(InterpolateLinear, TurnsEvenly) {
+TEST(InterpolateLinear, RotatesEvenly) {
   Clip clip = still(7);
   clip.rotations[6][18][2] = 1.8F;
   const Clip filled = interpolate_linear(clip, {0, 6});

@@ -45,21 +45,21 @@ TEST(KeySmoother, SolvesTheLeastSquaresOfItsModel) {
   EXPECT_LT((smoother.places(values) - expected).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-TEST(KeySmoother, TurnsAboutOneAxisAsItMovesOneNumber) {
+TEST(KeySmoother, RotatesAboutOneAxisAsItMovesOneNumber) {
   const std::vector<int64_t> keys = {0, 3, 6, 9, 12, 15};
   const KeySmoother smoother(16, keys, exact_ends(keys.size()), kNoise, kAcceleration, kRate);
   std::mt19937_64 random(4);
   Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(16, 1);
   for (const int64_t key : keys) angles(key, 0) = 0.3 * static_cast<double>(key) + uniform(random, -0.1, 0.1);
-  std::vector<Eigen::Quaterniond> turns;
+  std::vector<Eigen::Quaterniond> rotations;
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -1).normalized();
   for (int64_t t = 0; t < 16; ++t) {
     const int64_t before = t / 3 * 3, after = std::min<int64_t>(before + 3, 15);
-    const double share = static_cast<double>(t - before) / 3;
-    turns.emplace_back(Eigen::AngleAxisd(angles(before, 0) + share * (angles(after, 0) - angles(before, 0)), axis));
+    const double part = static_cast<double>(t - before) / 3;
+    rotations.emplace_back(Eigen::AngleAxisd(angles(before, 0) + part * (angles(after, 0) - angles(before, 0)), axis));
   }
   const Eigen::MatrixXd expected = smoother.places(angles);
-  const std::vector<Eigen::Quaterniond> smoothed = smoother.rotations(turns);
+  const std::vector<Eigen::Quaterniond> smoothed = smoother.rotations(rotations);
   for (int64_t t = 0; t < 16; ++t)
     EXPECT_LT(
         smoothed[static_cast<size_t>(t)].angularDistance(Eigen::Quaterniond(Eigen::AngleAxisd(expected(t, 0), axis))),

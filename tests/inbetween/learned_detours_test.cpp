@@ -1,5 +1,5 @@
-// Protects the ways of the shipped PathNet: around what blocks the line and there alone, from key to key, the same for
-// the same seed, and said where none is walkable.
+// Protects the detours of the shipped PathNet: around what blocks the line and there alone, from key to key, the same
+// for the same seed, and said where none is walkable.
 #include "inhabit/inbetween/learned_detours.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,8 @@ struct Walk {
   Detour detour = table_detour(121, 30);
   Poses keys = poses_of(detour.ends);
   SceneDistances scene = SceneDistances(detour.room);
-  Tensor way(const std::vector<int64_t>& frames, uint64_t seed = 1, std::vector<int64_t>* unreached = nullptr) const {
+  Tensor detours_of(const std::vector<int64_t>& frames, uint64_t seed = 1,
+                    std::vector<int64_t>* unreached = nullptr) const {
     const torch::NoGradGuard no_gradients;
     return learned_detours(shipped(), keys, whole_keys(121, frames), scene, seed, unreached);
   }
@@ -35,20 +36,20 @@ struct Walk {
 
 TEST(LearnedDetours, BendWhereTheTableStands) {
   const Walk w;
-  const Tensor detours = w.way({0, 120});
+  const Tensor detours = w.detours_of({0, 120});
   EXPECT_TRUE(crosses_table(w.detour.ends));
   EXPECT_FALSE(crosses_table(walked_along(w.detour.ends, detours)));
   EXPECT_EQ(detours[0].abs().max().item<float>(), 0);
   EXPECT_EQ(detours[120].abs().max().item<float>(), 0);
   EXPECT_LT(detours.diff(1, 0).norm(2, {1}).max().item<double>(), 0.06) << "no jump";
-  EXPECT_TRUE(torch::equal(w.way({0, 120}), detours)) << "the same seed, the same way";
+  EXPECT_TRUE(torch::equal(w.detours_of({0, 120}), detours)) << "the same seed, the same detours";
 }
 
 TEST(LearnedDetours, SeedsGoAroundOnBothSidesOfWhatStandsInTheMiddle) {
   const Walk w;
   bool left = false, right = false;
   for (uint64_t seed = 1; seed <= 12; ++seed) {
-    const double aside = w.way({0, 120}, seed)[60][0].item<double>();
+    const double aside = w.detours_of({0, 120}, seed)[60][0].item<double>();
     (aside > 0 ? left : right) = true;
     EXPECT_GT(std::abs(aside), kTableWidth / 2);
   }
@@ -58,7 +59,7 @@ TEST(LearnedDetours, SeedsGoAroundOnBothSidesOfWhatStandsInTheMiddle) {
 TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const Walk w;
   const torch::NoGradGuard no_gradients;
-  EXPECT_EQ(w.way({0, 20, 30}).abs().max().item<float>(), 0) << "before the table";
+  EXPECT_EQ(w.detours_of({0, 20, 30}).abs().max().item<float>(), 0) << "before the table";
   EXPECT_EQ(
       learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(), 1).abs().max().item<float>(), 0);
   Tensor groups = whole_keys(121, {0, 60, 120});
@@ -67,11 +68,11 @@ TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   EXPECT_EQ(learned_detours(shipped(), w.keys, groups, w.scene, 1).abs().max().item<float>(), 0);
 }
 
-TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
+TEST(LearnedDetours, SayWhereNoPathIsWalkable) {
   const torch::NoGradGuard no_gradients;
   const Walk w;
   std::vector<int64_t> unreached;
-  EXPECT_EQ(w.way({0, 36, 84, 120}, 1, &unreached).abs().max().item<float>(), 0)
+  EXPECT_EQ(w.detours_of({0, 36, 84, 120}, 1, &unreached).abs().max().item<float>(), 0)
       << "a key on the table's edge, the next on the other edge";
   EXPECT_EQ(unreached, std::vector<int64_t>{84});
   unreached.clear();
@@ -92,7 +93,7 @@ TEST(LearnedDetours, SayWhereNoWayIsWalkable) {
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
 
-TEST(LearnedDetours, LeaveChairsThatAStarFindsNoWayOutOf) {
+TEST(LearnedDetours, LeaveChairsThatAStarFindsNoPathOutOf) {
   const torch::NoGradGuard no_gradients;
   std::mt19937_64 random(3);
   const Walk w;
@@ -107,9 +108,9 @@ TEST(LearnedDetours, LeaveChairsThatAStarFindsNoWayOutOf) {
     room.meshes.push_back(table.mesh("table", {0.5F, 0.5F, 0.5F}));
     const SceneDistances scene(room);
     std::vector<int64_t> unreached;
-    const Tensor way = learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), scene, 1, &unreached);
+    const Tensor detours = learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), scene, 1, &unreached);
     EXPECT_TRUE(unreached.empty()) << i;
-    EXPECT_GT(way.abs().max().item<double>(), 0.2) << i;
+    EXPECT_GT(detours.abs().max().item<double>(), 0.2) << i;
     detours_of_poses(w.keys, whole_keys(121, {0, 120}), scene, &unreached);
     EXPECT_FALSE(unreached.empty()) << i << ": else this test says nothing";
   }
@@ -130,10 +131,10 @@ TEST(LearnedDetours, TakeLinesOfEveryLength) {
     clip.trans = clip.trans + moved;
     clip.joints = clip.joints + moved.unsqueeze(1);
     std::vector<int64_t> unreached;
-    const Tensor way = learned_detours(shipped(), poses_of(clip), whole_keys(121, {0, 120}), scene, 1, &unreached);
-    EXPECT_TRUE(way.isfinite().all().item<bool>()) << length;
+    const Tensor detours = learned_detours(shipped(), poses_of(clip), whole_keys(121, {0, 120}), scene, 1, &unreached);
+    EXPECT_TRUE(detours.isfinite().all().item<bool>()) << length;
     EXPECT_EQ(unreached.empty(), length < 7) << length;
-    EXPECT_EQ(way.abs().max().item<double>() > 0.15, length > 0.9 && length < 7) << length;
+    EXPECT_EQ(detours.abs().max().item<double>() > 0.15, length > 0.9 && length < 7) << length;
   }
 }
 
@@ -142,14 +143,15 @@ TEST(LearnedDetours, LeadAroundWhatBlocksTheLineInRoomsOfAllKinds) {
   int64_t found = 0, rooms = 0;
   for (const BlockedRoom& room : blocked_rooms(10, 121, 30, 7)) {
     const Poses keys = poses_of(room.ends);
-    const Tensor way = learned_detours(shipped(), keys, whole_keys(121, {0, 120}), SceneDistances(room.scene), 3);
+    const Tensor detours = learned_detours(shipped(), keys, whole_keys(121, {0, 120}), SceneDistances(room.scene), 3);
     // Measured on the scene itself, at heights of its own.
     const SceneQuery query(room.scene.meshes.empty() ? room.scene : obstacles_of(room.scene));
     const Eigen::Vector3f a = keys.root(0), b = keys.root(120);
     double nearest = 10;
     for (int64_t t = 0; t <= 120; ++t) {
-      const auto share = static_cast<float>(t) / 120;
-      Eigen::Vector3f at = a + share * (b - a) + Eigen::Vector3f(way[t][0].item<float>(), 0, way[t][1].item<float>());
+      const auto part = static_cast<float>(t) / 120;
+      Eigen::Vector3f at =
+          a + part * (b - a) + Eigen::Vector3f(detours[t][0].item<float>(), 0, detours[t][1].item<float>());
       at.y() = 0;
       Eigen::Vector3f from_a = at - a, from_b = at - b;
       from_a.y() = from_b.y() = 0;

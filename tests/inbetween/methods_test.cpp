@@ -41,7 +41,7 @@ TEST(WithRefine, KeepsKeysAndClearsFeet) {
   const Detour detour = table_detour(121, 30);
   const std::vector<int64_t> keys = {0, 120};
   const Method plain = interpolation_methods()[2], refined = with_refine(plain);
-  EXPECT_EQ(refined.name, "slerp + way around + refine");
+  EXPECT_EQ(refined.name, "slerp + detour + refine");
   EXPECT_FALSE(refined.random);
   const Clip before = run(plain, detour.ends, detour.room, keys), after = run(refined, detour.ends, detour.room, keys);
   EXPECT_EQ(after.frames(), before.frames());

@@ -23,7 +23,7 @@ struct Walk {
   Tensor floor = scene_floor(SceneQuery(detour.room), detour.ends.joints[0][0], 0);
 };
 
-TEST(WaysAround, BendWhereTheTableStands) {
+TEST(ObstacleDetours, BendWhereTheTableStands) {
   const Walk w;
   const Tensor detours = detours_around(w.floor, w.root, whole_keys(121, {0, 120}));
   EXPECT_TRUE(crosses_table(w.detour.ends));
@@ -33,7 +33,7 @@ TEST(WaysAround, BendWhereTheTableStands) {
   EXPECT_LT(detours.diff(1, 0).norm(2, {1}).max().item<double>(), 0.05) << "no jump";
 }
 
-TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
+TEST(ObstacleDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const Walk w;
   const Tensor free = torch::full({96, 96}, -1.F);
   EXPECT_EQ(detours_around(free, w.root, whole_keys(121, {0, 120})).abs().max().item<float>(), 0);
@@ -53,7 +53,7 @@ TEST(WaysAround, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
 
-TEST(WaysAround, AreFoundFromDistancesAsFromTheSceneItself) {
+TEST(ObstacleDetours, AreFoundFromDistancesAsFromTheSceneItself) {
   const Walk w;
   Clip ends = w.detour.ends;  // beside the table's middle, so that one side is shorter
   ends.trans = ends.trans + torch::tensor({0.2F, 0.F, 0.F});
@@ -85,12 +85,12 @@ double room_beside(const Tensor& floor, const Tensor& root, const Tensor& detour
   return least;
 }
 
-TEST(WaysAround, LeaveRoomForArmsWhereThatIsHardlyLonger) {
+TEST(ObstacleDetours, LeaveRoomForArmsWhereThatIsHardlyLonger) {
   Tensor root = torch::zeros({61, 3});
   root.select(1, 2).copy_(torch::linspace(0, 3, 61));
   const Tensor groups = whole_keys(61, {0, 60});
   Tensor post = torch::full({96, 96}, -1.F);
-  post.slice(0, 47, 49).slice(1, 62, 64).fill_(1);  // in the middle of the way
+  post.slice(0, 47, 49).slice(1, 62, 64).fill_(1);  // in the middle of the line
   EXPECT_GT(room_beside(post, root, detours_around(post, root, groups)), 0.42);
   // A wall with a door of 0.8 m, which ends 2.5 m to the right: who goes through is nearer than that to it.
   Tensor wall = torch::full({96, 96}, -1.F);
@@ -102,7 +102,7 @@ TEST(WaysAround, LeaveRoomForArmsWhereThatIsHardlyLonger) {
   EXPECT_GT(room_beside(wall, root, through), 0.27);
 }
 
-TEST(WaysAround, TurnWithThePerson) {
+TEST(ObstacleDetours, TurnWithThePerson) {
   const Walk w;
   Tensor left = torch::full({96, 96}, -1.F);
   left.slice(0, 52, 56).slice(1, 40, 56).fill_(1);  // 0.4 to 0.8 m to the left
@@ -113,7 +113,7 @@ TEST(WaysAround, TurnWithThePerson) {
   EXPECT_GT(detours.select(1, 1).abs().max().item<double>(), 0.8) << "ahead or back around it";
 }
 
-TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
+TEST(AlongDetours, MovesRootAndJointsButNothingGiven) {
   const Tensor deviation = torch::full({kFeatureCount}, 0.5), between = torch::zeros({1, kFeatureCount, 3});
   Tensor detours = torch::zeros({1, 3, 2}), mask = torch::zeros({1, kFeatureCount, 3});
   detours[0][1] = torch::tensor({0.1F, -0.2F});
@@ -122,14 +122,14 @@ TEST(AlongWays, MovesRootAndJointsButNothingGiven) {
   EXPECT_FLOAT_EQ(moved[0][1].item<float>(), 0.2F);
   EXPECT_FLOAT_EQ(moved[2][1].item<float>(), -0.4F);
   EXPECT_EQ(moved[1].abs().max().item<float>(), 0) << "heights stay";
-  EXPECT_EQ(moved.slice(0, 3, kJointFeature).abs().max().item<float>(), 0) << "and turns";
+  EXPECT_EQ(moved.slice(0, 3, kJointFeature).abs().max().item<float>(), 0) << "and rotations";
   EXPECT_EQ(moved[kJointFeature + 3][1].item<float>(), 0) << "given";
   EXPECT_FLOAT_EQ(moved[kJointFeature + 63][1].item<float>(), 0.2F);
   EXPECT_FLOAT_EQ(moved[kJointFeature + 65][1].item<float>(), -0.4F);
   EXPECT_EQ(moved.select(1, 0).abs().max().item<float>(), 0);
 }
 
-TEST(ObstacleDetours, TheBodyTurnsWithItsWay) {
+TEST(ObstacleDetours, TheBodyTurnsWithItsPath) {
   // A metre ahead in 100 frames, and as far aside and back again.
   std::vector<Eigen::Vector2d> straight;
   Tensor detours = torch::zeros({101, 2});

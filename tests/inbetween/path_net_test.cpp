@@ -61,29 +61,29 @@ TEST(PathNet, PathsLeaveFromOneKeyAndEndAtTheNext) {
   const Tensor sines = torch::zeros({1, 2, kPathSines});
   sines[0][1][0] = 0.6;
   sines[0][0][2] = -0.1;
-  const Tensor shares = torch::tensor({0.F, 0.25F, 0.5F, 1.F}), offsets = path_offsets(sines, shares)[0];
+  const Tensor times = torch::tensor({0.F, 0.25F, 0.5F, 1.F}), offsets = path_offsets(sines, times)[0];
   for (const int64_t end : {0, 3}) EXPECT_LT(offsets[end].abs().max().item<double>(), 1e-6);
   EXPECT_NEAR(offsets[1][1].item<double>(), 0.6 * std::sin(M_PI / 4), 1e-6);
   EXPECT_NEAR(offsets[1][0].item<double>(), -0.1 * std::sin(3 * M_PI / 4), 1e-6);
   EXPECT_NEAR(offsets[2][1].item<double>(), 0.6, 1e-6);
-  // At PathNet's shares the sines are orthogonal, which is how a round's moves become sines again.
-  const Tensor basis = torch::sin(torch::arange(1, kPathSines + 1).unsqueeze(1) * M_PI * path_shares());
+  // At PathNet's times the sines are orthogonal, which is how a round's moves become sines again.
+  const Tensor basis = torch::sin(torch::arange(1, kPathSines + 1).unsqueeze(1) * M_PI * path_times());
   const Tensor products = basis.matmul(basis.t()) * (2. / kPathPoints);
   EXPECT_LT((products - torch::eye(kPathSines)).abs().max().item<double>(), 1e-5);
 }
 
-TEST(PathNet, DrawnFloorsHaveAWayThatKeepsClear) {
+TEST(PathNet, DrawnFloorsHaveADetourThatKeepsClear) {
   const DrawnFloors floors = draw_floors(24, 5), again = draw_floors(24, 5), others = draw_floors(24, 6);
   EXPECT_TRUE(torch::equal(floors.offsets, again.offsets)) << "the same seed, the same floors";
   EXPECT_FALSE(torch::equal(floors.offsets, others.offsets));
-  const Tensor along = (path_shares() - 0.5) * floors.length.unsqueeze(1);
+  const Tensor along = (path_times() - 0.5) * floors.length.unsqueeze(1);
   const Tensor straight = torch::stack({along, torch::zeros_like(along)}, 2);
   const auto clearance = [&](const Tensor& places) {
     return at_places(floors.distance.unsqueeze(1), places.unsqueeze(1)).view({24, kPathPoints});
   };
-  const Tensor ends = torch::minimum(path_shares(), 1 - path_shares()) * floors.length.unsqueeze(1);
-  const Tensor inner = ends > 0.75, way = clearance(straight + floors.offsets), line = clearance(straight);
-  EXPECT_GT(way.masked_select(inner).min().item<double>(), 0.1);
+  const Tensor ends = torch::minimum(path_times(), 1 - path_times()) * floors.length.unsqueeze(1);
+  const Tensor inner = ends > 0.75, path = clearance(straight + floors.offsets), line = clearance(straight);
+  EXPECT_GT(path.masked_select(inner).min().item<double>(), 0.1);
   EXPECT_TRUE((line.amin(1) < 0.25).all().item<bool>()) << "all lines are blocked";
   EXPECT_LT(floors.offsets.select(1, 0).abs().max().item<double>(), 0.25) << "they leave from the key";
 }
@@ -110,7 +110,7 @@ TEST(PathNet, LearnsToGoAround) {
   }
   const auto after = measured();
   EXPECT_LT(after.first, 0.6 * before.first) << "loss";
-  EXPECT_LT(after.second, 0.5 * before.second) << "share of points that touch something";
+  EXPECT_LT(after.second, 0.5 * before.second) << "fraction of points that touch something";
 }
 
 }  // namespace

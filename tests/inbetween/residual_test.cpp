@@ -156,9 +156,9 @@ TEST(Residual, UndoesItselfAndIsNothingAtKeys) {
 TEST(Residual, KnowsNoAxesOfTheScene) {
   const Poses motion = poses_of(someone());
   Poses turned = motion;
-  const Quaternionf turn(AngleAxisf(2.1F, Vector3f::UnitY()));
-  for (Vector3f& joint : turned.joints) joint = turn * joint + Vector3f(3, 0, -1);
-  for (Quaternionf& q : turned.rotations) q = turn * q;
+  const Quaternionf rotation(AngleAxisf(2.1F, Vector3f::UnitY()));
+  for (Vector3f& joint : turned.joints) joint = rotation * joint + Vector3f(3, 0, -1);
+  for (Quaternionf& q : turned.rotations) q = rotation * q;
   const Tensor keys = whole_keys(kFrames, {0, 60, 120});
   EXPECT_LT(largest_difference(residual_of(turned, baseline_of(turned, keys)),
                                residual_of(motion, baseline_of(motion, keys))),

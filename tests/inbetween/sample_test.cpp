@@ -32,7 +32,7 @@ Scene wall_ahead(const Tensor& root, double yaw, double aside) {
   return scene;
 }
 
-TEST(SceneOccupancy, AWallInFrontStaysInFrontUnderAnyTurnOfTheRoot) {
+TEST(SceneOccupancy, AWallInFrontStaysInFrontUnderAnyRotationOfTheRoot) {
   const Tensor root = torch::tensor({0.7F, 0.95F, -2.3F});
   Tensor first;
   for (const double yaw : {0., 0.9, 2.2, -1.4, 3.1}) {

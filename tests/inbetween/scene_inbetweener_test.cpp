@@ -296,24 +296,24 @@ TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
               HasSubstr("was not trained on noisy key frames"));
 }
 
-TEST(SceneInbetweener, WithoutPathNetSearchesForTheWay) {
+TEST(SceneInbetweener, WithoutPathNetSearchesForDetours) {
   Networks networks = residual_networks();
   const Clip clip = walker(121, 1.1, 0, 1);
   Options r = request("ends", 121);
   r.refine = false;
   r.stage = Stage::baseline;
-  const auto run = [&](Way way) {
-    r.way = way;
+  const auto run = [&](Detours detours) {
+    r.detours = detours;
     return SceneInbetweener(networks).run(clip, scene_with_block(), r).motion.joints;
   };
   EXPECT_FALSE(SceneInbetweener(networks).has_path_net());
-  EXPECT_EQ(largest_difference(run(Way::learned), run(Way::searched)), 0);
-  EXPECT_GT(largest_difference(run(Way::searched), run(Way::straight)), 0.2);
+  EXPECT_EQ(largest_difference(run(Detours::learned), run(Detours::searched)), 0);
+  EXPECT_GT(largest_difference(run(Detours::searched), run(Detours::straight)), 0.2);
   torch::manual_seed(7);
-  networks.path = PathNet();  // which knows nothing yet: what its ways run into is left to A*
+  networks.path = PathNet();  // which knows nothing yet: what its paths run into is left to A*
   EXPECT_TRUE(SceneInbetweener(networks).has_path_net());
-  EXPECT_GT(largest_difference(run(Way::learned), run(Way::straight)), 0.2);
-  EXPECT_THAT(refusal_of([] { way_named("left"); }), HasSubstr("none of learned, searched and straight"));
+  EXPECT_GT(largest_difference(run(Detours::learned), run(Detours::straight)), 0.2);
+  EXPECT_THAT(refusal_of([] { detours_named("left"); }), HasSubstr("none of learned, searched and straight"));
 }
 
 TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
@@ -322,7 +322,7 @@ TEST(SceneInbetweener, OfResidualMotionSeesTheSceneUnlessGuidanceIsZero) {
   const Clip clip = walker(121, 1.1, 0, 1);
   Options r = request("ends", 121);
   r.refine = false;
-  r.way = Way::straight;  // what the network sees, not what the baseline goes around
+  r.detours = Detours::straight;  // what the network sees, not what the baseline goes around
   const auto difference = [&](const Networks& networks) {
     const SceneInbetweener inbetweener(networks);
     return largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints,
@@ -389,7 +389,7 @@ TEST(SceneInbetweener, AKeyCountsByItsWeight) {
   EXPECT_LT(largest_difference(at(1), key), 1e-5);
   EXPECT_LT(largest_difference(at(0), free), 1e-4);
   const Tensor half = at(0.5);
-  EXPECT_LT(largest_difference(half[0], (free[0] + key[0]) / 2), 1e-4) << "the root goes half of the way";
+  EXPECT_LT(largest_difference(half[0], (free[0] + key[0]) / 2), 1e-4) << "the root goes half of the distance";
   EXPECT_GT(largest_difference(half, key), 0.01);
   EXPECT_LT(largest_difference(half, key), largest_difference(free, key));
 }

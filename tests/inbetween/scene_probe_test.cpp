@@ -98,8 +98,8 @@ TEST(PointFeatures, AreClosenessInTheHeadingFrame) {
   Tensor distance = torch::full({1, 1, kBodyPoints}, 5.F), gradient = torch::zeros({1, 1, kBodyPoints, 3});
   distance[0][0][0] = 0;
   gradient[0][0][0][0] = 1;  // along +X of the world, which is ahead of somebody who faces it
-  const Tensor turn = yaw_matrix(torch::full({1, 1}, static_cast<float>(M_PI / 2)));
-  const Tensor features = point_features({distance, gradient}, turn);
+  const Tensor rotation = yaw_matrix(torch::full({1, 1}, static_cast<float>(M_PI / 2)));
+  const Tensor features = point_features({distance, gradient}, rotation);
   ASSERT_EQ(features.size(2), kPointFeatures);
   const Tensor seen = features.view({-1});
   EXPECT_EQ(seen.gt(1e-6).sum().item<int64_t>(), 2) << "one closeness, one component of its gradient: the rest is far";

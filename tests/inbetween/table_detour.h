@@ -42,8 +42,8 @@ inline Detour table_detour(int64_t frames, double rate) {
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   // The ball of a standing foot is 2 cm above the floor.
   const double up = 0.02 - clip.joints[0][10][1].item<double>();
-  const Tensor way = torch::linspace(-kAway, kAway, frames);
-  clip.trans = torch::stack({torch::zeros({frames}), torch::full({frames}, up), way}, 1);
+  const Tensor along = torch::linspace(-kAway, kAway, frames);
+  clip.trans = torch::stack({torch::zeros({frames}), torch::full({frames}, up), along}, 1);
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   return out;
 }

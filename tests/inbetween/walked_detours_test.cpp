@@ -1,5 +1,5 @@
-// Protects the ways that people walked, which the denoiser is trained to keep to: where the line is blocked alone, from
-// key to key, without the sway of steps, at even speed.
+// Protects the detours that people walked, which the denoiser is trained to keep to: where the line is blocked alone,
+// from key to key, without the sway of steps, at even speed.
 #include "inhabit/inbetween/walked_detours.h"
 
 #include <gtest/gtest.h>
@@ -29,15 +29,15 @@ TEST(WalkedDetours, AreThePathThatWasTakenAtEvenSpeed) {
   const Tensor detours = walked_detours(poses_of(walked), whole_keys(121, {0, 120}), scene);
   EXPECT_EQ(detours[0].abs().max().item<float>(), 0);
   EXPECT_EQ(detours[120].abs().max().item<float>(), 0);
-  const Tensor share = torch::linspace(0, 1, 121), from = walked.joints[0][0], to = walked.joints[120][0];
-  const auto along = [&](int64_t axis) { return from[axis] + share * (to[axis] - from[axis]); };
+  const Tensor part = torch::linspace(0, 1, 121), from = walked.joints[0][0], to = walked.joints[120][0];
+  const auto along = [&](int64_t axis) { return from[axis] + part * (to[axis] - from[axis]); };
   const Tensor path = torch::stack({along(0), along(2)}, 1) + detours;  // (121, x z)
   const Tensor off = path.norm(2, {1}) - kAway;
   // The mean over a second of a circle lies within it.
   const double half = M_PI / 6, within = kAway * (1 - std::sin(half) / half);
   EXPECT_LT((off + within).slice(0, 25, 96).abs().max().item<double>(), 0.012)
       << "on the circle, without the sway of 3 cm";
-  EXPECT_GT(path[60][0].item<double>(), 0.9 * kAway) << "half of the way in half of the time";
+  EXPECT_GT(path[60][0].item<double>(), 0.9 * kAway) << "half of the path in half of the time";
   const Tensor speed = path.diff(1, 0).norm(2, {1});
   EXPECT_NEAR(speed.max().item<double>(), speed.mean().item<double>(), 0.1 * speed.mean().item<double>());
   EXPECT_EQ(walked_detours(poses_of(walked), whole_keys(121, {0, 120}), SceneDistances()).abs().max().item<float>(), 0)

@@ -12,12 +12,12 @@ inline inhabit::Scene scene_of(const std::vector<inhabit::Furniture>& pieces) {
     for (size_t m = 0; m < piece.meshes.size(); ++m) {
       inhabit::Mesh mesh = piece.meshes[m];
       mesh.name = piece.kind + "_0" + (m == 0 ? "" : "." + std::to_string(m));
-      const Eigen::Matrix3f turn = piece.pose.linear().cast<float>();
+      const Eigen::Matrix3f rotation = piece.pose.linear().cast<float>();
       const Eigen::Vector3f shift = piece.pose.translation().cast<float>();
       mesh.vertices = mesh.vertices.clone();
       float* v = mesh.vertices.data_ptr<float>();
       for (int64_t i = 0; i < mesh.vertices.size(0); ++i, v += 3)
-        Eigen::Map<Eigen::Vector3f>(v, 3) = turn * Eigen::Map<Eigen::Vector3f>(v, 3) + shift;
+        Eigen::Map<Eigen::Vector3f>(v, 3) = rotation * Eigen::Map<Eigen::Vector3f>(v, 3) + shift;
       scene.meshes.push_back(mesh);
     }
   return scene;

@@ -31,9 +31,9 @@ struct Recorded {
     Sitter sitter;
     Clip clip = transformed(sitter.clip, by);
     scene = seat_scene();
-    const torch::Tensor turn = Recorded::turn_of(by.yaw);
+    const torch::Tensor rotation = Recorded::rotation_of(by.yaw);
     for (Mesh& mesh : scene.meshes)
-      mesh.vertices = torch::matmul(mesh.vertices, turn.t()) +
+      mesh.vertices = torch::matmul(mesh.vertices, rotation.t()) +
                       torch::tensor({by.shift.x(), by.shift.y(), by.shift.z()}).to(torch::kFloat);
     if (mirror) {
       clip = mirrored(clip);
@@ -44,7 +44,7 @@ struct Recorded {
     chair = sense_chair(*found, config);
     around = std::make_unique<Surroundings>(scene);
   }
-  static torch::Tensor turn_of(double yaw) {
+  static torch::Tensor rotation_of(double yaw) {
     const auto c = static_cast<float>(std::cos(yaw)), s = static_cast<float>(std::sin(yaw));
     return torch::tensor({c, 0.F, s, 0.F, 1.F, 0.F, -s, 0.F, c}).view({3, 3});
   }
@@ -117,7 +117,7 @@ TEST(InteractFeatures, HandsAreRelativeToTheirContactAndZeroWithoutOne) {
   }
 }
 
-TEST(InteractFeatures, GatingIsSharesTimesPhaseVectors) {
+TEST(InteractFeatures, GatingIsWeightsTimesPhaseVectors) {
   const Recorded r;
   State state = state_at(r.recording, 30);
   Sample& s = state.key(4);
@@ -158,7 +158,7 @@ TEST(InteractFeatures, TheTargetMadeTheNextFrameIsTheNextFrame) {
   }
 }
 
-TEST(InteractFeatures, GoalsMoveOnAndTakeTheirShareOfThePrediction) {
+TEST(InteractFeatures, GoalsMoveOnAndTakeThePredictionByTheirWeight) {
   const Recorded r;
   const State before = state_at(r.recording, 40);
   std::vector<float> y = r.target(40);
@@ -180,14 +180,14 @@ TEST(InteractFeatures, NearItsGoalTheRootTakesTheGoalCentricPrediction) {
   const State next = state_at(r.recording, 111);
   apply_output(r.out, y.data(), {0, 0, 0}, 30, state);
   for (int k = kPastKeys + 1; k < kKeys; ++k) {
-    // 5 cm off: ((k - 6) / 7)^(100 x 0.05^2) of the way back.
+    // 5 cm off: ((k - 6) / 7)^(100 x 0.05^2) of the distance back.
     const double weight = std::pow((k - 6) / 7.0, 0.25);
     EXPECT_NEAR((state.key(k).root.position - next.key(k).root.position).norm(), 0.05 * (1 - weight), 2e-3) << k;
   }
   EXPECT_NEAR((state.now().root.position - next.now().root.position).norm(), 0.05, 1e-4);
 }
 
-TEST(InteractFeatures, TheControlSignalIsTheStraightLineAndItsTargetTheHandsWay) {
+TEST(InteractFeatures, TheControlSignalIsTheStraightLineAndItsTargetTheHandsTrajectory) {
   const Recorded r({0.7, {0, 0, 0}});
   const State now = state_at(r.recording, 80), next = state_at(r.recording, 81);
   std::vector<float> pose(kControlPose), control(kControlSize), target(kControlSize);
@@ -248,7 +248,7 @@ TEST(InteractFeatures, AMirroredRecordingHasMirroredFeatures) {
   image.ego.sense(shared, root, image_of.data());
   for (size_t i = 0; i < own.size(); ++i) EXPECT_NEAR(own[i], image_of[i], 0.1) << i;
   EXPECT_GT(*std::max_element(own.begin(), own.end()), 0.5F);
-  for (int i = 0; i < 39; ++i)  // the left hand's way has become the right one's
+  for (int i = 0; i < 39; ++i)  // the left hand's trajectory has become the right one's
     EXPECT_NEAR(a[static_cast<size_t>(plain.in.hands.first + 39 + i)],
                 (i % 3 == 0 ? -1 : 1) * b[static_cast<size_t>(plain.in.hands.first + i)], 1e-4);
 }

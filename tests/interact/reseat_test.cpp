@@ -75,7 +75,7 @@ TEST(Reseat, TheSeatIsMeasuredAndTheNewOneStandsInItsPlace) {
   const ChairPair pair = pair_chairs(old, stretched(1.1, 1.12, 1.05), "chair_0");
   EXPECT_NEAR(pair.fresh_seat.front, pair.old_seat.front, 0.01);
   EXPECT_NEAR(pair.rise(), 0.12 * 0.44, 0.01);
-  // At the same share of the width, which is a tenth more.
+  // At the same fraction of the width, which is a tenth more.
   EXPECT_NEAR(pair.fresh_seat.left, 1.1 * pair.old_seat.left, 0.01);
   EXPECT_NEAR(pair.fresh_seat.right, 1.1 * pair.old_seat.right, 0.01);
 }
@@ -134,7 +134,7 @@ TEST(Reseat, HandsPelvisAndFeetMeetAHigherBroaderChair) {
   const Stay stay = stays_of(sit().clip).front();
   const auto height = [&](const Clip& clip) { return clip.joints[(stay.first + stay.last) / 2][0][1].item<double>(); };
   EXPECT_NEAR(height(found.clip) - height(same.clip), 0.12 * 0.44, 0.008);
-  // The way there is as it was, bit by bit.
+  // The path there is as it was, bit by bit.
   const int64_t before = stay.down - 60;
   ASSERT_GT(before, 0);
   EXPECT_TRUE(torch::equal(found.clip.rotations.slice(0, 0, before), sit().clip.rotations.slice(0, 0, before)));

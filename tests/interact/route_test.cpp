@@ -1,4 +1,4 @@
-// Protects ways to and from chairs: through the gap of a wall, from behind a chair to its front, none where there is
+// Protects routes to and from chairs: through the gap of a wall, from behind a chair to its front, none where there is
 // none; and that a person's trajectory is drawn to them.
 #include "inhabit/interact/route.h"
 
@@ -106,7 +106,7 @@ TEST(Route, ASeatWithATableBeforeItIsComeToFromTheSide) {
   EXPECT_LT((path->points.back() - on_ground(found.seat())).norm(), 1.0);
 }
 
-TEST(Guide, DrawsTheNextSecondToTheWay) {
+TEST(Guide, DrawsTheNextSecondToTheRoute) {
   const FreeSpace floor = free_space(Scene{});
   Guide guide(*find_route(floor, Vector2d(0, 0), Vector2d(0, 2)));
   State state;

@@ -48,8 +48,8 @@ TEST_F(SitterData, SequencesGoFromFrameToFrame) {
   // The target's first point is the next frame's hand: in its axes, where its straight line starts.
   for (int64_t t = 0; t + 1 < 40; ++t) {
     if (s.again[t + 1][0][1].item<float>() == 0) continue;
-    const torch::Tensor first = s.target[t][0].slice(0, 21, 24), turn = s.turn[t + 1][0];
-    const float c = turn[0].item<float>(), si = turn[1].item<float>();
+    const torch::Tensor first = s.target[t][0].slice(0, 21, 24), rotation = s.rotation[t + 1][0];
+    const float c = rotation[0].item<float>(), si = rotation[1].item<float>();
     const float x = first[0].item<float>(), z = first[2].item<float>();
     EXPECT_NEAR(s.control[t + 1][0][21].item<float>(), c * x + si * z, 1e-4) << t;
     EXPECT_NEAR(s.control[t + 1][0][23].item<float>(), c * z - si * x, 1e-4) << t;

@@ -69,8 +69,8 @@ TEST_F(SeatedHabitsOf, AreSeenFromTheirOwnAxes) {
   EXPECT_EQ(told[0], 1);
   const auto place = [&](int at) { return Vector3f(told[at], told[at + 1], told[at + 2]); };
   const Place root = state.now().root;
-  const auto goes = [&](const Vector3f& told_way, const Vector3f& from, const Vector3f& to) {
-    return (from + root.turned_out(told_way) - to).norm();
+  const auto goes = [&](const Vector3f& told_move, const Vector3f& from, const Vector3f& to) {
+    return (from + root.turned_out(told_move) - to).norm();
   };
   EXPECT_GT((frame(125).position[15] - frame(95).position[15]).norm(), 0.1F);
   EXPECT_LT(goes(place(1), frame(95).position[15], frame(125).position[15]), 1e-4F);
@@ -138,7 +138,7 @@ TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
   std::set<int> drawn;
   State state = state_at(data_->recording(0), kFirst);
   state.position[15].y() = 0;
-  for (int k = 0; k < 20000; ++k)  // a tenth of the way from height 0
+  for (int k = 0; k < 20000; ++k)  // a tenth of the distance from height 0
     drawn.insert(static_cast<int>(std::lround((life.next(state, random).head.y() - 0.03F) / 0.1F)));
   EXPECT_EQ(drawn.size(), 16U);
   EXPECT_EQ(*drawn.rbegin(), 15);

@@ -132,9 +132,9 @@ TEST(InteractLosses, RolloutsThatGotLostCountLinearlyAndHandsCountMore) {
 TEST(InteractLosses, AreZeroWhereThePlanIsTheTruthAndTheLine) {
   torch::manual_seed(1);
   const torch::Tensor first = torch::randn({4, 3, 56}), none = torch::zeros({4, 3, 2});
-  torch::Tensor turn = none.clone();
-  turn.select(-1, 0).fill_(1);  // no turn
-  const torch::Tensor line = torch::cat({next_lines(first, turn), first.slice(-1, 42)}, -1);
+  torch::Tensor rotation = none.clone();
+  rotation.select(-1, 0).fill_(1);  // no rotation
+  const torch::Tensor line = torch::cat({next_lines(first, rotation), first.slice(-1, 42)}, -1);
   const torch::Tensor wanted = torch::ones({4, 3, 2});
   const ControlLosses same = control_losses(line, line, line, wanted, {});
   EXPECT_NEAR(same.total.item<double>(), 0, 1e-12);

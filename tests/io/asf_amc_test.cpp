@@ -39,7 +39,7 @@ std::string asf_error(const std::string& asf, const std::string& amc) {
 
 }  // namespace
 
-TEST(AsfAmc, BonesTurnAboutTheirOwnAxes) {
+TEST(AsfAmc, BonesRotateAboutTheirOwnAxes) {
   const SourceMotion motion = parse_asf_amc(kAsf, "a.asf", kAmc, "a.amc");
   const double unit = 0.0254 / 0.45;
   EXPECT_DOUBLE_EQ(motion.metres_per_unit, unit);
@@ -54,10 +54,10 @@ TEST(AsfAmc, BonesTurnAboutTheirOwnAxes) {
   at(0, 0, {1, 16, 2});
   at(0, 2, {1, 24, 2});
   at(0, 5, {1, 0, 2});
-  // The root's quarter turn about +Y takes +Z to +X. The back's x turn comes first (up -> ahead), then z leaves ahead
-  // alone.
+  // The root's rotation by 90 degrees about +Y takes +Z to +X. The back's x rotation comes first (up -> ahead), then z
+  // leaves ahead alone.
   at(1, 2, {9, 16, 2});
-  // The shin's own x axis is -z of the world (axis 0 90 0): down goes to -x, which the root turns to +z.
+  // The shin's own x axis is -z of the world (axis 0 90 0): down goes to -x, which the root rotates to +z.
   at(1, 4, {1, 8, 2});
   at(1, 5, {1, 8, 10});
 }

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 namespace {
 
-// A person of two bones, 90 cm and 40 cm, whose second bone hangs down and turns about its start.
+// A person of two bones, 90 cm and 40 cm, whose second bone hangs down and rotates about its start.
 std::string small(const std::string& motion, const std::string& joint_channels = "3 Zrotation Xrotation Yrotation") {
   return "HIERARCHY\nROOT Hips\n{\n\tOFFSET 0.0 0.0 0.0\n\tCHANNELS 6 Xposition Yposition Zposition Zrotation "
          "Xrotation "
@@ -55,14 +55,14 @@ Clip random_clip(uint64_t seed, double largest_angle) {
 
 }  // namespace
 
-TEST(Bvh, ReadsPlacesTurnsAndUnits) {
+TEST(Bvh, ReadsPlacesRotationsAndUnits) {
   const SourceMotion motion = parse_bvh(small(kTwoFrames), "walk.bvh");
   EXPECT_EQ(motion.unit, "centimetres");
   EXPECT_THAT(motion.notes, testing::ElementsAre(HasSubstr("centimetres")));
   EXPECT_DOUBLE_EQ(motion.clip.rate, 30);  // 0.0333 is 1/30 in four digits
   EXPECT_EQ(motion.clip.skeleton.names, (std::vector<std::string>{"Hips", "Left Leg", "Left Leg_end"}));
   expect_near(motion.clip.joints[0].flatten(), {0.1F, 0.95F, 0.2F, 0.1F, 0.05F, 0.2F, 0.1F, -0.35F, 0.2F});
-  // The root turns 90 degrees about +Y, the leg 90 about its own x: the shin points along the leg frame's -z.
+  // The root rotates 90 degrees about +Y, the leg 90 about its own x: the shin points along the leg frame's -z.
   expect_near(motion.clip.joints[1].flatten(), {0.1F, 0.95F, 0.2F, 0.1F, 0.05F, 0.2F, -0.3F, 0.05F, 0.2F});
 }
 
@@ -209,7 +209,7 @@ TEST(Bvh, EndSitesStayEndSites) {
     return text.substr(0, text.find("MOTION"));
   };
   EXPECT_EQ(hierarchy("b.bvh"), hierarchy("a.bvh"));
-  // One that turns has a rotation to keep.
+  // One that rotates has a rotation to keep.
   Clip turning = hanging;
   turning.rotations = hanging.rotations.clone();
   turning.rotations[1][2][0] = 0.5F;

@@ -151,18 +151,18 @@ TEST(ClipNpz, ZUpFilesAreTurned) {
   EXPECT_NE(notes.back().find("+Y is up"), std::string::npos);
 
   // The same motion in a z-up world: about x by +90 degrees, (x, y, z) -> (x, -z, y), around the model's pelvis.
-  const torch::Tensor turn = torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, -1.F, 0.F, 1.F, 0.F}).view({3, 3});
+  const torch::Tensor rotation = torch::tensor({1.F, 0.F, 0.F, 0.F, 0.F, -1.F, 0.F, 1.F, 0.F}).view({3, 3});
   const torch::Tensor pelvis = torch::tensor({-0.002F, -0.223F, 0.028F});
-  torch::Tensor turned = upright.clone();
-  turned.select(1, 0).copy_(matrix_to_axis_angle(turn.matmul(axis_angle_to_matrix(upright.select(1, 0)))));
-  const Npz z_file = amass(turned, (trans + pelvis).matmul(turn.t()) - pelvis);
+  torch::Tensor rotated = upright.clone();
+  rotated.select(1, 0).copy_(matrix_to_axis_angle(rotation.matmul(axis_angle_to_matrix(upright.select(1, 0)))));
+  const Npz z_file = amass(rotated, (trans + pelvis).matmul(rotation.t()) - pelvis);
   notes.clear();
   const Clip z_up = clip_from_npz(z_file, "z", {}, &notes);
   EXPECT_NE(notes.back().find("rotated"), std::string::npos);
   EXPECT_TRUE(torch::allclose(z_up.joints, y_up.joints, 1e-4, 1e-4));
   ClipReadOptions as_is;
   as_is.up = UpAxis::y;
-  EXPECT_TRUE(torch::allclose(clip_from_npz(z_file, "z", as_is).joints, y_up.joints.matmul(turn.t()), 1e-4, 1e-4));
+  EXPECT_TRUE(torch::allclose(clip_from_npz(z_file, "z", as_is).joints, y_up.joints.matmul(rotation.t()), 1e-4, 1e-4));
 }
 
 TEST(ClipNpz, PositionsAloneGetTheirOwnBoneLengths) {

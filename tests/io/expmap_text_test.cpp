@@ -64,7 +64,7 @@ TEST(ExpmapText, OneFrameIsAMotion) {
 }
 
 TEST(ExpmapText, Human36MRootColumnsAreStepsInTheRootsFrame) {
-  // Three rows, each a quarter turn left (about +Y) and 20 mm ahead (+Z) as seen before the turn.
+  // Three rows, each 90 degrees to the left (about +Y) and 20 mm ahead (+Z) as seen before the rotation.
   torch::Tensor channels = torch::zeros({3, 99});
   channels.slice(0, 1).select(1, 2) = 20;
   channels.slice(0, 1).select(1, 4) = -M_PI / 2;

@@ -55,7 +55,7 @@ inline Places places_in_bvh(const std::string& text) {
     std::vector<Eigen::Matrix4d> world(joints.size());
     for (size_t j = 0; j < joints.size(); ++j) {
       Eigen::Vector3d place = joints[j].offset;
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+      Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
       for (const std::string& channel : joints[j].channels) {
         double value = 0;
         in >> value;
@@ -63,10 +63,10 @@ inline Places places_in_bvh(const std::string& text) {
         if (channel.substr(1) == "position")
           place[axis] = value;
         else
-          turn = turn * Eigen::AngleAxisd(value * M_PI / 180, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
+          rotation = rotation * Eigen::AngleAxisd(value * M_PI / 180, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
       }
       Eigen::Matrix4d local = Eigen::Matrix4d::Identity();
-      local.topLeftCorner<3, 3>() = turn;
+      local.topLeftCorner<3, 3>() = rotation;
       local.topRightCorner<3, 1>() = place;
       world[j] = joints[j].parent < 0 ? local : Eigen::Matrix4d(world[static_cast<size_t>(joints[j].parent)] * local);
       out[joints[j].name].push_back(world[j].topRightCorner<3, 1>());
@@ -88,13 +88,13 @@ inline Places places_in_glb(const std::string& glb) {
     std::memcpy(values.data(), at, values.size() * 4);
     return values;
   };
-  std::map<int, std::vector<float>> turns, moves;
+  std::map<int, std::vector<float>> rotations, moves;
   size_t frames = 0;
   for (const auto& channel : gltf["animations"][0]["channels"]) {
     const size_t output = gltf["animations"][0]["samplers"][channel["sampler"].get<size_t>()]["output"];
     const int node = channel["target"]["node"];
     if (channel["target"]["path"] == "rotation")
-      turns[node] = track(output, 4), frames = turns[node].size() / 4;
+      rotations[node] = track(output, 4), frames = rotations[node].size() / 4;
     else
       moves[node] = track(output, 3);
   }
@@ -104,7 +104,7 @@ inline Places places_in_glb(const std::string& glb) {
     const auto& node = gltf["nodes"][static_cast<size_t>(n)];
     Eigen::Vector3d place(node["translation"][0], node["translation"][1], node["translation"][2]);
     if (moves.count(n) != 0) place = Eigen::Vector3d(moves[n][3 * f], moves[n][3 * f + 1], moves[n][3 * f + 2]);
-    const float* q = turns.at(n).data() + 4 * f;
+    const float* q = rotations.at(n).data() + 4 * f;
     const Eigen::Affine3d world = above * Eigen::Translation3d(place) * Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
     out[node["name"]].push_back(world.translation());
     if (node.contains("children"))
@@ -121,13 +121,14 @@ inline Places places_in_arrays(const std::vector<std::string>& names, const std:
   for (size_t f = 0; f < frames; ++f) {
     std::vector<Eigen::Affine3d> world(names.size());
     for (size_t j = 0; j < names.size(); ++j) {
-      Eigen::Vector3d turn, place;
+      Eigen::Vector3d axis_angle, place;
       for (int k = 0; k < 3; ++k) {
-        turn[k] = number("rotations", f, j, k);
+        axis_angle[k] = number("rotations", f, j, k);
         place[k] = number(translates ? "translations" : "offsets", f, j, k);
         if (j == 0) place[k] += number("trans", f, 0, k);
       }
-      const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitX());
+      const Eigen::AngleAxisd rotation(axis_angle.norm(),
+                                       axis_angle.norm() > 0 ? axis_angle.normalized() : Eigen::Vector3d::UnitX());
       const Eigen::Affine3d local = Eigen::Translation3d(place) * rotation;
       world[j] = parents[j] < 0 ? local : world[static_cast<size_t>(parents[j])] * local;
       out[names[j]].push_back(world[j].translation());
@@ -143,10 +144,10 @@ inline Places places_in_npz(const inhabit::Npz& npz) {
     parents.push_back(npz.tensors.at("parents")[static_cast<int64_t>(j)].item<int>());
   const auto J = static_cast<int64_t>(names.size());
   const torch::Tensor trans = npz.tensors.at("trans"), offsets = npz.tensors.at("offsets");
-  const torch::Tensor turns = npz.has("poses")
+  const torch::Tensor poses = npz.has("poses")
                                   ? npz.tensors.at("poses")
                                   : torch::cat({npz.tensors.at("root_orient"), npz.tensors.at("pose_body")}, 1);
-  const torch::Tensor rotations = turns.reshape({trans.size(0), J, 3});
+  const torch::Tensor rotations = poses.reshape({trans.size(0), J, 3});
   const auto number = [&](const char* array, size_t f, size_t j, int k) -> double {
     const auto t = static_cast<int64_t>(f), joint = static_cast<int64_t>(j);
     const std::string name(array);

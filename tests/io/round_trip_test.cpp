@@ -254,9 +254,9 @@ TEST(RoundTrip, AcclaimBonesMayTranslateToo) {
     const torch::Tensor at = clip.joints[1][clip.skeleton.find(joint)] / unit;
     EXPECT_LT((at - torch::tensor({x, y, z}, torch::kFloat)).norm().item<double>(), 1e-4) << joint << at;
   };
-  // The root's quarter turn takes (x, y, z) to (z, y, -x).
+  // The root's rotation by 90 degrees takes (x, y, z) to (z, y, -x).
   expect_at("back", 1 + 3, 17 + 2, 4 - 1);
-  // The thigh turns by as much about its own x, which is the world's y: half a turn with the root's. The shin's own x
+  // The thigh rotates by as much about its own x, which is the world's y: 180 degrees with the root's. The shin's own x
   // is -z at rest, which that takes to z.
   expect_at("shin", 1, 17 - 8, 4 + 2);
   const Places truth = clip_places(clip);

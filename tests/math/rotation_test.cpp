@@ -34,7 +34,7 @@ double gradient_error(F f, const Tensor& x0) {
   return largest(analytic - numeric);
 }
 
-TEST(Rotation, AxisAngleGivesTheClosedFormTurns) {
+TEST(Rotation, AxisAngleGivesTheClosedFormRotations) {
   const double a = 0.7;
   const Tensor r = axis_angle_to_matrix(torch::tensor({0.0, 0.0, a}, torch::kDouble));
   const Tensor expected =
@@ -49,7 +49,7 @@ TEST(Rotation, MatricesAreOrthonormalAndRightHanded) {
   EXPECT_LT(largest(torch::det(r) - 1), 1e-14);
 }
 
-TEST(Rotation, YawTurnsPlusZTowardsPlusX) {
+TEST(Rotation, YawRotatesPlusZTowardsPlusX) {
   const Tensor turned = torch::matmul(yaw_matrix(M_PI / 2), torch::tensor({0.F, 0.F, 1.F}));
   EXPECT_LT(largest(turned - torch::tensor({1.F, 0.F, 0.F})), 1e-6);
   const Tensor yaw = torch::tensor({{-3.0, -0.4, 0.0}, {0.7, 1.6, 3.1}}, torch::kDouble);
@@ -75,7 +75,7 @@ TEST(Rotation, EveryRepresentationComesBack) {
   }
 }
 
-TEST(Rotation, HalfTurnsKeepTheirAxis) {
+TEST(Rotation, RotationsBy180DegreesKeepTheirAxis) {
   const Tensor axes = torch::eye(3, torch::kDouble);
   const Tensor r = axis_angle_to_matrix(axes * M_PI);
   const Tensor v = matrix_to_axis_angle(r);
@@ -113,7 +113,7 @@ TEST(Rotation, GradientsAgreeWithDifferencesAlsoAtZero) {
   EXPECT_LT(gradient_error([&](const Tensor& v) { return (quaternion_to_matrix(v) * w).sum(); }, q), 1e-8);
 }
 
-TEST(Rotation, SlerpMovesAtConstantSpeedTheShortWay) {
+TEST(Rotation, SlerpMovesAtConstantSpeedAlongTheShortArc) {
   const Tensor from = matrix_to_quaternion(axis_angle_to_matrix(torch::zeros({3}, torch::kDouble)));
   const Tensor axis = torch::tensor({0.0, 0.6, 0.8}, torch::kDouble);
   for (double angle : {1e-6, 0.3, 2.9}) {

@@ -126,8 +126,8 @@ TEST(Ndms, AnUnknownWordScoresBelowOneAndTheOrderOfTheDatabaseIsNothing) {
 TEST(MotionWords, ArePlacedAlikeWhereverThePersonIs) {
   const Tensor words = motion_words(swing(40, 2), 8);
   const double c = std::cos(1.1), s = std::sin(1.1);
-  const Tensor turn = torch::tensor({c, 0., s, 0., 1., 0., -s, 0., c}, torch::kFloat).view({3, 3});
-  const Tensor moved = torch::matmul(words, turn.t()) + torch::tensor({3.F, 0.F, -2.F});
+  const Tensor rotation = torch::tensor({c, 0., s, 0., 1., 0., -s, 0., c}, torch::kFloat).view({3, 3});
+  const Tensor moved = torch::matmul(words, rotation.t()) + torch::tensor({3.F, 0.F, -2.F});
   const Tensor placed = placed_words(words, 0, 1);
   EXPECT_LT((placed - placed_words(moved, 0, 1)).abs().max().item<double>(), 1e-4);
   const Tensor hips = placed.select(1, 0).slice(1, 0, 2);
@@ -140,8 +140,8 @@ TEST(MotionWords, ArePlacedAlikeWhereverThePersonIs) {
 TEST(PoseWords, KnowNeitherPlaceNorHeadingOfAnyFrame) {
   torch::manual_seed(6);
   const Tensor joints = torch::randn({40, 22, 3});
-  const Tensor turn = yaw_matrix(torch::linspace(0, 9, 40)), path = torch::randn({40, 1, 3});
-  const Tensor elsewhere = torch::matmul(joints, turn.transpose(1, 2)) + path;
+  const Tensor rotation = yaw_matrix(torch::linspace(0, 9, 40)), path = torch::randn({40, 1, 3});
+  const Tensor elsewhere = torch::matmul(joints, rotation.transpose(1, 2)) + path;
   EXPECT_LT((pose_words(elsewhere, 8) - pose_words(joints, 8)).abs().max().item<double>(), 1e-5);
   const Tensor frame = pose_words(joints, 8)[5][0];  // (12, 3)
   EXPECT_NEAR((frame[0] - frame[1])[2].item<double>(), 0, 1e-5) << "the line between the hips along x";
@@ -181,7 +181,7 @@ TEST(Npss, IsZeroForEqualAndLargerForMoreDifferentSpectra) {
   const Tensor t = torch::arange(64) * (2 * M_PI / 64);
   const auto wave = [&](double k) { return torch::cos(t * k).view({1, -1, 1}); };
   EXPECT_NEAR(npss(wave(3), wave(3)), 0, 1e-9);
-  // All power moves from bins k and 64-k to others: the cumulated shares differ by 1/2 between them, twice.
+  // All power moves from bins k and 64-k to others: the cumulated fractions differ by 1/2 between them, twice.
   EXPECT_NEAR(npss(wave(3), wave(5)), 2 * 0.5 * 2, 1e-6);
   EXPECT_NEAR(npss(wave(3), wave(11)), 2 * 0.5 * 8, 1e-6);
   EXPECT_NEAR(npss(wave(3), 7 * wave(3)), 0, 1e-6) << "power is normalised";

@@ -20,11 +20,11 @@ using torch::Tensor;
 
 /// The clip with its floor tilted by `degrees` about the level axis at `toward` radians from +X.
 Clip tilted(Clip clip, double degrees, double toward) {
-  const Eigen::Matrix3d turn =
+  const Eigen::Matrix3d rotation =
       Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d(std::cos(toward), 0, std::sin(toward))).toRotationMatrix();
   Tensor matrix = torch::empty({3, 3});
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) matrix[r][c] = turn(r, c);
+    for (int c = 0; c < 3; ++c) matrix[r][c] = rotation(r, c);
   rotate_clip(clip, matrix);
   return clip;
 }

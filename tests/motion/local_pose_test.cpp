@@ -35,7 +35,7 @@ TEST(LocalPoses, KnowNeitherPlaceNorHeading) {
   EXPECT_GT(largest(local_poses(joints + torch::tensor({0.F, 1.F, 0.F})) - joints), 0.1);
 }
 
-TEST(Headings, AreZeroAlongZAndAQuarterTurnAlongX) {
+TEST(Headings, AreZeroAlongZAnd90DegreesAlongX) {
   const Tensor ahead = walker(2, 0).joints;
   EXPECT_LT(largest(headings(ahead)), 1e-3);
   EXPECT_NEAR(headings(walker(2, 0, M_PI / 2).joints)[0].item<double>(), M_PI / 2, 1e-3);
@@ -51,7 +51,7 @@ TEST(RootMotion, IsTheStepSeenFromTheFrameBeforeTheTurnAndTheHeight) {
     EXPECT_LT(largest(motion.select(1, 2)), 1e-4);
   }
   const Tensor turning = root_motion(turning_walker());
-  EXPECT_LT(largest(turning.slice(0, 1).select(1, 2) - M_PI / 60), 1e-3) << "also past half a turn";
+  EXPECT_LT(largest(turning.slice(0, 1).select(1, 2) - M_PI / 60), 1e-3) << "also past 180 degrees";
   const Tensor joints = walker(3, 0).joints;
   EXPECT_LT(largest(root_motion(joints).select(1, 3) - joints.select(1, 0).select(1, 1)), 1e-6);
 }
@@ -71,7 +71,7 @@ TEST(PlacedPoses, BringTheMotionBack) {
             1e-3);
 }
 
-TEST(OnSkeleton, KeepsAnglesAndScalesTheWayWithTheLegs) {
+TEST(OnSkeleton, KeepsAnglesAndScalesThePathWithTheLegs) {
   const Clip clip = walker(20, 1.2, 0.5, 1);
   Skeleton tall = clip.skeleton;
   tall.offsets = tall.offsets.clone();

@@ -32,7 +32,7 @@ TEST(PlacedBody, AnchorsAreVerticesOfTheSkinAndMoveWithTheRoot) {
   EXPECT_LT(largest(skin_points(clip, body) - skin - shift), 1e-5) << "joints say where the root is";
 }
 
-TEST(PlacedBody, CapsulePointsLieOnTheAxesThatTurnWithTheirJoints) {
+TEST(PlacedBody, CapsulePointsLieOnTheAxesThatRotateWithTheirJoints) {
   const Clip clip = bending();
   const BodyModel& body = builtin_body();
   const CapsulePoints found = capsule_points(clip, body, 0.03);

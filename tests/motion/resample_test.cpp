@@ -11,7 +11,7 @@ using namespace inhabit;
 
 namespace {
 
-// Two joints; the root turns about +Y at 1 rad/s and is thrown: constant acceleration. Seconds at `rate`.
+// Two joints; the root rotates about +Y at 1 rad/s and is thrown: constant acceleration. Seconds at `rate`.
 Clip thrown(double rate, int64_t frames) {
   Clip clip;
   clip.skeleton.names = {"root", "tip"};
@@ -31,7 +31,7 @@ Clip thrown(double rate, int64_t frames) {
 
 }  // namespace
 
-TEST(Resample, SteadyTurnsAndThrowsAreExact) {
+TEST(Resample, SteadyRotationsAndThrowsAreExact) {
   for (const double from : {120.0, 50.0, 10.0})
     for (const double to : {30.0, 60.0, 29.97}) {
       const Clip out = resample(thrown(from, static_cast<int64_t>(from) + 1), to);
@@ -65,7 +65,7 @@ TEST(Resample, JointsKeepTheirDistanceFromThePosedSkeleton) {
   EXPECT_TRUE(torch::allclose(out.joints, thrown(90, 31).joints + 0.01, 0, 1e-5));
 }
 
-TEST(Resample, RotationsTakeTheShortWay) {
+TEST(Resample, RotationsTakeTheShortArc) {
   Clip clip = thrown(1, 2);
   clip.rotations[0][0] = torch::tensor({0.0F, 3.0F, 0.0F});
   clip.rotations[1][0] = torch::tensor({0.0F, -3.0F, 0.0F});  // 0.28 rad further

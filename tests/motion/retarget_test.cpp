@@ -133,7 +133,7 @@ TEST(Retarget, ASourceDrawnAlongOtherAxesGivesTheSameRotations) {
   Eigen::Matrix3d axes;
   axes.col(0) = Eigen::Vector3d::UnitZ(), axes.col(1) = Eigen::Vector3d::UnitX(),
   axes.col(2) = Eigen::Vector3d::UnitY();
-  const Eigen::Quaterniond turn(axes);
+  const Eigen::Quaterniond rotation(axes);
   torch::Tensor matrix = torch::empty({3, 3});
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) matrix[r][c] = axes(r, c);
@@ -141,7 +141,7 @@ TEST(Retarget, ASourceDrawnAlongOtherAxesGivesTheSameRotations) {
   // G' = G axes^-1, so local L'_j = axes L_j axes^-1, and the root's L_0 axes^-1.
   PoseTrack track = pose_track(body);
   for (size_t k = 0; k < track.local.size(); ++k)
-    track.local[k] = (k % 22 == 0 ? Eigen::Quaterniond::Identity() : turn) * track.local[k] * turn.conjugate();
+    track.local[k] = (k % 22 == 0 ? Eigen::Quaterniond::Identity() : rotation) * track.local[k] * rotation.conjugate();
   set_pose(source, track);
   ASSERT_TRUE(torch::allclose(source.joints, body.joints, 0, 1e-5));
   const Clip found = retarget(source, "a");

@@ -17,9 +17,9 @@ using torch::Tensor;
 namespace {
 
 /// A grid whose voxels are mostly empty.
-Tensor sparse_grid(int64_t batch, int64_t channels, int64_t grid, double share) {
+Tensor sparse_grid(int64_t batch, int64_t channels, int64_t grid, double fraction) {
   return torch::randn({batch, channels, grid, grid, grid}) *
-         (torch::rand({batch, 1, grid, grid, grid}) < share).to(torch::kFloat32);
+         (torch::rand({batch, 1, grid, grid, grid}) < fraction).to(torch::kFloat32);
 }
 
 struct Gradients {

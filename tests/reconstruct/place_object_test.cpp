@@ -1,5 +1,5 @@
-// Protects the room: an object's scale, turn and place from what a camera sees of it, whatever unit its mesh is in; the
-// floor's height; points that were seen through.
+// Protects the room: an object's scale, rotation and place from what a camera sees of it, whatever unit its mesh is in;
+// the floor's height; points that were seen through.
 #include "inhabit/reconstruct/place_object.h"
 
 #include <cmath>
@@ -87,7 +87,7 @@ void expect_near(const Placement& a, const Placement& b, double metres, double d
   EXPECT_LT(std::abs(a.scale / b.scale - 1), part);
 }
 
-TEST(PlaceObject, AChairInAnyUnitAndTurnComesBack) {
+TEST(PlaceObject, AChairInAnyUnitAndRotationComesBack) {
   for (const double yaw : {0.4, 2.0, -2.5}) {
     const Placement truth = on_floor(0.3, yaw, 0.2, -2.6);
     expect_near(placed_again(truth, 0, false).placement, truth, 0.02, 1.5, 0.03);

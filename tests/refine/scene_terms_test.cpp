@@ -62,7 +62,7 @@ TEST(Surroundings, NothingIsMetInAnEmptyRoomOrFarAway) {
   EXPECT_EQ(expect_frame_by_frame(walk, room), 0U);
 }
 
-/// A ball of a forearm that goes 0.6 m ahead, through a board of 6 cm across its way, and the planes it meets at.
+/// A ball of a forearm that goes 0.6 m ahead, through a board of 6 cm across its path, and the planes it meets at.
 std::vector<PlaneTerm> past_the_end_of_a_board(double rate, double end) {
   MeshBuilder builder;
   builder.box({end + 1, 1, 0}, {1, 1, 0.03});

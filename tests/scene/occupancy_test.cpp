@@ -77,11 +77,11 @@ TEST(Occupancy, WallInFrontStaysInFront) {
   for (const double heading : {0.0, 0.5, 1.5707963267948966, 2.9, -2.2}) {
     const double x = 2 + std::sin(heading), z = -1 + std::cos(heading);
     Mesh wall = box_mesh({0, 0.9, 0}, {6, 2, 0.02});
-    const torch::Tensor turn =
+    const torch::Tensor rotation =
         torch::tensor({std::cos(heading), 0., std::sin(heading), 0., 1., 0., -std::sin(heading), 0., std::cos(heading)},
                       torch::kFloat32)
             .view({3, 3});
-    wall.vertices = torch::matmul(wall.vertices, turn.t()) + torch::tensor({x, 0., z}, torch::kFloat32);
+    wall.vertices = torch::matmul(wall.vertices, rotation.t()) + torch::tensor({x, 0., z}, torch::kFloat32);
     const torch::Tensor grid = occupancy_grid(make_solid(scene_of({wall})), {2, 0.9, -1}, heading);
     ASSERT_EQ(grid.sizes(), (torch::IntArrayRef{48, 24, 48}));
     // 1 m ahead is cell 24 + 10, or the one before it.

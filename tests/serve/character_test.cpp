@@ -72,7 +72,7 @@ TEST(Character, ContactsAreOnTheSurfaceOrRefused) {
   ASSERT_TRUE(person.contacts().at[0]);
   EXPECT_LT((*person.contacts().at[0] - arm).norm(), 0.02) << "moved to the surface";
   for (int i = 0; i < 10; ++i) person.step();
-  EXPECT_GE(person.status().distance[0], 0) << "the hand's way to it is told";
+  EXPECT_GE(person.status().distance[0], 0) << "the hand's distance to it is told";
   EXPECT_LT(person.status().distance[1], 0);
   person.touch({0, std::nullopt, ""});
   EXPECT_FALSE(person.contacts().at[0]);

@@ -106,8 +106,8 @@ TEST(PoseWindow, UnseenJointsStayWhereTheyWereFromTheirParentsAndTurnWithThePers
   const float nan = NAN;
   PoseWindow w = window();
   for (int i = 0; i < 60; ++i) {
-    const double turn = i < 45 ? 0 : (i - 45) * 0.1;  // 80 degrees, while the left arm is unseen
-    Tensor pose = standing(0, 0, turn);
+    const double yaw = i < 45 ? 0 : (i - 45) * 0.1;  // 80 degrees, while the left arm is unseen
+    Tensor pose = standing(0, 0, yaw);
     if (i >= 45)
       for (const int j : {18, 20}) pose[j].fill_(nan);
     if (i % 2 == 0) pose[8][1].fill_(nan);  // a coordinate is enough; between two frames that saw it
@@ -115,9 +115,9 @@ TEST(PoseWindow, UnseenJointsStayWhereTheyWereFromTheirParentsAndTurnWithThePers
   }
   const Clip clip = w.clip(30, 30);
   for (int64_t t = 0; t < 30; ++t) {
-    const double turn = t < 15 ? 0 : (t - 15) * 0.1;
+    const double yaw = t < 15 ? 0 : (t - 15) * 0.1;
     const bool last = t == 29;  // frame 59 saw the ankle
-    EXPECT_LT(largest_difference(clip.joints[t], standing(0, 0, turn)), last ? 1e-4F : 0.02F) << t;
+    EXPECT_LT(largest_difference(clip.joints[t], standing(0, 0, yaw)), last ? 1e-4F : 0.02F) << t;
   }
 }
 

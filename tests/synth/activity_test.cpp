@@ -15,8 +15,8 @@ namespace {
 
 constexpr int64_t kFrames = 90;
 
-// A body at rest whose pelvis stands at `height` of its leg's length and moves by way(seconds).
-Clip body_that(double height, const std::function<Eigen::Vector3d(double)>& way, double turns = 0) {
+// A body at rest whose pelvis stands at `height` of its leg's length and moves by path(seconds).
+Clip body_that(double height, const std::function<Eigen::Vector3d(double)>& path, double turns = 0) {
   Clip clip;
   clip.skeleton = builtin_body().skeleton;
   clip.skeleton.names.resize(kStandardJoints);
@@ -30,7 +30,7 @@ Clip body_that(double height, const std::function<Eigen::Vector3d(double)>& way,
   clip.trans.select(1, 1).fill_(height * leg - rest[0][1].item<double>());
   for (int64_t t = 0; t < kFrames; ++t) {
     const double s = static_cast<double>(t) / clip.rate;
-    const Eigen::Vector3d at = way(s);
+    const Eigen::Vector3d at = path(s);
     for (int64_t i = 0; i < 3; ++i) clip.trans[t][i] += at[i];
     clip.rotations[t][0][1] = turns * s;
   }

@@ -54,10 +54,11 @@ int64_t first_seated(const Clip& clip) {
 Eigen::Vector3d own_place(const Clip& clip, int64_t frame) {
   const auto pose = clip.object_pose.accessor<float, 3>();
   const auto joints = clip.joints.accessor<float, 3>();
-  const Eigen::Vector3d turn(pose[0][0][3], pose[0][0][4], pose[0][0][5]);
+  const Eigen::Vector3d rotation(pose[0][0][3], pose[0][0][4], pose[0][0][5]);
   Eigen::Vector3d away;
   for (int i = 0; i < 3; ++i) away[i] = joints[frame][0][i] - pose[0][0][i];
-  return turn.norm() < 1e-9 ? away : Eigen::Vector3d(Eigen::AngleAxisd(-turn.norm(), turn.normalized()) * away);
+  return rotation.norm() < 1e-9 ? away
+                                : Eigen::Vector3d(Eigen::AngleAxisd(-rotation.norm(), rotation.normalized()) * away);
 }
 
 // Table 4 of the COUCH paper, minutes of 209.7.
@@ -233,7 +234,8 @@ TEST(Chairs, StartsLieAllAroundAndNobodyWalksThroughTheChair) {
     quarters.insert(static_cast<int>(std::floor(direction / (M_PI / 2))));
     const int64_t seated = first_seated(clip);
     if (seated < 0 || std::abs(direction) < 2.3) continue;
-    // Who starts behind comes round a side: where the way crosses the chair's middle line, it does so beside the chair.
+    // Who starts behind comes round a side: where the path crosses the chair's middle line, it does so beside the
+    // chair.
     ++behind;
     double beside = 0;
     for (int64_t t = 0; t < seated; ++t) {

@@ -15,8 +15,8 @@
 namespace inhabit {
 namespace {
 
-// Somebody with hanging arms who glides along a way on the floor: (x, z) metres at u in [0, 1], without turning.
-Clip gliding(int64_t frames, const std::function<Eigen::Vector2d(double)>& way) {
+// Somebody with hanging arms who glides along a path on the floor: (x, z) metres at u in [0, 1], without turning.
+Clip gliding(int64_t frames, const std::function<Eigen::Vector2d(double)>& path) {
   const BodyModel& body = builtin_body();
   Clip clip;
   clip.skeleton = body.skeleton;
@@ -28,7 +28,7 @@ Clip gliding(int64_t frames, const std::function<Eigen::Vector2d(double)>& way) 
   clip.rotations.select(1, 17).select(1, 2).fill_(1.3);
   clip.trans = torch::zeros({frames, 3});
   for (int64_t t = 0; t < frames; ++t) {
-    const Eigen::Vector2d at = way(static_cast<double>(t) / static_cast<double>(frames - 1));
+    const Eigen::Vector2d at = path(static_cast<double>(t) / static_cast<double>(frames - 1));
     clip.trans[t][0] = at.x();
     clip.trans[t][2] = at.y();
   }
@@ -48,7 +48,7 @@ Room empty_room() {
   return room;
 }
 
-TEST(Chords, FurnitureStandsInTheStraightWayAndNotInTheTrueOne) {
+TEST(Chords, FurnitureStandsOnTheStraightPathAndNotOnTheTrueOne) {
   const Clip clip = gliding(61, half_circle), straight = gliding(61, straight_line);
   const BodySweep sweep(clip, builtin_body());
   int rooms = 0;
@@ -68,7 +68,7 @@ TEST(Chords, FurnitureStandsInTheStraightWayAndNotInTheTrueOne) {
   EXPECT_GE(rooms, 9) << "a half circle leaves room for a piece";
 }
 
-TEST(Chords, AStraightWayLeavesNoPlace) {
+TEST(Chords, AStraightPathLeavesNoPlace) {
   const Clip clip = gliding(121, straight_line);
   const BodySweep sweep(clip, builtin_body());
   for (uint64_t seed = 1; seed <= 4; ++seed) {
@@ -80,7 +80,7 @@ TEST(Chords, AStraightWayLeavesNoPlace) {
   }
 }
 
-TEST(Chords, NoneAreTriedWithAShareOf0) {
+TEST(Chords, NoneAreTriedWithAFractionOf0) {
   const Clip clip = gliding(61, half_circle);
   Room room = empty_room();
   Layout layout(room, {});
@@ -95,7 +95,7 @@ TEST(Chords, OptionsOutOfRangeAreRefused) {
 }
 
 // A half circle of 61 frames with a box in its middle: keys at both ends are joined straight through it.
-TEST(BlockedWindows, AreThoseInWhichOnlyTheStraightWayCollides) {
+TEST(BlockedWindows, AreThoseInWhichOnlyTheStraightPathCollides) {
   const TempFolder folder;
   Dataset data = create_dataset(folder / "d", {"walk"});
   Scene blocked, open, everywhere;
@@ -118,11 +118,11 @@ TEST(BlockedWindows, AreThoseInWhichOnlyTheStraightWayCollides) {
   write_index(data);
   const BlockedWindows found = blocked_windows(data, "train", {61, 60, 60, 0});
   EXPECT_EQ(found.windows, 3);
-  EXPECT_EQ(found.blocked, 1) << "not where the true way collides too";
+  EXPECT_EQ(found.blocked, 1) << "not where the true path collides too";
   EXPECT_EQ(found.colliding, 1);
   EXPECT_GT(found.straight, found.real);
   EXPECT_EQ(blocked_windows(data, "train", {61, 60, 60, 2}).clips, 2);
-  EXPECT_EQ(blocked_windows(data, "train", {61, 1, 60, 0}).blocked, 0) << "every frame a key: the way is the true one";
+  EXPECT_EQ(blocked_windows(data, "train", {61, 1, 60, 0}).blocked, 0) << "every frame a key: the path is the true one";
   EXPECT_EQ(blocked_windows(data, "test").windows, 0);
   EXPECT_THROW(blocked_windows(data, "train", {61, 0, 60, 0}), Error);
 }

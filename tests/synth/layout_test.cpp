@@ -1,4 +1,4 @@
-// Protects how rooms are furnished: pieces inside and apart, openings and ways to seats free, refusals that change
+// Protects how rooms are furnished: pieces inside and apart, openings and paths to seats free, refusals that change
 // nothing. Rectangles are intersected by clipping polygons here, not by separating axes.
 #include "inhabit/synth/layout.h"
 
@@ -178,8 +178,8 @@ TEST(Layout, WhatAPieceNeedsAndOpeningsStayFree) {
 TEST(Layout, ASeatStaysInReachOfTheDoor) {
   SmallRoom small;
   ASSERT_TRUE(small.layout.add({chair_at(0, 1.3, M_PI)}, {}));
-  EXPECT_FALSE(small.layout.add({table_at(0, 0, 3.9, 0.4)}, {})) << "no way around";
-  EXPECT_TRUE(small.layout.add({table_at(0, 0, 1.5, 0.4)}, {})) << "a way on both sides";
+  EXPECT_FALSE(small.layout.add({table_at(0, 0, 3.9, 0.4)}, {})) << "no path around";
+  EXPECT_TRUE(small.layout.add({table_at(0, 0, 1.5, 0.4)}, {})) << "a path on both sides";
   SmallRoom other;
   ASSERT_TRUE(other.layout.add({table_at(0, 0, 3.9, 0.4)}, {}));
   EXPECT_FALSE(other.layout.add({chair_at(0, 1.3, M_PI)}, {})) << "behind what is there";

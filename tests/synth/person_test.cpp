@@ -111,9 +111,9 @@ TEST(Person, WalksLikeAPerson) {
 TEST(Person, KeepsTheJointLimits) {
   const torch::Tensor limits = builtin_body().joint_limits.slice(0, 1);
   for (const Life& life : lives()) {
-    const torch::Tensor turns = life.clip.rotations.slice(1, 1);
-    EXPECT_LE((turns - limits.select(2, 1)).max().item<double>(), 1e-4);
-    EXPECT_LE((limits.select(2, 0) - turns).max().item<double>(), 1e-4);
+    const torch::Tensor rotations = life.clip.rotations.slice(1, 1);
+    EXPECT_LE((rotations - limits.select(2, 1)).max().item<double>(), 1e-4);
+    EXPECT_LE((limits.select(2, 0) - rotations).max().item<double>(), 1e-4);
   }
 }
 

@@ -19,15 +19,16 @@
 namespace inhabit {
 namespace {
 
-/// A box that slides 1 m along +X while it turns a quarter about its upright axis, at (1, 0, 2) in the first frame.
+/// A box that slides 1 m along +X while it rotates by 90 degrees about its upright axis, at (1, 0, 2) in the first
+/// frame.
 void slide(Clip& clip, const std::string& object) {
   const int64_t frames = clip.frames();
-  const torch::Tensor share = torch::arange(frames).to(torch::kFloat32) / static_cast<double>(frames - 1);
+  const torch::Tensor part = torch::arange(frames).to(torch::kFloat32) / static_cast<double>(frames - 1);
   clip.object_names = {"lamp", object};
   clip.object_pose = torch::zeros({frames, 2, 6});
-  clip.object_pose.select(1, 1).select(1, 0).copy_(1 + share);
+  clip.object_pose.select(1, 1).select(1, 0).copy_(1 + part);
   clip.object_pose.select(1, 1).select(1, 2).fill_(2);
-  clip.object_pose.select(1, 1).select(1, 4).copy_(share * (M_PI / 2));
+  clip.object_pose.select(1, 1).select(1, 4).copy_(part * (M_PI / 2));
 }
 
 Mesh box(const std::string& name, double x, double z) {

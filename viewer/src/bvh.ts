@@ -8,12 +8,12 @@ const RIGID = 0.0004; // metres by which a bone may differ from itself before it
 
 const text = (numbers: ArrayLike<number>) => Array.from(numbers, (x) => x.toFixed(6)).join(' ');
 
-/** Angles (degrees) about z, y, x with R = Rz Ry Rx, the nearer of the two solutions to `before`, without jumps of a turn. */
+/** Angles (degrees) about z, y, x with R = Rz Ry Rx, the nearer of the two solutions to `before`, without jumps of 360 degrees. */
 function eulerAngles(q: Quaternion, before: number[], m: Matrix4): number[] {
   const e = m.makeRotationFromQuaternion(q).elements; // column by column
   const cosine = Math.hypot(e[0], e[1]);
   let first = [Math.atan2(e[1], e[0]), Math.atan2(-e[2], cosine), Math.atan2(e[6], e[10])];
-  if (cosine < 1e-7) { // z and x turn about one axis: x stays where it was
+  if (cosine < 1e-7) { // z and x rotate about one axis: x stays where it was
     const x = before[2] / DEGREES;
     first = [Math.atan2(-e[4], e[5]) + (e[2] < 0 ? x : -x), first[1], x];
   }

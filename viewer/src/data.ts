@@ -56,7 +56,7 @@ export interface PersonData {
 export interface ObjectMotionData {
   name: string;
   places: ArrayRef; // (T, 3) metres
-  turns: ArrayRef; // (T, 4) quaternions w x y z
+  rotations: ArrayRef; // (T, 4) quaternions w x y z
 }
 
 /** A curve of bytes, 255 being 1, or stretches with names: first frame, label, negative for nothing. */

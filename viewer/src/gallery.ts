@@ -46,7 +46,7 @@ export class Gallery {
     const past = people.find((person) => person.data_.role === 'past');
     const floors = this.figures.map((person) => this.canOverlay ? ground : lowest(person));
     this.figures.forEach((person, i) => {
-      if (past && past.parents.length === person.parents.length) person.lead = past;
+      if (past && past.parents.length === person.parents.length) person.past = past;
       person.labelColors = this.colors;
       person.setFloor(floors[i] + 0.004);
     });
@@ -96,7 +96,7 @@ export class Gallery {
 
   isVisible(person: Person, time: number) {
     if (!isFigure(person.data_)) return !this.apart && person.enabled && time <= person.end + 0.5 / person.data_.rate;
-    return person.enabled && time >= (this.apart && person.lead ? person.lead.start : person.start) - 1e-6;
+    return person.enabled && time >= (this.apart && person.past ? person.past.start : person.start) - 1e-6;
   }
 
   showsTrail(person: Person) {

@@ -77,7 +77,7 @@ export class Person {
   readonly end: number; // time of the last frame
   readonly material: THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
   enabled = true; // switched on in the legend
-  lead?: Person; // the past, shown in this one's place until this one starts
+  past?: Person; // what was observed, shown in this one's place until this one starts
   labelColors: string[] = [];
   private readonly frames: number;
   private readonly count: number;
@@ -194,10 +194,10 @@ export class Person {
 
   setTime(t: number) {
     if (this.data_.role === 'intention') t = this.start + ((t - this.start) % (this.end - this.start || 1));
-    if (this.lead && t < this.start - 1e-6) {
-      this.lead.sample(t);
-      this.now.set(this.lead.now);
-      this.material.color.set(this.lead.color);
+    if (this.past && t < this.start - 1e-6) {
+      this.past.sample(t);
+      this.now.set(this.past.now);
+      this.material.color.set(this.past.color);
       this.poseFigure(-1);
       return;
     }

@@ -151,9 +151,9 @@ export class Stage {
     this.grid.visible = this.shade.visible = on;
   }
 
-  /** Moves the camera along so that it keeps looking at `target`; `share` of the way. */
-  follow(target: THREE.Vector3, share: number) {
-    this.move.copy(target).sub(this.controls.target).multiplyScalar(share);
+  /** Moves the camera along so that it keeps looking at `target`; moves by that `fraction` of its distance. */
+  follow(target: THREE.Vector3, fraction: number) {
+    this.move.copy(target).sub(this.controls.target).multiplyScalar(fraction);
     this.controls.target.add(this.move);
     this.camera.position.add(this.move);
   }

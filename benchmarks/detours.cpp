@@ -1,4 +1,5 @@
-// Ways around what blocks the line between two keys (the first of blocked_rooms): A* over the floor plan, and PathNet.
+// Detours around what blocks the line between two keys (the first of blocked_rooms): A* over the floor plan, and
+// PathNet.
 #include <benchmark/benchmark.h>
 
 #include "inhabit/inbetween/blocked_rooms.h"
