@@ -89,6 +89,7 @@ struct Config {
 /// authors' training code at their sizes. Throws Error for other names.
 Config preset(const std::string& name);
 
+/// All settings as a JSON object, nested by group; config_from_json reads it again.
 std::string to_json(const Config& config);
 
 /// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible

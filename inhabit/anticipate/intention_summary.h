@@ -31,7 +31,10 @@ struct IntentionSummary {
 IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters,
                                       double rate);
 
+/// A line a label: percent of the frames, segments, their mean seconds, the three actions it is most seen in.
 std::string summary_text(const IntentionSummary& summary);
+/// An object a label, its actions all of them, and a representative segment: recording and first and last frame. @param
+/// recordings those that were summarised
 nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<Sequence>& recordings);
 
 }  // namespace inhabit::anticipate

@@ -38,6 +38,7 @@ struct Networks {
 
 /// A new network of the config's sizes.
 nn::TrajectoryGraph make_ltd(const Config& config);
+/// A new HisRep of the sizes in config.baselines.
 nn::MotionAttention make_hisrep(const Config& config);
 
 /// What files of this system say they are of.

@@ -10,7 +10,8 @@ namespace inhabit::anticipate {
 
 /// Features of a frame (F): 21 joints of the local pose without the root (63), then the root motion (4); standardised
 /// by mean and deviation of the training set.
-inline constexpr int64_t kPoseFeatures = 63, kFeatureCount = kPoseFeatures + 4;
+inline constexpr int64_t kPoseFeatures = 63,  ///< of the local pose
+    kFeatureCount = kPoseFeatures + 4;        ///< F, all of them
 
 /// The intention network (3.1): a recurrent encoder of the observation and an autoregressive decoder of labels.
 struct IntentionNetworkImpl : torch::nn::Module {

@@ -9,7 +9,8 @@ namespace inhabit::anticipate {
 // Intention labels as the authors' training code has them: k-means of the codes that an autoencoder gives three poses
 // of the legs, 12.5 a second. Poses are (T, 63), as intention_poses gives them, 25 a second.
 
-inline constexpr int64_t kLabelHidden = 128, kLabelCode = 16;  ///< widths of the autoencoder
+inline constexpr int64_t kLabelHidden = 128,  ///< width of the autoencoder
+    kLabelCode = 16;                          ///< width of its code
 
 /// What the autoencoder sees of the frames about each frame: (T, 3, 14, 3), the upper body zero. Beyond the ends the
 /// first and last frame stand.

@@ -20,6 +20,7 @@ struct Sequence {
 /// kDatabaseStride times the rate the score's database has the words that begin in every such frame.
 std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
                                    const Skeleton& skeleton, double rate);
+/// How many times the frames of a recording are denser than the model's where the score's database is made.
 inline constexpr int64_t kDatabaseStride = 2;
 
 /// The bones of the first training recording. Throws Error(source, ...) where there is none.

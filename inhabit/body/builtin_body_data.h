@@ -6,6 +6,7 @@
 
 namespace inhabit {
 
+/// Vertices of the built-in body that stand for its whole skin (BodyModel::anchors).
 inline constexpr int64_t kBuiltinAnchors = 64;
 
 /// What of the built-in body is generated data, made once by scripts/make_body. Shapes as in BodyModel.

@@ -29,6 +29,7 @@ std::array<Eigen::Vector3d, kStandardJoints> builtin_rest_joints();
 std::array<Eigen::Vector3d, kStandardJoints> builtin_joint_direction(BuiltinBeta beta);
 
 /// Height of the built-in body's pelvis joint above the soles at rest, and of the top of its head, metres.
-inline constexpr double kBuiltinPelvisHeight = 0.955, kBuiltinStature = 1.72;
+inline constexpr double kBuiltinPelvisHeight = 0.955,  ///< of the pelvis joint
+    kBuiltinStature = 1.72;                            ///< of the top of the head
 
 }  // namespace inhabit

@@ -28,8 +28,11 @@ struct Limb {
   int end;                    ///< joint: ankle or wrist
   Eigen::Vector3d rest_pole;  ///< where the middle joint points at rest: +Z for knees, -Z for elbows
 };
+/// Which of a pair of limbs, as the person has it.
 enum class Side { left, right };
+/// Hip, knee and ankle among the standard joints; the knee points along +Z at rest.
 Limb leg(Side side);
+/// Shoulder, elbow and wrist among the standard joints; the elbow points along -Z at rest.
 Limb arm(Side side);
 
 /// What brings a limb to a target.

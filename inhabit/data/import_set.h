@@ -52,14 +52,30 @@ ImportSet open_import_set(const std::string& format, const std::string& folder, 
 void add_motion_set(ImportSet& set, const std::string& source);
 
 // Each format.
+/// AMASS: DATASET/PERSON/RECORDING_poses.npz (SMPL-H) or _stageii.npz (SMPL-X), without scenes. As all of these it may
+/// have no recordings, and says in ImportSet::missing what is not there; open_import_set refuses such a set.
 ImportSet open_amass(const std::string& folder, const ClipReadOptions& reading);
+/// TRUMANS: human_pose.npy, human_orient.npy, human_transl.npy (SMPL-X, 30 Hz, +Y up), Scene_mesh/SCENE.obj and poses
+/// of its objects; or single recordings. Throws Error(folder, ...) where an array is missing beside them.
 ImportSet open_trumans(const std::string& folder, const ClipReadOptions& reading);
+/// SAMP: RECORDING_stageii.pkl in any folder below (SMPL-X, 120 Hz, +Z up), one actor.
 ImportSet open_samp(const std::string& folder, const ClipReadOptions& reading);
+/// PROX: fittings/ or PROXD/ with a pickle a frame (SMPL-X in the camera's axes, 30 Hz), cam2world/SCENE.json and
+/// scenes/SCENE.ply (+Z up).
 ImportSet open_prox(const std::string& folder, const ClipReadOptions& reading);
+/// GTA-IM: RECORDING/info_frames.npz with the joints, and depth images that the scene comes from; metres, +Z up.
 ImportSet open_gta_im(const std::string& folder, const ClipReadOptions& reading);
+/// Human3.6M: S1/ACTION_N.txt (exponential maps), or data_3d_h36m.npz with positions of 32 joints (metres, 50 Hz, +Z
+/// up), as which `folder` may be a file.
 ImportSet open_human36m(const std::string& folder, const ClipReadOptions& reading);
+/// CMU: train/ and test/ACTION/ACTION_N.txt of the literature (exponential maps), or SUBJECT/SUBJECT_N.amc with its
+/// .asf of mocap.cs.cmu.edu.
 ImportSet open_cmu(const std::string& folder, const ClipReadOptions& reading);
+/// GIMO: dataset.csv, a pickle a frame (SMPL-X with VPoser's codes, 30 Hz) and the scans, scaled by what each recording
+/// says.
 ImportSet open_gimo(const std::string& folder, const ClipReadOptions& reading);
+/// COUCH, and BEHAVE which has the same layout: sequences/NAME/tSECONDS/person/fit01/person_fit.pkl (SMPL-H in a
+/// camera's axes), meshes of the objects beside it, split.json.
 ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading);
 
 /// Gives a split to recordings without one: a tenth of the people, at least one, is tested on, another tenth validated

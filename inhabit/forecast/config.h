@@ -116,6 +116,7 @@ struct Config {
 /// Throws Error for other names.
 Config preset(const std::string& name);
 
+/// All settings as a JSON object, nested by group; config_from_json reads it again.
 std::string to_json(const Config& config);
 
 /// @param subject named in errors (the file it came from). Unknown keys and impossible values are refused.

@@ -20,7 +20,7 @@ struct MotionLosses {
   torch::Tensor total;    ///< Eq. 13
 };
 
-/// @param past (B, P, J, 3), future (B, T, J, 3) true joints; @param contact_points (B, T, J, 4) true contact points.
+/// @param future (B, T, J, 3) true joints; @param contact_points (B, T, J, 4) true contact points.
 MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& future,
                            const torch::Tensor& contact_points, const Config& config);
 

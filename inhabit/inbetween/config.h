@@ -15,7 +15,8 @@ inline constexpr int64_t kFeatureCount = 201;
 /// joints.
 inline constexpr int64_t kMaskChannels = 25;
 /// Occupancy cells seen: 48 x 48 on the ground, 24 high, 0.1 m each.
-inline constexpr int64_t kSceneSide = 48, kSceneHeight = 24;
+inline constexpr int64_t kSceneSide = 48,  ///< cells along x and along z
+    kSceneHeight = 24;                     ///< cells upwards
 /// Body-shape features: five distances between joints, two thicknesses.
 inline constexpr int64_t kShapeFeatures = 7;
 /// Channels that the offsets of a key frame's anchors become.
@@ -119,6 +120,7 @@ struct Config {
 /// Throws Error for other names.
 Config preset(const std::string& name);
 
+/// All settings as a JSON object, nested by group; config_from_json reads it again.
 std::string to_json(const Config& config);
 
 /// Fields that `text` leaves out keep their defaults. @param subject named in errors. Unknown keys and impossible

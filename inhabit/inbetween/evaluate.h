@@ -106,7 +106,10 @@ enum class Layout {
 
 /// @param differences the rows' differences from the one that the table is against
 ScoreTable score_table(const Table& table, Layout layout = Layout::methods, bool differences = false);
+/// That table as text, with 95 % intervals behind means; the notes say what they are over.
 std::string table_text(const Table& table, Layout layout = Layout::methods, bool differences = false);
+/// Every score of every row as JSON, whatever the layout: mean, its 95 % intervals over windows and over seeds, and its
+/// difference from the row that the table is against; null where there is no value.
 nlohmann::ordered_json table_json(const Table& table);
 
 }  // namespace inhabit::inbetween

@@ -13,7 +13,9 @@ namespace inhabit::inbetween {
 
 // A frame is 201 numbers in the canonical frame (the first root above the origin, facing +Z): root joint (3, metres),
 // root orientation (6D), the 21 other joints' rotations (6D, each relative to its parent), 22 joint positions (metres).
-inline constexpr int64_t kOrientFeature = 3, kBodyFeature = 9, kJointFeature = 135;
+inline constexpr int64_t kOrientFeature = 3,  ///< where the root orientation begins
+    kBodyFeature = 9,                         ///< where the other joints' rotations begin
+    kJointFeature = 135;                      ///< where the joint positions begin
 
 /// (T, 201) of a clip on the standard skeleton, which has rotations; in the frame that the clip is in.
 torch::Tensor clip_features(const Clip& clip);

@@ -39,8 +39,11 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
 
 /// Groups of a frame's features; a partial key constrains a group as a whole or not at all: root translation, root
 /// orientation, body rotations, then the position of each standard joint.
-inline constexpr int64_t kRootTranslationGroup = 0, kRootOrientationGroup = 1, kBodyRotationsGroup = 2,
-                         kJointGroups = 3, kKeyGroups = kMaskChannels;
+inline constexpr int64_t kRootTranslationGroup = 0,  ///< features [0, 3)
+    kRootOrientationGroup = 1,                       ///< features [3, 9)
+    kBodyRotationsGroup = 2,                         ///< features [9, 135)
+    kJointGroups = 3,                                ///< the first joint's, of one a joint
+    kKeyGroups = kMaskChannels;                      ///< how many there are
 static_assert(kKeyGroups == kJointGroups + kStandardJoints);
 
 /// (25) float: 1 for the groups that `joints` constrain. "pelvis,left_wrist": the positions of these joints; the pelvis

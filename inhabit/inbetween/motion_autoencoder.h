@@ -11,7 +11,8 @@ namespace inhabit::inbetween {
 
 /// Frames of the windows whose features the Frechet distance of in-betweening compares, and how many features there
 /// are.
-inline constexpr int64_t kFeatureFrames = 121, kMotionFeatures = 64;
+inline constexpr int64_t kFeatureFrames = 121,  ///< frames of a window
+    kMotionFeatures = 64;                       ///< features of a window
 
 /// Channels (N, 154, T) of joint windows (N, T, 22, 3), metres, in the canonical frame of the first pose (root above
 /// the origin, facing +Z): root position (3), the other joints relative to it (63), every joint's displacement since

@@ -15,10 +15,12 @@ namespace inhabit::inbetween {
 // the time: offset(s) = sum_k c_k sin(k pi s), so that both keys stay where they are.
 
 /// Cells of the map, across and along the line, and metres of a cell: 6 by 8 m.
-inline constexpr int64_t kMapWide = 48, kMapLong = 64;
-inline constexpr double kMapCell = 0.125;
+inline constexpr int64_t kMapWide = 48,    ///< cells across
+    kMapLong = 64;                         ///< cells along
+inline constexpr double kMapCell = 0.125;  ///< metres
 /// Paths that are proposed, and sines of each.
-inline constexpr int64_t kPathHypotheses = 4, kPathSines = 14;
+inline constexpr int64_t kPathHypotheses = 4,  ///< paths
+    kPathSines = 14;                           ///< sines of each of a path's two offsets
 /// Fractions of the time at which PathNet looks at a path: (i + 0.5) / 32.
 inline constexpr int64_t kPathPoints = 32;
 

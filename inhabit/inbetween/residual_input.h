@@ -13,8 +13,10 @@ namespace inhabit::inbetween {
 /// Numbers of one frame that stay the same: of the baseline 21 joints from the root, root height, velocities of root
 /// and heading; distances from keys; targets of partial keys; the scene's fan; the level of noise on keys (0 in exact
 /// frames).
-inline constexpr int64_t kBaselineFeatures = 3 * (kStandardJoints - 1) + 5, kTimingFeatures = 12,
-                         kTargetFeatures = 4 * kStandardJoints;
+inline constexpr int64_t kBaselineFeatures = 3 * (kStandardJoints - 1) + 5,  ///< of the baseline
+    kTimingFeatures = 12,                                                    ///< distances from keys
+    kTargetFeatures = 4 * kStandardJoints;                                   ///< targets of partial keys
+/// All of them, 244.
 inline constexpr int64_t kStaticFeatures = kBaselineFeatures + kTimingFeatures + kTargetFeatures + kFanFeatures + 1;
 /// Channels of the denoiser.
 inline constexpr int64_t kResidualChannels = 2 * kResidualFeatures + kStaticFeatures + kPointFeatures;

@@ -31,12 +31,14 @@ struct KeyNeighbours {
   torch::Tensor after;   ///< (B, F, T) int64 frame, constrained, at or after this one; the last where none is
   torch::Tensor weight;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
 };
+/// Of a mask (B, F, T): 1 where a feature is constrained.
 KeyNeighbours key_neighbours(const torch::Tensor& mask);
 
 /// The interpolated baseline (B, F, T): each feature linear between the frames that constrain it, constant before the
 /// first and after the last. A feature that no frame constrains is 0.
 torch::Tensor interpolate_keys(const KeyConstraints& given);
 
+/// How a denoiser's steps are taken, from noise to motion.
 enum class Sampler {
   ddpm,       ///< ancestral: draws from the posterior of every step
   ddim,       ///< Song et al. 2021, eta 0

@@ -13,7 +13,8 @@ namespace inhabit::inbetween {
 /// arms and forearms.
 inline constexpr int64_t kBodyPoints = kStandardJoints + 8;
 /// Numbers that a body point gives the network: closeness and its gradient; the fan gives closenesses.
-inline constexpr int64_t kPointFeatures = 4 * kBodyPoints, kFanFeatures = 75;
+inline constexpr int64_t kPointFeatures = 4 * kBodyPoints,  ///< of all body points
+    kFanFeatures = 75;                                      ///< of the fan (scene_fan)
 
 /// The distance to a scene's obstacles (all but floors, rugs and the ground of a scan; points of a cloud, too) where
 /// people are, at the corners of a grid of 0.1 m and interpolated between them. Found once, so that thousands of scenes
@@ -55,6 +56,7 @@ struct ProbedPoints {
   torch::Tensor distance;  ///< (...) metres, negative inside
   torch::Tensor gradient;  ///< (..., 3) metres a metre, world
 };
+/// Of points (..., 3), world metres; float32 on the CPU.
 ProbedPoints probe(const SceneDistances& scene, const torch::Tensor& points);
 /// Of points (B, ...) of B windows, each in its own scene; on the points' device.
 ProbedPoints probe(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);

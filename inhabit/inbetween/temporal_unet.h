@@ -6,7 +6,8 @@
 namespace inhabit::inbetween {
 
 /// Groups of the group norms, taps of the convolutions.
-inline constexpr int64_t kNormGroups = 8, kTaps = 5;
+inline constexpr int64_t kNormGroups = 8,  ///< of the channels
+    kTaps = 5;                             ///< frames
 
 /// A convolution over time and a group norm, (B, C, T) to (B, C', T).
 struct ConvNormImpl : torch::nn::Module {

@@ -56,6 +56,8 @@ struct Compared {
   torch::Tensor close;          ///< (T) bool: frames in which the truth is close to the scene; undefined: no weight
   torch::Tensor upright;        ///< (T) bool: those of them in which nobody sits; undefined: no weight
 };
+/// Scores of a filled window. Collisions need the clip's rotations. kApart, which is about several runs, is left at
+/// weight 0.
 WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter);
 
 }  // namespace inhabit::inbetween

@@ -24,7 +24,8 @@ struct Chair {
 };
 
 /// Seats are this high over the floor, metres.
-inline constexpr double kLowestSeat = 0.25, kHighestSeat = 0.75;
+inline constexpr double kLowestSeat = 0.25,  ///< at least
+    kHighestSeat = 0.75;                     ///< at most
 
 /// The chair of this name in a scene. Its seat is the nearly level area that holds the largest disc, seen from above; a
 /// seated person faces away from what is higher behind it, or, without a back rest, the side with most free floor.

@@ -17,6 +17,7 @@ struct SeatExtent {
   double left = 0;   ///< x
   double right = 0;  ///< x, negative
 };
+/// Found on the chair's mesh in the axes of its seat.
 SeatExtent seat_extent(const Chair& chair);
 
 /// How a place near one chair is carried over to another.

@@ -36,7 +36,8 @@ void build_contacts(const State& state, float* out);
 
 /// ControlNet's control signal: for each hand, right then left, its palm less its contact at the present key and the
 /// future ones, in the axes of a root (2 x 7 x 3); then their phases (2 x 7). Zeros for a hand without a contact.
-inline constexpr int kControlSize = 2 * kFuturePoints * 4, kControlPose = 3 * kJoints;
+inline constexpr int kControlSize = 2 * kFuturePoints * 4,  ///< numbers of the control signal
+    kControlPose = 3 * kJoints;  ///< numbers of the joint positions that ControlNet sees with it
 
 /// ControlNet's inputs: joint positions in the axes of the present root, and the control signal whose hands are on the
 /// straight line to the contact: 6/6, 5/6, ... 0/6 of what is left (Eq. 1).

@@ -16,9 +16,14 @@ struct Span {
 };
 
 /// The window of time that State holds: what Config's window must be for features to be built.
-inline constexpr int kPastKeys = 6, kFutureKeys = 6, kKeys = kPastKeys + 1 + kFutureKeys, kKeyStep = 5;
-inline constexpr int kNow = kPastKeys * kKeyStep, kSamples = (kKeys - 1) * kKeyStep + 1;  ///< of one sample a frame
-inline constexpr int kJoints = 22, kActions = 3;
+inline constexpr int kPastKeys = 6,                          ///< keys before the present
+    kFutureKeys = 6,                                         ///< keys after it
+    kKeys = kPastKeys + 1 + kFutureKeys,                     ///< all of them
+    kKeyStep = 5;                                            ///< frames from key to key
+inline constexpr int kNow = kPastKeys * kKeyStep,            ///< the present's place among the samples
+    kSamples = (kKeys - 1) * kKeyStep + 1;                   ///< of one sample a frame
+inline constexpr int kJoints = 22,                           ///< the standard ones
+    kActions = 3;                                            ///< idle, walk, sit
 inline constexpr int kFuturePoints = kFutureKeys + 1;        ///< the present key and those after it
 inline constexpr std::array<size_t, 2> kHandOrder = {1, 0};  ///< vectors have the right hand first
 inline constexpr int kContacts = 5;                          ///< pelvis, right and left wrist, right and left ankle
@@ -37,6 +42,7 @@ struct InputLayout {
   Span gating;       ///< key: 3 x 2 of actions, 3 x 6 of goal actions (build_input)
   int64_t size = 0;  ///< numbers in all
 };
+/// Where each part stands for these settings.
 InputLayout input_layout(const Config& config);
 
 /// PoseNet's output: the next frame in the axes of the present root.
@@ -50,6 +56,7 @@ struct OutputLayout {
   Span phases;         ///< cycles from the present frame to the next frame's present and future keys
   int64_t size = 0;    ///< numbers in all
 };
+/// Where each part stands for these settings.
 OutputLayout output_layout(const Config& config);
 
 /// Throws Error(subject, ...) where the configuration's window, joints or actions are others than State holds.

@@ -8,7 +8,8 @@ namespace inhabit::interact {
 
 /// Metres from a path to what stands beside it: as much as there is, between elbow room and what somebody who squeezes
 /// through needs. With kElbowRoom people of the generated data walk.
-inline constexpr double kElbowRoom = 0.42, kSqueeze = 0.24;
+inline constexpr double kElbowRoom = 0.42,  ///< at most
+    kSqueeze = 0.24;                        ///< at least
 
 /// A route over the floor to a place, the one with most room of those that are not much longer than the shortest. At
 /// its ends it may be nearer to what stands there. Nothing where there is none.

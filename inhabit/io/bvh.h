@@ -9,7 +9,7 @@ namespace inhabit {
 
 /// Reads a Biovision hierarchy (.bvh). Any order of channels; joints with 1, 2, 3 or 6 channels. Position channels of a
 /// joint stand in place of its OFFSET, as Blender and MotionBuilder read them. Each End Site becomes a leaf joint
-/// called <parent>_end. Up stays the file's +Y. clip.skeleton is in metres; where joints other than the root carry
+/// called PARENT_end. Up stays the file's +Y. clip.skeleton is in metres; where joints other than the root carry
 /// positions, its offsets are their median, and clip.translations what they are where that is not the same throughout.
 /// A root that stands while a joint below it carries the body is as the file has it (motion/locomotion.h).
 /// @param metres_per_unit empty: guessed from the size of the person (guess_length_unit of the bones below the joint
@@ -17,6 +17,7 @@ namespace inhabit {
 /// Throws Error with file and line: no hierarchy, unbalanced braces, unknown channels, a frame time outside
 /// [0.001, 10] s, decimal commas, numbers that are not finite, fewer numbers than frames times channels, no frames.
 SourceMotion read_bvh(const std::string& path, std::optional<double> metres_per_unit = {});
+/// The same from a file's text. @param name names it in errors
 SourceMotion parse_bvh(std::string_view text, const std::string& name, std::optional<double> metres_per_unit = {});
 
 /// Writes clip.rotations, clip.trans and clip.translations on clip.skeleton, in centimetres and degrees: the unit of

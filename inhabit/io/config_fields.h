@@ -15,9 +15,13 @@ namespace inhabit {
 /// Sets a field; false where the value is of another type. Whole numbers far out of range become what a configuration's
 /// validate() refuses.
 bool take(const nlohmann::json& value, std::string& field);
+/// From true or false.
 bool take(const nlohmann::json& value, bool& field);
+/// From a whole number, cut to within 1e9 of zero.
 bool take(const nlohmann::json& value, int& field);
+/// From any number.
 bool take(const nlohmann::json& value, double& field);
+/// From a list of whole numbers; where one is something else, `field` may be filled up to there.
 bool take(const nlohmann::json& value, std::vector<int>& field);
 
 /// The JSON object that a configuration's text is. Throws Error(subject, ...) for other text.
@@ -34,6 +38,7 @@ void put_under(nlohmann::ordered_json& object, const std::string& key, const nlo
 /// Throws Error(subject, ...) where the object has a key that is not in `known`.
 void refuse_unknown(const nlohmann::json& object, const std::set<std::string>& known, const std::string& subject);
 
+/// All fields as an object, in their order, nested at the dots of their keys.
 template <class Config, class Fields>
 nlohmann::ordered_json fields_to_json(const Config& config, const Fields& fields) {
   nlohmann::ordered_json out;

@@ -18,6 +18,7 @@ namespace inhabit {
 //   Human3.6M (99 columns): 32 joints, 50 Hz, millimetres. The root's columns are the step from the row before, seen
 //     from the root's frame then, so that every file starts at the origin facing +Z, +Y up.
 
+/// Whose skeleton: CMU's of 38 joints or Human3.6M's of 32.
 enum class ExpmapSkeleton { cmu, h36m };
 
 /// The data set's skeleton in metres (38 or 32 joints, names of the data sets' own tools).
@@ -32,11 +33,13 @@ torch::Tensor expmap_joint_positions(ExpmapSkeleton kind, const torch::Tensor& c
 /// All rows of a file as they stand: (T, 117) or (T, 99).
 /// Throws Error for anything else, for numbers that are not finite, and for an empty file.
 torch::Tensor read_expmap_channels(const std::string& path);
+/// The same from a file's text. @param name names it in errors
 torch::Tensor parse_expmap_channels(std::string_view text, const std::string& name);
 
 /// The motion in metres with its root. A first row at rest (no joint rotated) in a longer CMU file is left out.
 /// The notes say so. Joint 0's rest position is the origin, so trans is the root's path.
 SourceMotion expmap_motion(const torch::Tensor& channels, const std::string& name);
+/// The motion of such a file: expmap_motion of read_expmap_channels.
 SourceMotion read_expmap_text(const std::string& path);
 
 }  // namespace inhabit

@@ -12,7 +12,7 @@ inline bool parse_number(std::string_view token, double& value) {
   return failed == std::errc() && end == token.data() + token.size() && !token.empty();
 }
 
-/// Cuts the first line off `text` (without its line end; \n and \r\n).
+/// Cuts the first line off `text` (without its line end, LF or CR LF).
 inline std::string_view next_line(std::string_view& text) {
   const size_t end = text.find('\n');
   std::string_view line = text.substr(0, end);

@@ -7,11 +7,13 @@ namespace inhabit {
 // On the ground a point is (x, z) and a heading is an angle from +Z towards +X, a rotation about +Y. Tensors of
 // headings: yaw_of_left and yaw_matrix (rotation.h); a person's: motion/canonical.h.
 
+/// (x, z) of a point (x, y, z).
 inline Eigen::Vector2d on_ground(const Eigen::Vector3d& point) { return {point.x(), point.z()}; }
 /// Unit vector of a heading, (x, z).
 inline Eigen::Vector2d ahead_of(double heading) { return {std::sin(heading), std::cos(heading)}; }
 /// Unit vector to the left of a heading, (x, z).
 inline Eigen::Vector2d left_of(double heading) { return {std::cos(heading), -std::sin(heading)}; }
+/// Heading in [-pi, pi] of a direction (x, z) of any length but 0.
 inline double heading_of(const Eigen::Vector2d& direction) { return std::atan2(direction.x(), direction.y()); }
 /// Heading of somebody whose left is along (x, z).
 template <class Scalar>

@@ -18,6 +18,7 @@ torch::Tensor quaternion_to_matrix(const torch::Tensor& quaternion);
 torch::Tensor matrix_to_quaternion(const torch::Tensor& matrix);
 /// Gram-Schmidt of the two columns, which need not be orthonormal.
 torch::Tensor rotation6d_to_matrix(const torch::Tensor& rotation6d);
+/// The first two columns of matrices (..., 3, 3), as (..., 6).
 torch::Tensor matrix_to_rotation6d(const torch::Tensor& matrix);
 /// Rotation about the vertical +Y by yaw (...) radians, from +Z towards +X: (..., 3, 3).
 torch::Tensor yaw_matrix(const torch::Tensor& yaw);

@@ -19,13 +19,15 @@ namespace inhabit {
 /// in generated rooms are up to 4 cm inside what supports them, a forearm on an armrest sometimes more. Elsewhere 1 cm
 /// covers the inaccuracy of meshes. By this measure 1.1 % of the frames of true motion in generated test rooms collide,
 /// none of recordings in rooms fitted around them.
-inline constexpr double kSupportedDepth = 0.04, kCollisionDepth = 0.01;
+inline constexpr double kSupportedDepth = 0.04,  ///< of supporting_skin
+    kCollisionDepth = 0.01;                      ///< of all other skin
 
 /// How deep the skin may be inside the scene before it collides, metres.
 struct CollisionTolerance {
   double supported = kSupportedDepth;  ///< supporting_skin
   double other = kCollisionDepth;      ///< all other skin
 };
+/// Any vertex inside the scene collides.
 inline constexpr CollisionTolerance kNoTolerance = {0, 0};
 
 /// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.

@@ -9,7 +9,8 @@
 namespace inhabit::nn {
 
 /// Slope of the leaky ReLU behind a voxel convolution, and what its batch norm adds to the variance.
-inline constexpr double kVoxelLeak = 0.1, kVoxelNormEps = 1e-4;
+inline constexpr double kVoxelLeak = 0.1,  ///< slope under 0
+    kVoxelNormEps = 1e-4;                  ///< added to the variance
 
 /// Features (B, C, N) at points (B, N, 3): what the point layers take and give.
 struct PointFeatures {

@@ -19,6 +19,7 @@ struct Attachment {
   double weight = 1;                                 ///< part of the point that goes with it; a point's add up to 1
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the joint's frame
 };
+/// A point of the body: the weighted mean of its attachments' places.
 using Point = std::vector<Attachment>;
 
 /// What a residual of length r costs: squared r^2 / 2; huber the same up to `scale` and linear beyond; norm r itself,
@@ -38,6 +39,7 @@ struct FramePose {
   std::vector<Eigen::Quaterniond> local;  ///< one unit quaternion a joint, relative to its parent
   Eigen::Vector3d trans;                  ///< root joint = trans + bones.offsets[0]
 };
+/// A motion, a pose for each frame.
 using Trajectory = std::vector<FramePose>;
 
 /// Pulls poses to others: rotations by the angle in between, the root by its distance.

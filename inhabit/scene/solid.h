@@ -37,6 +37,7 @@ struct Solid {
   }
 };
 
+/// From all meshes and points of a scene, which are copied.
 Solid make_solid(const Scene& scene);
 
 }  // namespace inhabit

@@ -34,6 +34,7 @@ struct Restart {};
 struct Record {
   bool on = false;  ///< from now on
 };
+/// The system whose prediction is shown.
 enum class Preview { forecast, futures };
 /// Paint what is ahead, from now on or no more.
 struct Look {
@@ -47,6 +48,7 @@ struct Take {
   double heading = 0;  ///< radians
 };
 
+/// Any one thing that a page asks for.
 using Order = std::variant<Walk, Sit, Touch, Draw, Stand, Restart, Record, Look, Take>;
 
 /// An order with its number.

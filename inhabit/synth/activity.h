@@ -10,6 +10,7 @@ namespace inhabit {
 
 /// What a body is doing, told from its motion alone, so that recordings and generated clips are told apart alike.
 enum class Activity { still, stand, gesture, turn, walk, run, sit, sit_down, stand_up, other };
+/// What tables call each Activity, in its order.
 inline constexpr std::array<const char*, 10> kActivityNames = {
     "standing still", "standing", "gesturing, reaching", "turning",    "walking",
     "running",        "sitting",  "sitting down",        "getting up", "other"};

@@ -23,6 +23,7 @@ struct ChairSubject {
   double looks = 0.5;                    ///< how often the eyes go there first
   double walks_off = 0.5;                ///< how often there is an end to sitting
 };
+/// Draws a person at random: shape, gait, manner and habits at chairs.
 ChairSubject draw_subject(const BodyModel& body, std::mt19937_64& random);
 
 /// What one clip shows. Room::furniture[0] is the chair.

@@ -32,6 +32,7 @@ struct ChairSource {
   Interaction interaction = Interaction::no_contact;  ///< what the hands do
   int64_t chair = 0;                                  ///< number of the chair
 };
+/// "subject_0/INTERACTION/chair_000": what DatasetClip::source of a chairs data set says.
 std::string source_text(const ChairSource& source);
 /// Throws Error(text, ...) where it is none of a chairs data set.
 ChairSource parse_chair_source(const std::string& text);

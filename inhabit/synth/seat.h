@@ -21,6 +21,7 @@ struct Seat {
   std::vector<Surface> arms;                               ///< arm rests within reach
 };
 
+/// All seats of a room that fit the length of this person's shanks; beds are sat on at their long sides.
 std::vector<Seat> seats_of(const Room& room, const Figure& figure);
 
 /// Where one stands before sitting down, backs of the legs near the edge (x, z).

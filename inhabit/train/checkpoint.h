@@ -6,8 +6,8 @@
 
 namespace inhabit {
 
-/// Everything a run needs to go on: weights and buffers as `module.*`, their moving average, where there is one, as
-/// `average.*`, Adam's moments as `adam.*`, numbers in `state`.
+/// Everything a run needs to go on: weights and buffers as "module.*", their moving average, where there is one, as
+/// "average.*", Adam's moments as "adam.*", numbers in `state`.
 void save_checkpoint(const std::string& path, const torch::nn::Module& module, torch::optim::AdamW& optimizer,
                      const std::map<std::string, torch::Tensor>& average,
                      const std::map<std::string, std::string>& state);

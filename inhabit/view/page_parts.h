@@ -11,6 +11,7 @@
 // Pieces of a page's data, as viewer/src/data.ts reads them. For the sources of this folder.
 namespace inhabit {
 
+/// Detached, on the CPU, contiguous and of this type.
 torch::Tensor plain(const torch::Tensor& t, torch::ScalarType type = torch::kFloat32);
 
 /// Throws Error(path, ...) that names `what` where a number is not finite.
@@ -53,14 +54,19 @@ struct PageBodies {
 
 /// Stretches of one label (T) int64: [first frame, label].
 nlohmann::json label_spans(const torch::Tensor& labels);
+/// The same of a person's intentions. Throws Error(path, ...) where there are none or one is negative.
 nlohmann::json intention_spans(const torch::Tensor& labels, const std::string& path);
 
+/// A person's motion, body, labels and keys in the header; arrays go to the blob, the shaped mesh to `bodies`. Throws
+/// Error(path, ...) for a clip that is not valid and for labels, tracks or keys that do not fit its frames.
 nlohmann::json describe_person(PageBlob& blob, PageBodies& bodies, const PagePerson& person, const std::string& path);
 
 /// @param triangles, points beyond which meshes and clouds are thinned.
 nlohmann::json describe_scene(PageBlob& blob, const Scene& scene, const std::string& path, int64_t triangles,
                               int64_t points);
 
+/// Contact maps (T, J, N) of scene points at 15 maps a second, without the pairs of joint and point that hardly touch.
+/// Throws Error(path, ...) where maps, names and points do not agree or a number is not finite.
 nlohmann::json describe_contacts(PageBlob& blob, const PageContacts& contacts, const std::string& path);
 
 /// The page: a header and its arrays in a template of viewer/, whose marks are replaced by title and data.
