@@ -7,6 +7,10 @@ install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev 
   REGEX "(_kernel|/fast_[a-z_]*|/inbetween/(fill_window|residual_sample)|/serve/(hub|http_session|live_session)|/(pickle_machine|pickle_globals|tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|each_person|one_blas_thread|import_frames|simd))[.]h$" EXCLUDE)
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "training" EXCLUDE PATTERN "*.safetensors" PATTERN "*.md")
 install(DIRECTORY blender DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "*.py")
+# The node wants the helper beside it.
+install(DIRECTORY examples/ros2 DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/inhabit/examples COMPONENT runtime FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/inhabit RENAME copyright COMPONENT runtime)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libinhabit-dev RENAME copyright COMPONENT dev)
 install(FILES ${INHABIT_HELP_DIR}/inhabit.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)
 install(FILES ${INHABIT_HELP_DIR}/inhabit.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME inhabit COMPONENT runtime)
 install(FILES ${INHABIT_HELP_DIR}/_inhabit DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions COMPONENT runtime)

@@ -18,7 +18,9 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME inhabit)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libinhabit-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "inhabit (= ${PROJECT_VERSION}), libtorch-dev, libeigen3-dev, nlohmann-json3-dev, libspdlog-dev, libembree-dev, libassimp-dev, libzip-dev, libpng-dev, zlib1g-dev")
+# What inhabitConfig.cmake and the headers ask for (tests/package.cmake compares). libzip's own CMake file wants its three
+# programs, which Debian has packages of their own for; any BLAS will do that FindBLAS finds.
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "inhabit (= ${PROJECT_VERSION}), libtorch-dev, libopenblas-dev | libblas-dev, libeigen3-dev, nlohmann-json3-dev, libspdlog-dev, libembree-dev, libassimp-dev, libzip-dev, zipcmp, zipmerge, ziptool, libpng-dev, zlib1g-dev")
 set(CPACK_DEBIAN_DEBIAN_PYTHON_PACKAGE_NAME python3-inhabit)
 set(CPACK_DEBIAN_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)

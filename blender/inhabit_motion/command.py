@@ -17,6 +17,7 @@ class Run:
         self.files = tempfile.TemporaryDirectory(prefix="inhabit_motion_")
         self.folder = self.files.name
         self.process = None
+        self.warnings = []  # what the command said of a result that it gave all the same
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -37,10 +38,12 @@ class Run:
     def result(self):
         """The clip that was written, once the process has ended."""
         try:
-            if self.process.wait() != 0:
-                with open(self.path("errors.txt"), encoding="utf-8", errors="replace") as file:
-                    lines = file.read().strip().splitlines()
-                raise Refused(lines[-1].removeprefix("inhabit: ").replace(self.folder + os.sep, "") if lines else "the command failed")
+            code = self.process.wait()
+            with open(self.path("errors.txt"), encoding="utf-8", errors="replace") as file:
+                lines = [line.removeprefix("inhabit: ").replace(self.folder + os.sep, "") for line in file.read().strip().splitlines()]
+            if code != 0:
+                raise Refused(lines[-1] if lines else "the command failed")
+            self.warnings = [line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")]
             with open(self.path("out.json"), encoding="utf-8") as file:
                 return json.load(file)
         finally:

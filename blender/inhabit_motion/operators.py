@@ -58,6 +58,8 @@ class MotionOperator:
         base = before.name if before else self.rig.name
         armature.new_action(self.rig, clip, self.first, f"{base} {self.suffix}")
         self.report({"INFO"}, f"{len(clip['trans'])} frames from frame {self.first} on")
+        for warning in self.run.warnings:  # last, for the status bar shows what was said last
+            self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
     def refuse(self, error):

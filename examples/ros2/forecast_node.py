@@ -7,18 +7,18 @@ Takes /PERSON/joints (geometry_msgs/PoseArray): the 22 standard joints (docs/rob
 not move; a position of NaN was not seen. Gives /PERSON/path (nav_msgs/Path), where the pelvis goes, and /PERSON/forecast
 (geometry_msgs/PoseArray), the joints in two seconds."""
 import rclpy
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.time import Time
+from std_msgs.msg import Header
 
 from inhabit_stream import InhabitStream
 
 
 def pose(place):
-    out = Pose()
-    out.position.x, out.position.y, out.position.z = place
-    return out
+    x, y, z = map(float, place)
+    return Pose(position=Point(x=x, y=y, z=z))
 
 
 class ForecastNode(Node):
@@ -34,6 +34,9 @@ class ForecastNode(Node):
         self.stream = InhabitStream(self.told, arguments=arguments)
         self.inputs = [self.create_subscription(PoseArray, f"/{p}/joints", lambda m, p=p: self.seen(p, m), 10) for p in people]
 
+    def header(self, seconds):
+        return Header(frame_id=self.frame, stamp=Time(nanoseconds=round(seconds * 1e9)).to_msg())
+
     def seen(self, person, message):
         places = [(p.position.x, p.position.y, p.position.z) for p in message.poses]
         if not self.stream.push(person, Time.from_msg(message.header.stamp).nanoseconds * 1e-9, places):
@@ -42,27 +45,16 @@ class ForecastNode(Node):
     def told(self, answer):
         if "error" in answer:
             self.get_logger().warning(answer["error"])
-        if "joints" not in answer:
+        if "joints" not in answer:  # the first line, or an error
             return
-        path, forecast = Path(), PoseArray()
-        path.header.frame_id = forecast.header.frame_id = self.frame
-        path.header.stamp = Time(nanoseconds=round(answer["time"] * 1e9)).to_msg()
-        for k, joints in enumerate(answer["joints"], 1):
-            step = PoseStamped(pose=pose(joints[0]))
-            step.header.frame_id = self.frame
-            step.header.stamp = Time(nanoseconds=round((answer["time"] + k / answer["rate"]) * 1e9)).to_msg()
-            path.poses.append(step)
-        forecast.header.stamp = path.poses[-1].header.stamp
-        forecast.poses = [pose(joint) for joint in answer["joints"][-1]]
-        for publisher, message in zip(self.outputs[answer["person"]], (path, forecast)):
-            publisher.publish(message)
-
-
-def main():
-    rclpy.init()
-    node = ForecastNode()
-    rclpy.spin(node)
+        now, joints = answer["time"], answer["joints"]
+        times = [now + k / answer["rate"] for k in range(1, len(joints) + 1)]
+        steps = [PoseStamped(header=self.header(t), pose=pose(frame[0])) for t, frame in zip(times, joints)]
+        path, forecast = self.outputs[answer["person"]]
+        path.publish(Path(header=self.header(now), poses=steps))
+        forecast.publish(PoseArray(header=self.header(times[-1]), poses=[pose(joint) for joint in joints[-1]]))
 
 
 if __name__ == "__main__":
-    main()
+    rclpy.init()
+    rclpy.spin(ForecastNode())

@@ -2,6 +2,8 @@
 
     blender -b --factory-startup --python-exit-code 1 -P tests/blender/addon_test.py -- COMMAND SOURCE_DIR
 """
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -141,6 +143,28 @@ def check_inbetween(rig, keys):
     upright(rig, range(keys[0], keys[-1] + 1, 10), 1.2, 1.8)
 
 
+def check_forecast(rig, now):
+    """Two seconds from frame `now` on; what was before stays. Where the first bone is at `now`, a frame later, and in the end."""
+    names = [bone.name for bone in armature.person_bones(rig)]
+    seen = heads(rig, now, names)
+    bpy.context.scene.frame_set(now)
+    select(rig)
+    assert bpy.ops.inhabit.forecast() == {"FINISHED"}
+    assert armature.keyed_frames(rig)[0] == 1 and armature.keyed_frames(rig)[-1] == now + 60
+    found = heads(rig, now, names)
+    assert max((found[n] - seen[n]).length for n in names) < 1e-3
+    upright(rig, (now + 5, now + 30, now + 60), 1.2, 1.8)
+    return [heads(rig, frame, names[:1])[names[0]] for frame in (now, now + 1, now + 60)]
+
+
+def warnings_of(operator):
+    """What the operator says as warnings, which Blender writes to Python's standard output."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert operator() == {"FINISHED"}
+    return [line for line in said.getvalue().splitlines() if line.startswith("Warning: ")]
+
+
 def check_round_trip(rig):
     """What is written to the command and read from it is where Blender itself has the bones."""
     names = [bone.name for bone in armature.person_bones(rig)]
@@ -187,17 +211,8 @@ def test_mixamo(folder):
     rig = mixamo_like(folder)
     check_round_trip(rig)
     rig.animation_data.action = bpy.data.actions["walk"]
-    names = [bone.name for bone in armature.person_bones(rig)]
-    seen = heads(rig, 40, names)
-    bpy.context.scene.frame_set(40)
-    select(rig)
-    assert bpy.ops.inhabit.forecast() == {"FINISHED"}
-    assert armature.keyed_frames(rig)[0] == 1 and armature.keyed_frames(rig)[-1] == 100
-    found = heads(rig, 40, names)
-    assert max((found[n] - seen[n]).length for n in names) < 1e-3
-    hips = [heads(rig, frame, names[:1])[names[0]] for frame in (40, 41, 100)]
+    hips = check_forecast(rig, 40)
     assert (hips[1] - hips[0]).length < 0.1 and 0.5 < (hips[2] - hips[0]).length < 4, hips
-    upright(rig, (45, 70, 100), 1.2, 1.8)
     rig.animation_data.action = bpy.data.actions["walk"]
     keep_keys(rig, (1, 31, 60))
     check_inbetween(rig, [1, 31, 60])
@@ -205,6 +220,10 @@ def test_mixamo(folder):
 
 def test_metarig(folder):
     rig = metarig(folder)
+    keyed = rig.animation_data.action
+    hips = check_forecast(rig, 61)
+    assert (hips[1] - hips[0]).length < 0.1 and (hips[2] - hips[0]).length < 4, hips
+    rig.animation_data.action = keyed
     check_inbetween(rig, [1, 31, 61])
 
 
@@ -225,21 +244,44 @@ def test_sitting(folder):
     back = box("back", (x - 0.3, y - 0.38, 0), (x + 0.3, y - 0.3, 0.95))
     select(seat, back)
     bpy.ops.object.join()
-    bpy.ops.object.empty_add(location=(x - 0.25, y, 0.45))
-    hand = bpy.context.object
+    settings = bpy.context.scene.inhabit
+    settings.chair = seat
+    hands = {}
+    for side, off in (("left", -0.25), ("right", 0.25)):
+        bpy.ops.object.empty_add(location=(x + off, y, 0.45))
+        hands[side] = bpy.context.object
+        setattr(settings, side, hands[side])
     bpy.context.scene.frame_set(1)
-    bpy.context.scene.inhabit.chair = seat
-    bpy.context.scene.inhabit.left = hand
     select(rig, seat)
-    assert bpy.ops.inhabit.sit() == {"FINISHED"}
+    started = rig.animation_data.action
+    assert warnings_of(bpy.ops.inhabit.sit) == []
     last = armature.keyed_frames(rig)[-1]
-    there = heads(rig, last, ["pelvis", "left_wrist"])
+    there = heads(rig, last, ["pelvis"])
     assert abs(there["pelvis"].x - x) < 0.35 and abs(there["pelvis"].y - y) < 0.35 and 0.4 < there["pelvis"].z < 0.75, there
-    nearest = min((heads(rig, frame, ["left_wrist"])["left_wrist"] - hand.location).length for frame in range(2, last, 5))
-    assert nearest < 0.15, nearest
-    hand.location.z += 1.5
+    for side, hand in hands.items():
+        wrist = f"{side}_wrist"
+        nearest = min((heads(rig, frame, [wrist])[wrist] - hand.location).length for frame in range(2, last, 5))
+        assert nearest < 0.15, (side, nearest)
+    # Too far to be there in time: a motion all the same, and a warning.
+    rig.animation_data.action = started
+    bpy.context.scene.frame_set(1)
+    settings.seconds = 2
+    said = warnings_of(bpy.ops.inhabit.sit)
+    assert any("nobody sits on" in line for line in said) and "inhabit: " not in "".join(said), said
+    settings.seconds = 8
+    hands["left"].location.z += 1.5
     bpy.context.view_layer.update()
     refused(bpy.ops.inhabit.sit, "left")
+
+
+def test_keys_inside_furniture_are_said(folder):
+    rig = walker(folder)
+    keep_keys(rig, (1, 45, 89))
+    at = heads(rig, 45, ["pelvis"])["pelvis"]
+    block = box("block", (at.x - 0.4, at.y - 0.4, 0), (at.x + 0.4, at.y + 0.4, 0.9))
+    select(rig, block)
+    said = warnings_of(bpy.ops.inhabit.inbetween)
+    assert any("1 of 3 key poses are inside the scene" in line for line in said), said
 
 
 def test_what_is_wrong_is_said(folder):
@@ -258,5 +300,5 @@ def test_what_is_wrong_is_said(folder):
     refused(bpy.ops.inhabit.inbetween, "Bone")
 
 
-for each in (test_walk_of_a_glb, test_mixamo, test_metarig, test_sitting, test_what_is_wrong_is_said):
+for each in (test_walk_of_a_glb, test_mixamo, test_metarig, test_sitting, test_keys_inside_furniture_are_said, test_what_is_wrong_is_said):
     in_a_temporary_folder(each)

@@ -68,8 +68,8 @@ class FakeNode:
 
 def fake_ros():
     for name, members in {"rclpy": {}, "rclpy.node": {"Node": FakeNode}, "rclpy.time": {"Time": FakeTime},
-                          "geometry_msgs": {}, "geometry_msgs.msg": {n: Record for n in ("Pose", "PoseArray", "PoseStamped")},
-                          "nav_msgs": {}, "nav_msgs.msg": {"Path": Record}}.items():
+                          "geometry_msgs": {}, "geometry_msgs.msg": {n: Record for n in ("Point", "Pose", "PoseArray", "PoseStamped")},
+                          "nav_msgs": {}, "nav_msgs.msg": {"Path": Record}, "std_msgs": {}, "std_msgs.msg": {"Header": Record}}.items():
         module = types.ModuleType(name)
         module.__dict__.update(members)
         sys.modules[name] = module
@@ -98,6 +98,14 @@ class Ros2(unittest.TestCase):
         self.assertEqual((len(first["joints"]), len(first["joints"][0])), (60, 22))
         last_seen = self.frames[round(first["time"] * 30)][0]
         self.assertLess(math.dist(first["joints"][0][0], last_seen), 0.1)
+
+    def test_docs_show_the_node(self):
+        with open(os.path.join(SOURCE, "examples/ros2/forecast_node.py")) as file:
+            node = file.read()
+        with open(os.path.join(SOURCE, "docs/robots.md")) as file:
+            shown = [block.split("```")[0] for block in file.read().split("```python\n")[1:]]
+        self.assertTrue(any(block.startswith("class ForecastNode") and block in node for block in shown))
+        self.assertLessEqual(len(node.splitlines()), 60)
 
     def test_node(self):
         fake_ros()
