@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/npz.h"
 
 namespace inhabit {
 namespace {
@@ -35,6 +37,28 @@ TEST(Writing, APartAtAnotherRateAndUpAxis) {
   EXPECT_EQ(fast.rate, 60);
   EXPECT_LT((fast.joints[60] - walk.joints[60]).abs().max().item<double>(), 1e-4);
   EXPECT_THAT(read_whole_file(out), HasSubstr("up.npy"));
+}
+
+TEST(Writing, ABvhHasOneHierarchyAlongAnyAxes) {
+  const TempFolder folder;
+  const auto hierarchy = [&](const std::string& arguments) {
+    const std::string out = folder / "x.bvh";
+    EXPECT_EQ(run_command("convert " + arguments + " " + out).exit_code, 0) << arguments;
+    std::string text = read_whole_file(out), words;
+    text.resize(text.find("MOTION"));
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)  // offsets are along the axes
+      if (line.find("OFFSET") == std::string::npos) words += line + "\n";
+    return words;
+  };
+  const std::string plain = hierarchy(kWalk);
+  EXPECT_EQ(hierarchy(kWalk + " --out-up z"), plain);
+  size_t ends = 0;
+  for (size_t at = plain.find("End Site"); at != std::string::npos; at = plain.find("End Site", at + 1)) ++ends;
+  EXPECT_EQ(ends, 5U);
+  // Of a .bvh too, whose own names and channels convert leaves behind.
+  write_clip(folder / "in.bvh", read_clip(kWalk));
+  EXPECT_EQ(hierarchy(folder / "in.bvh --out-up z"), hierarchy(folder / "in.bvh"));
 }
 
 TEST(Writing, IsTheSameForVerbsThatMakeMotion) {
