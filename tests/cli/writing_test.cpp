@@ -144,5 +144,46 @@ TEST(ManyFiles, NeverOverwriteEachOther) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out/a_001.bvh"));
 }
 
+TEST(ManyFiles, OfTwoThatWouldBecomeOneTheSecondIsSkipped) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "in");
+  const Clip walk = slice(read_clip(kWalk), 0, 20);
+  for (const char* name : {"in/a.bvh", "in/a.json", "in/b.bvh"}) write_clip(folder / name, walk);
+  const CommandResult r = run_command("convert " + folder / "in" + " " + folder / "out");
+  EXPECT_EQ(r.exit_code, 1);
+  EXPECT_THAT(r.err, HasSubstr("skipped: " + folder / "in/a.json: would become " + folder / "out/a.npz, as "));
+  EXPECT_THAT(r.err, HasSubstr("1 of 3 files were skipped"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/a.npz"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/b.npz"));
+  std::filesystem::create_directory(folder / "empty");
+  expect_refused("convert " + folder / "in/b.bvh" + " " + folder / "in" + " --format bvh",
+                 {"b.bvh: would be written over what it is made of"}, folder / "empty");
+}
+
+TEST(ManyFiles, AFolderOfScenesBecomesScenes) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "in/below");
+  std::filesystem::copy_file(kRoom, folder / "in/a.glb");
+  write_atomically(folder / "in/below/b.obj", "v 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 2 4\nf 4 3 2 1\n");
+  for (const std::string format : {"ply", "glb"}) {
+    const std::string out = folder / format;
+    const CommandResult r = run_command("convert " + folder / "in" + " " + out + " --format " + format);
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_TRUE(std::filesystem::exists(out + "/a." + format));
+    EXPECT_TRUE(std::filesystem::exists(out + "/below/b." + format));
+  }
+}
+
+TEST(ManyFiles, PatternsOfDataSetsAndMotionAsData) {
+  const TempFolder folder;
+  const std::string to = " --out " + folder / "out/m.safetensors";
+  std::filesystem::create_directory(folder / "out");
+  std::filesystem::create_directory(folder / "made");
+  expect_refused("train forecast --data '" + folder / "na*'" + to, {"na*: no folder matches"}, folder / "out");
+  expect_refused("train forecast --data '" + folder / "ma*'" + to, {folder / "made/dataset.json"}, folder / "out");
+  expect_refused("train forecast --data " + kWalk + to,
+                 {"walk.npz: is no data set but a motion file", "synth fit --mocap"}, folder / "out");
+}
+
 }  // namespace
 }  // namespace inhabit

@@ -75,6 +75,12 @@ TEST(StreamCommand, ForecastsAsTheFacadeDoes) {
   }
 }
 
+TEST(StreamCommand, QuietSaysNothingBesideAnswers) {
+  const auto err = [](const std::string& more) { return run_command("stream forecast" + more + " </dev/null").err; };
+  EXPECT_THAT(err(""), HasSubstr("no scene given"));
+  EXPECT_EQ(err(" --quiet"), "");
+}
+
 TEST(StreamCommand, AWorldWithZUpIsAnsweredInItself) {
   const auto y_up = answers("forecast --rate 1 --every 10", recording());
   std::string turned;
