@@ -33,12 +33,15 @@ void convert_many(const Convert& o) {
   const std::string out = o.files.back();
   std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
   std::map<std::string, std::string> targets, made;
-  for (const inhabit::Conversion& each : inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format)) {
+  std::vector<std::string> skipped;
+  for (const inhabit::Conversion& each :
+       inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format, &skipped)) {
     files.push_back(each.in);
     targets[each.in] = each.out;
   }
+  if (files.empty()) throw inhabit::Error(skipped.front());
   inhabit::Notes notes;
-  const GoesOnLater later("the files that are named above are written");
+  const GoesOnLater later("the files that are named above are written; name the rest to go on");
   std::error_code none;
   const bool new_folder = !std::filesystem::exists(out, none);
   inhabit::FileCount count;
@@ -62,6 +65,7 @@ void convert_many(const Convert& o) {
   }
   end_progress();
   say(notes, 8);
+  count.skipped.insert(count.skipped.end(), skipped.begin(), skipped.end());
   end_of(count);
 }
 
@@ -73,7 +77,7 @@ void add_convert(CLI::App& app) {
   verb->add_option("files", given->files,
                    "IN OUT: motion (.bvh .fbx .dae .glb .gltf .amc .txt .npz .npy .json) as .npz .json .bvh .glb, or "
                    "scene (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy) as .glb .ply; or IN... "
-                   "FOLDER: files, folders of motion and "
+                   "FOLDER: files, folders of motion (--format ply: of scenes) and "
                    "patterns, each as a file of the same name in FOLDER")
       ->required();
   verb->add_option("--format", given->format, "Of many files: the format they become (default: npz)")

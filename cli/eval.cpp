@@ -76,6 +76,9 @@ void add_eval_anticipate(CLI::App& verb) {
   add_evaluation_shard(*anticipate, o->shard);
   anticipate->callback([o, anticipate] {
     using namespace inhabit;
+    const std::vector<std::string> folders = folders_matching({o->data});
+    if (folders.size() > 1) throw Error(o->data, "matches " + std::to_string(folders.size()) + " folders, one is needed");
+    o->data = folders.front();
     if (!o->json.empty()) require_writable(o->json);
     const MeasuredParts parts = measured_parts(*anticipate, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));
@@ -165,6 +168,7 @@ void add_eval_interact(CLI::App& verb) {
   add_evaluation_shard(*interact, o->shard);
   interact->callback([o, interact] {
     using namespace inhabit;
+    o->data = folders_matching(o->data);
     if (o->data.empty() && o->scenes.empty()) throw Error("eval interact", "needs --data or --scene");
     if (o->draws > 0 && o->models.size() > 1) throw Error("eval interact", "--draws takes one model");
     if (o->draws > 0 && !o->shard.empty()) throw Error("--draws", "takes seconds and has no parts: leave out --shard");

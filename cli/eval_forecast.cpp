@@ -62,6 +62,7 @@ void add_eval_forecast(CLI::App& verb) {
   const auto o = add_options(*forecast);
   forecast->add_flag("--intervals", o->intervals, "95 % intervals behind the means, by bootstrap over windows");
   forecast->callback([o, forecast] {
+    o->data = inhabit::folders_matching(o->data);
     const inhabit::forecast::Networks model = model_of(*o);
     const inhabit::MeasuredParts parts = measured_parts(*forecast, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));
@@ -80,6 +81,7 @@ void add_eval_contacts(CLI::App& verb) {
       "contacts", "Precision and recall of forecast contacts by joint and second, and what L and N cost");
   const auto o = add_options(*contacts);
   contacts->callback([o, contacts] {
+    o->data = inhabit::folders_matching(o->data);
     const inhabit::forecast::Networks model = model_of(*o);
     const inhabit::MeasuredParts parts = measured_parts(*contacts, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));

@@ -226,6 +226,7 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   add_evaluation_shard(*inbetween, o->shard);
   inbetween->callback([o, inbetween] {
+    o->data = folders_matching(o->data);
     o->evaluation.parts = measured_parts(*inbetween, o->shard, o->json);
     const GoesOnLater later(kept_of(o->evaluation.parts));
     eval_inbetween(*o);

@@ -7,6 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/motion/plausible.h"
 #include "progress.h"
 #include "verbs.h"
 
@@ -63,7 +64,14 @@ std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::
   return clips;
 }
 
-void say(const inhabit::Notes& notes, size_t most) {
+void say(const inhabit::Notes& all, size_t most) {
+  inhabit::Notes notes;
+  end_progress();
+  for (const std::string& note : all)
+    if (inhabit::is_doubt(note))
+      std::fprintf(stderr, "inhabit: warning: %s\n", note.c_str());
+    else
+      notes.push_back(note);
   if (is_quiet()) return;
   for (size_t i = 0; i < std::min(most, notes.size()); ++i) std::printf("%s\n", notes[i].c_str());
   if (notes.size() > most) std::printf("and %zu more such notes\n", notes.size() - most);

@@ -6,6 +6,7 @@
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/serve/line_stream.h"
 #include "inputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -45,7 +46,8 @@ std::string model_of(const StreamArguments& o, const std::string& shipped) {
 /// From standard input to standard output, until the one ends or nobody reads the other.
 void answer(const serve::LineStream& stream, StreamArguments& o, const Notes& notes) {
   o.lines.z_up = o.up == UpAxis::z;
-  for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
+  if (!is_quiet())
+    for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   std::signal(SIGPIPE, SIG_IGN);
   serve::answer_lines(0, stream, o.lines, [](const std::string& line) {
     if (std::fwrite(line.data(), 1, line.size(), stdout) != line.size() || std::fflush(stdout) != 0)

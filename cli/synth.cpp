@@ -171,6 +171,7 @@ void add_fit(CLI::App& synth) {
     given->options.progress = progress_of("recording");
     const GoesOnLater later(kGoOn);
     const Dataset made = inhabit::fit_recordings(given->out, given->options);
+    say(made.provenance.value("doubts", inhabit::Notes()));
     print_summary(made);
     std::printf("%.1f minutes were recorded, %.1f of them have rooms\n",
                 made.provenance.at("recorded_minutes").get<double>(),

@@ -6,6 +6,7 @@
 #include "inhabit/forecast/train.h"
 #include "inhabit/inbetween/train.h"
 #include "inhabit/interact/train.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/nn/device.h"
 #include "outputs.h"
 #include "verbs.h"
@@ -42,6 +43,7 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   own->callback([o, preset, train] {
     auto config = preset(o->preset);
     set_fields(config, o->settings);
+    o->run.data = inhabit::folders_matching(o->run.data);
     o->run.device = inhabit::nn::device_named(o->device);
     require_writable(o->run.out);
     o->run.ranks = inhabit::DataParallel::from_environment(o->run.device);

@@ -20,6 +20,7 @@ struct StreamResult {
   double time = 0;     ///< seconds: the time stamp of the last pose; frame k of a future is (k + 1) / rate later
   Result result;       ///< as IntentionAnticipator::run() gives it for what was seen until there
   std::string error;   ///< why there are none, one line; empty: there are
+  std::string doubt;   ///< of the first result of a person, what is implausible of their poses; empty: nothing is
 };
 
 /// Futures of people whose joints come in one pose at a time, as forecast::ForecastStream takes them. The first come as

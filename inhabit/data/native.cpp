@@ -7,6 +7,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/io/files.h"
 #include "inhabit/io/gltf.h"
 #include "inhabit/io/json_text.h"
 #include "inhabit/io/many_files.h"
@@ -100,6 +101,25 @@ bool holds_motion(const std::string& folder) {
   }
 }
 
+bool is_motion(const std::string& file) {
+  if (extension_of(file) == "json" && std::filesystem::path(file).filename() == "dataset.json") return false;
+  try {
+    return is_clip_file(file);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// What is read for a data set's clip: training without it would lose data without a word.
+template <class Read>
+auto of_dataset(const Read& read) {
+  try {
+    return read();
+  } catch (const Error& e) {
+    throw Error(std::string(e.what()) + "; remove the clip from dataset.json or make it again");
+  }
+}
+
 }  // namespace
 
 std::vector<DatasetClip> Dataset::split(const std::string& name) const {
@@ -111,9 +131,15 @@ std::vector<DatasetClip> Dataset::split(const std::string& name) const {
 
 Dataset open_dataset(const std::string& folder) {
   const std::string subject = index_path(folder);
-  if (!std::filesystem::exists(subject) && holds_motion(folder))
-    throw Error(folder, "is no data set but a folder of motion; `inhabit synth fit --mocap " + folder +
-                            " --out DATASET` makes one of it");
+  const auto no_dataset = [&](const char* but) {
+    return Error(folder, std::string("is no data set but ") + but + "; `inhabit synth fit --mocap " + folder +
+                             " --out DATASET` makes one of it");
+  };
+  if (!std::filesystem::exists(subject) && holds_motion(folder)) throw no_dataset("a folder of motion");
+  if (std::filesystem::is_regular_file(folder)) {
+    if (is_motion(folder)) throw no_dataset("a motion file");
+    throw Error(folder, "is a file, no folder of a data set");
+  }
   const json root = parse_json(read_whole_file(subject, kLargestIndex), subject);
   if (!root.is_object() || root.value("format", json()) != kFormat)
     throw Error(subject, "is no index of a data set (\"format\" is not \"inhabit-dataset\")");
@@ -146,12 +172,12 @@ Dataset open_dataset(const std::string& folder) {
 void require_files(const Dataset& dataset, const DatasetClip& entry) {
   for (const std::string& name : {entry.file, entry.scene})
     if (const std::string path = dataset.folder + "/" + name; !name.empty() && !std::filesystem::exists(path))
-      throw Error(path, "there is no such file, dataset.json names it");
+      throw Error(path, "there is no such file, dataset.json names it; remove the clip from dataset.json or make it again");
 }
 
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry) {
   const std::string path = dataset.folder + "/" + entry.file;
-  return clip_from_arrays(dataset, entry, read_npz(path), path);
+  return of_dataset([&] { return clip_from_arrays(dataset, entry, read_npz(path), path); });
 }
 
 Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Npz& arrays, const std::string& subject) {
@@ -172,7 +198,7 @@ Clip clip_from_arrays(const Dataset& dataset, const DatasetClip& entry, const Np
 
 Scene load_scene(const Dataset& dataset, const std::string& name) {
   check_path(name, "scene \"" + name + "\"", index_path(dataset.folder), true);
-  return read_scene_file(dataset.folder + "/" + name).scene;
+  return of_dataset([&] { return read_scene_file(dataset.folder + "/" + name).scene; });
 }
 
 Dataset create_dataset(const std::string& folder, const std::vector<std::string>& actions, const Shard& shard) {

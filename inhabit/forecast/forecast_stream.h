@@ -20,6 +20,7 @@ struct StreamResult {
   double time = 0;     ///< seconds: the time stamp of the last pose; frame k of the forecast is (k + 1) / rate later
   Result result;       ///< as ContactForecaster::run() gives it for the second that ends there
   std::string error;   ///< why there is none, one line; empty: there is one
+  std::string doubt;   ///< of the first result of a person, what is implausible of their poses; empty: nothing is
 };
 
 /// Forecasts of people whose joints come in one pose at a time. Time stamps are in seconds, in any order between people

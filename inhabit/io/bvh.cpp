@@ -445,11 +445,12 @@ void write_bvh(const std::string& path, const Clip& motion, double units_per_met
   for (size_t k = 0; k < track.places.size(); ++k)
     if (track.places[k] != bones.offsets[k % joints]) translates[k % joints] = true;
   BvhLayout layout;
-  layout.as_read = as_read;
+  // The hierarchy is a file's own where its channels are known: to_be_written asks for units and axes alone.
+  const bool channels_known = as_read && motion.file.channels.size() == joints;
+  layout.as_read = channels_known;
   layout.scale = as_read ? 1 / motion.file.metres_per_unit : units_per_metre;
   if (as_read) layout.root_offset = Eigen::Map<const Eigen::Vector3d>(motion.file.root_offset.data()) / layout.scale;
   layout.ends = end_sites(clip.skeleton, bones, track, translates);
-  const bool channels_known = as_read && motion.file.channels.size() == joints;
   for (size_t j = 0; j < joints; ++j) {
     std::string letters = channels_known ? motion.file.channels[j] : "";
     const bool all_rotations = letters.find('X') != std::string::npos && letters.find('Y') != std::string::npos &&

@@ -71,6 +71,17 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
   return describe(file.report);
 }
 
+/// The files that a name stands for which can become `format`.
+std::vector<std::string> files_as(const std::string& name, bool folder, const std::string& format) {
+  if (!folder || (format != "ply" && format != "glb")) return motion_files({name});
+  if (format == "ply") return scene_files(name);
+  try {
+    return motion_files({name});
+  } catch (const Error&) {  // none
+    return scene_files(name);
+  }
+}
+
 }  // namespace
 
 std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options, Notes* notes,
@@ -80,21 +91,27 @@ std::string convert_file(const std::string& in, const std::string& out, const Co
 }
 
 std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
-                                    const std::string& format) {
+                                    const std::string& format, std::vector<std::string>* skipped) {
   namespace fs = std::filesystem;
   std::vector<Conversion> all;
   std::map<std::string, std::string> sources;
+  const auto skip = [&](const std::string& why) {
+    if (skipped != nullptr) skipped->push_back(why);
+  };
   for (const std::string& name : named) {
     std::error_code none;
     const bool folder = fs::is_directory(name, none);
-    for (const std::string& file : motion_files({name})) {
+    for (const std::string& file : files_as(name, folder, format)) {
       const fs::path relative = folder ? fs::path(file).lexically_relative(name) : fs::path(file).filename();
       const std::string target = ((fs::path(out) / relative).replace_extension(format)).string();
       const auto [before, fresh] = sources.emplace(target, file);
       if (!fresh && fs::equivalent(before->second, file, none)) continue;  // named twice
-      if (!fresh) throw Error(target, "would be written of both " + before->second + " and " + file);
-      if (fs::equivalent(file, target, none)) throw Error(target, "would be written over what it is made of");
-      all.push_back({file, target});
+      if (!fresh)
+        skip(file + ": would become " + target + ", as " + before->second + " does");
+      else if (fs::equivalent(file, target, none))
+        skip(target + ": would be written over what it is made of");
+      else
+        all.push_back({file, target});
     }
   }
   return all;

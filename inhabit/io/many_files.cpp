@@ -10,6 +10,7 @@
 #include "inhabit/interruption.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
 
 namespace fs = std::filesystem;
 
@@ -28,27 +29,43 @@ bool looks_like_motion(const std::string& path) {
   }
 }
 
-std::vector<std::string> in_folder(const std::string& folder) {
+bool looks_like_scene(const std::string& path) {
+  const std::string extension = extension_of(path);
+  if (!is_scene_extension(extension)) return false;
+  static const std::set<std::string> perhaps = {"npz", "npy", "fbx", "dae", "glb", "gltf"};
+  return perhaps.count(extension) == 0 || !looks_like_motion(path);
+}
+
+std::vector<std::string> in_folder(const std::string& folder, bool (*wanted)(const std::string&), const char* what) {
   std::vector<std::string> out;
   std::error_code refused;
   for (fs::recursive_directory_iterator entry(folder, refused), end; !refused && entry != end; entry.increment(refused))
-    if (entry->is_regular_file(refused) && looks_like_motion(entry->path().string()))
+    if (entry->is_regular_file(refused) && wanted(entry->path().string()))
       out.push_back(entry->path().string());
   if (refused) throw Error(folder, "cannot be read: " + refused.message());
   if (out.empty())
-    throw Error(folder, "is a folder without motion files (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
+    throw Error(folder, std::string("is a folder without ") + what);
   std::sort(out.begin(), out.end());
   return out;
 }
 
 }  // namespace
 
-std::vector<std::string> files_matching(const std::string& pattern) {
+namespace {
+
+std::vector<std::string> glob_of(const std::string& pattern) {
   glob_t found{};
   const int failed = ::glob(pattern.c_str(), 0, nullptr, &found);
   std::vector<std::string> out;
   if (failed == 0) out.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   ::globfree(&found);
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> files_matching(const std::string& pattern) {
+  std::vector<std::string> out = glob_of(pattern);
   if (out.empty()) throw Error(pattern, "there is no such file");
   return out;
 }
@@ -59,10 +76,32 @@ std::vector<std::string> motion_files(const std::vector<std::string>& named) {
     std::vector<std::string> files = {name};
     std::error_code none;
     if (fs::is_directory(name, none))
-      files = in_folder(name);
+      files = in_folder(name, looks_like_motion,
+                        "motion files (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
     else if (name.find_first_of("*?[") != std::string::npos && !fs::exists(name, none))
       files = files_matching(name);
     out.insert(out.end(), files.begin(), files.end());
+  }
+  return out;
+}
+
+std::vector<std::string> scene_files(const std::string& folder) {
+  return in_folder(folder, looks_like_scene,
+                   "scenes (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy)");
+}
+
+std::vector<std::string> folders_matching(const std::vector<std::string>& named) {
+  std::vector<std::string> out;
+  for (const std::string& name : named) {
+    std::error_code none;
+    if (name.find_first_of("*?[") == std::string::npos || fs::exists(name, none)) {
+      out.push_back(name);
+      continue;
+    }
+    const size_t before = out.size();
+    for (const std::string& each : glob_of(name))
+      if (fs::is_directory(each, none)) out.push_back(each);
+    if (out.size() == before) throw Error(name, "no folder matches");
   }
   return out;
 }

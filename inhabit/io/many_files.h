@@ -15,6 +15,13 @@ std::vector<std::string> files_matching(const std::string& pattern);
 /// unless a file is called so; anything else for itself. Throws Error for a folder or pattern with no such file.
 std::vector<std::string> motion_files(const std::vector<std::string>& named);
 
+/// The scenes in a folder and below that are no motion, in alphabetical order. Throws Error where there are none.
+std::vector<std::string> scene_files(const std::string& folder);
+
+/// Folders that a user names; a pattern with * ? [ ] stands for the folders that it matches, unless something is called
+/// so. Throws Error for one that matches none.
+std::vector<std::string> folders_matching(const std::vector<std::string>& named);
+
 /// What became of many files.
 struct FileCount {
   int64_t done = 0;                  ///< without an error

@@ -4,6 +4,7 @@
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
+#include "inhabit/motion/plausible.h"
 
 namespace inhabit {
 namespace {
@@ -11,6 +12,18 @@ namespace {
 constexpr double kEarly = 1e-3;        // seconds: time stamps are rounded to milliseconds
 constexpr double kLongestWindow = 60;  // seconds
 constexpr int kMostPeople = 10000;
+
+/// What is implausible() of the poses that are kept; nothing where joints were never seen.
+std::string doubt_of(const PoseWindow& window) {
+  constexpr double kRate = 10;
+  std::string out;
+  try {
+    const Clip clip = window.clip(kRate, static_cast<int64_t>(window.seconds() * kRate) + 1);
+    for (const std::string& each : implausible(clip, MotionSource::stream)) out += (out.empty() ? "" : "; ") + each;
+  } catch (const Error&) {  // said by who makes the result
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -70,7 +83,8 @@ std::vector<PoseStream::Due> PoseStream::take() {
     const double time = person.window.last(), period = 1 / options_.rate;
     // The next on the grid of times that began with the first.
     if (period > 0) person.next += period * std::max(1.0, std::floor((time - person.next + kEarly) / period) + 1);
-    out.push_back({name, time, &person.window});
+    out.push_back({name, time, &person.window, person.looked_at ? "" : doubt_of(person.window)});
+    person.looked_at = true;
   }
   return out;
 }

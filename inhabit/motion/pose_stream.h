@@ -41,6 +41,7 @@ class PoseStream {
     std::string person;        ///< as push() called them
     double time = 0;           ///< seconds: the time stamp of the last pose
     const PoseWindow* window;  ///< until the next push
+    std::string doubt;         ///< of their first result, what is implausible(), in one line: another unit, another up
   };
   /// All of them, by name; they are not due any more.
   std::vector<Due> take();
@@ -52,7 +53,7 @@ class PoseStream {
   struct Person {
     PoseWindow window;
     double next = 0;  // seconds
-    bool running = false, due = false;
+    bool running = false, due = false, looked_at = false;
   };
   void make_room(double time);
 

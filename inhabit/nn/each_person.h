@@ -21,6 +21,7 @@ std::vector<Result> each_person(const std::vector<PoseStream::Due>& due, const R
     const auto i = static_cast<size_t>(chunk);
     out[i].person = due[i].person;
     out[i].time = due[i].time;
+    out[i].doubt = due[i].doubt;
     try {
       out[i].result = run(due[i]);
     } catch (const Error& error) {

@@ -75,6 +75,7 @@ class Answering {
     std::string text = "{\"time\":";
     append_number(text, result.time);
     text += ",\"person\":" + quoted(result.person);
+    if (!result.doubt.empty()) text += ",\"warning\":" + quoted(result.doubt);
     if (!result.error.empty()) return text + ",\"error\":" + quoted(result.error) + "}\n";
     text += ",\"rate\":";
     append_number(text, stream_.rate / options_.every);
@@ -111,6 +112,7 @@ LineSystem line_system(std::shared_ptr<Stream> stream, const Told& told) {
       to.person = r.person;
       to.time = r.time;
       to.error = r.error;
+      to.doubt = r.doubt;
       if (r.error.empty()) told(r.result, to);
     }
     return results;

@@ -17,6 +17,7 @@ struct LineResult {
   std::string person;    ///< as the lines call them
   double time = 0;       ///< seconds, of the last pose
   std::string error;     ///< why there is nothing else; empty: there is
+  std::string doubt;     ///< of the first result of a person, what is implausible of their poses; empty: nothing is
   torch::Tensor joints;  ///< (T, 22, 3) or, of futures, (S, T, 22, 3) metres
   torch::Tensor labels;  ///< (S, T) int64, or undefined
 };

@@ -9,6 +9,7 @@
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/floor.h"
 #include "inhabit/motion/mirror.h"
+#include "inhabit/motion/plausible.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/synth/fit.h"
@@ -92,7 +93,9 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
                                  const FittingOptions& options, std::vector<DatasetClip>& clips) {
   const std::string name = std::filesystem::path(recording.file).filename().string();
   const bool train = recording.split == "train";
-  const Clip source = read_clip(recording.file, options.reading);
+  Notes notes;
+  const Clip source = read_clip(recording.file, options.reading, &notes);
+  std::erase_if(notes, [](const std::string& note) { return !is_doubt(note); });
   double kept = 0;
   std::mt19937_64 random(item_seed(options.seed, number));
   const auto furnish = [&](const Clip& motion, const std::string& id) {
@@ -117,7 +120,16 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
     }
     if (any) kept += pieces[p].seconds();
   }
-  return {{"seconds", source.seconds()}, {"kept", kept}, {"skipped", ""}};
+  std::string skipped;
+  if (clips.empty()) {
+    skipped = recording.file + ": makes no clip: ";
+    if (notes.empty())
+      skipped += pieces.empty() ? "no 2 s of it are on a flat floor and without leaps" : "no room could be fitted around it";
+    for (const std::string& doubt : notes) skipped += (&doubt == notes.data() ? "" : "; ") + doubt;
+    notes.clear();
+  }
+  for (std::string& doubt : notes) doubt.insert(0, recording.file + ": ");
+  return {{"seconds", source.seconds()}, {"kept", kept}, {"skipped", skipped}, {"doubts", notes}};
 }
 
 void remove_clips(const Dataset& dataset, const std::vector<DatasetClip>& clips) {
@@ -207,7 +219,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
         remove_clips(out, item.clips);  // nothing half-written
         if (recordings.size() == 1) throw;
         item.clips.clear();
-        item.facts = {{"seconds", 0}, {"kept", 0}, {"skipped", e.what()}};
+        item.facts = {{"seconds", 0}, {"kept", 0}, {"skipped", e.what()}, {"doubts", nlohmann::json::array()}};
       }
       return item;
     });
@@ -216,25 +228,27 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     throw;
   }
   double seconds = 0, kept = 0;
-  nlohmann::json sources = nlohmann::json::array(), skipped = sources;
+  nlohmann::json sources = nlohmann::json::array(), skipped = sources, doubts = sources;
   for (const auto& [i, item] : made) {
+    seconds += item.facts.at("seconds").get<double>(), kept += item.facts.at("kept").get<double>();
+    for (const nlohmann::json& doubt : item.facts.value("doubts", nlohmann::json::array())) doubts.push_back(doubt);
     if (!item.facts.at("skipped").get<std::string>().empty()) {
       skipped.push_back(item.facts.at("skipped"));
       continue;
     }
     sources.push_back(std::filesystem::path(recordings[static_cast<size_t>(i)].file).filename().string());
-    seconds += item.facts.at("seconds").get<double>(), kept += item.facts.at("kept").get<double>();
   }
   if (out.whole && out.clips.empty()) {
     remove_folders(out);
-    if (sources.empty()) throw Error("no recording can be used; of the first: " + skipped.front().get<std::string>());
-    throw Error(folder, "no room could be fitted around any recording: all are shorter than 2 s, or nothing fits");
+    const auto first = skipped.front().get<std::string>();
+    throw recordings.size() == 1 ? Error(first) : Error("no recording can be used; of the first: " + first);
   }
   out.provenance = {
       {"command", "inhabit synth fit"},   {"seed", options.seed},           {"rooms_per_clip", options.rooms_per_clip},
       {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.tried},
       {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
+  if (!doubts.empty()) out.provenance["doubts"] = doubts;
   finish_items(out);
   return out;
 }

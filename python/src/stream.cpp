@@ -70,7 +70,14 @@ void add_result(py::module_& m, const char* name, const char* what, const char* 
           [](const Result& r) -> std::optional<std::string> {
             return r.error.empty() ? std::nullopt : std::optional(r.error);
           },
-          "Why there is none, one line; None where there is one.");
+          "Why there is none, one line; None where there is one.")
+      .def_property_readonly(
+          "doubt",
+          [](const Result& r) -> std::optional<std::string> {
+            return r.doubt.empty() ? std::nullopt : std::optional(r.doubt);
+          },
+          "Of the first result of a person: why their poses cannot be a person's (another unit, another axis up); else "
+          "None.");
 }
 
 template <class Stream>

@@ -142,6 +142,23 @@ TEST(Score, FidAndDiversityOfFoldersSkipWhatIsBadAndCountIt) {
   EXPECT_NE(r.err.find("2 of 4 files were skipped"), std::string::npos) << r.err;
 }
 
+TEST(Score, DoubtsOfManyFilesComeFirstAndAreNeverCut) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder / "many");
+  inhabit::Clip giant = inhabit::slice(inhabit::read_clip(kWalk), 0, 20);
+  giant.joints = giant.joints * 100;
+  giant.rotations = torch::Tensor();
+  giant.trans = torch::Tensor();
+  for (int i = 0; i < 12; ++i)
+    inhabit::write_clip_npz(folder / "many/" + std::to_string(i) + ".npz", giant);
+  const CommandResult r = run_command("score jerk --quiet --motion " + folder / "many");
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  for (int i = 0; i < 12; ++i)
+    EXPECT_NE(r.err.find("warning: " + folder / "many/" + std::to_string(i) + ".npz: implausible: the legs"),
+              std::string::npos)
+        << r.err;
+}
+
 TEST(Score, RefusesWhatCannotBeScored) {
   const TempFolder folder;
   const std::string out = folder.path.string(), to = " --json " + folder / "out.json";

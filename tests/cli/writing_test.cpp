@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "cli/examples.h"
 #include "cli/refusal.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/npz.h"
 
 namespace inhabit {
 namespace {
@@ -35,6 +37,28 @@ TEST(Writing, APartAtAnotherRateAndUpAxis) {
   EXPECT_EQ(fast.rate, 60);
   EXPECT_LT((fast.joints[60] - walk.joints[60]).abs().max().item<double>(), 1e-4);
   EXPECT_THAT(read_whole_file(out), HasSubstr("up.npy"));
+}
+
+TEST(Writing, ABvhHasOneHierarchyAlongAnyAxes) {
+  const TempFolder folder;
+  const auto hierarchy = [&](const std::string& arguments) {
+    const std::string out = folder / "x.bvh";
+    EXPECT_EQ(run_command("convert " + arguments + " " + out).exit_code, 0) << arguments;
+    std::string text = read_whole_file(out), words;
+    text.resize(text.find("MOTION"));
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)  // offsets are along the axes
+      if (line.find("OFFSET") == std::string::npos) words += line + "\n";
+    return words;
+  };
+  const std::string plain = hierarchy(kWalk);
+  EXPECT_EQ(hierarchy(kWalk + " --out-up z"), plain);
+  size_t ends = 0;
+  for (size_t at = plain.find("End Site"); at != std::string::npos; at = plain.find("End Site", at + 1)) ++ends;
+  EXPECT_EQ(ends, 5U);
+  // Of a .bvh too, whose own names and channels convert leaves behind.
+  write_clip(folder / "in.bvh", read_clip(kWalk));
+  EXPECT_EQ(hierarchy(folder / "in.bvh --out-up z"), hierarchy(folder / "in.bvh"));
 }
 
 TEST(Writing, IsTheSameForVerbsThatMakeMotion) {
@@ -118,6 +142,47 @@ TEST(ManyFiles, NeverOverwriteEachOther) {
   EXPECT_EQ(r.exit_code, 1);
   EXPECT_THAT(r.err, HasSubstr("out/a_000.bvh: would be written of both " + folder / "in/a.npz" + " and "));
   EXPECT_TRUE(std::filesystem::exists(folder / "out/a_001.bvh"));
+}
+
+TEST(ManyFiles, OfTwoThatWouldBecomeOneTheSecondIsSkipped) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "in");
+  const Clip walk = slice(read_clip(kWalk), 0, 20);
+  for (const char* name : {"in/a.bvh", "in/a.json", "in/b.bvh"}) write_clip(folder / name, walk);
+  const CommandResult r = run_command("convert " + folder / "in" + " " + folder / "out");
+  EXPECT_EQ(r.exit_code, 1);
+  EXPECT_THAT(r.err, HasSubstr("skipped: " + folder / "in/a.json: would become " + folder / "out/a.npz, as "));
+  EXPECT_THAT(r.err, HasSubstr("1 of 3 files were skipped"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/a.npz"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/b.npz"));
+  std::filesystem::create_directory(folder / "empty");
+  expect_refused("convert " + folder / "in/b.bvh" + " " + folder / "in" + " --format bvh",
+                 {"b.bvh: would be written over what it is made of"}, folder / "empty");
+}
+
+TEST(ManyFiles, AFolderOfScenesBecomesScenes) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "in/below");
+  std::filesystem::copy_file(kRoom, folder / "in/a.glb");
+  write_atomically(folder / "in/below/b.obj", "v 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 2 4\nf 4 3 2 1\n");
+  for (const std::string format : {"ply", "glb"}) {
+    const std::string out = folder / format;
+    const CommandResult r = run_command("convert " + folder / "in" + " " + out + " --format " + format);
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_TRUE(std::filesystem::exists(out + "/a." + format));
+    EXPECT_TRUE(std::filesystem::exists(out + "/below/b." + format));
+  }
+}
+
+TEST(ManyFiles, PatternsOfDataSetsAndMotionAsData) {
+  const TempFolder folder;
+  const std::string to = " --out " + folder / "out/m.safetensors";
+  std::filesystem::create_directory(folder / "out");
+  std::filesystem::create_directory(folder / "made");
+  expect_refused("train forecast --data '" + folder / "na*'" + to, {"na*: no folder matches"}, folder / "out");
+  expect_refused("train forecast --data '" + folder / "ma*'" + to, {folder / "made/dataset.json"}, folder / "out");
+  expect_refused("train forecast --data " + kWalk + to,
+                 {"walk.npz: is no data set but a motion file", "synth fit --mocap"}, folder / "out");
 }
 
 }  // namespace

@@ -14,13 +14,14 @@ struct Result {
   std::string person;
   double time = 0;
   double result = 0;
-  std::string error;
+  std::string error, doubt;
 };
 
 TEST(EachPerson, HasTheirResultOrTheReasonWhyNot) {
   std::vector<PoseStream::Due> due(5);
   for (size_t i = 0; i < due.size(); ++i) {
     due[i].person = std::to_string(i);
+    due[i].doubt = i == 2 ? "implausible" : "";
     due[i].time = 0.5 * static_cast<double>(i);
   }
   const std::vector<Result> out = each_person<Result>(due, [](const PoseStream::Due& one) {
@@ -32,6 +33,7 @@ TEST(EachPerson, HasTheirResultOrTheReasonWhyNot) {
     EXPECT_EQ(out[i].person, std::to_string(i));
     EXPECT_EQ(out[i].time, 0.5 * static_cast<double>(i));
     EXPECT_EQ(out[i].result, i == 3 ? 0 : 5.0 * static_cast<double>(i));
+    EXPECT_EQ(out[i].doubt, due[i].doubt);
     EXPECT_EQ(out[i].error, i == 3 ? "person: has no legs" : "");
   }
   EXPECT_TRUE(each_person<Result>({}, [](const PoseStream::Due&) { return 1.0; }).empty());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -74,6 +75,12 @@ TEST(StreamCommand, ForecastsAsTheFacadeDoes) {
   }
 }
 
+TEST(StreamCommand, QuietSaysNothingBesideAnswers) {
+  const auto err = [](const std::string& more) { return run_command("stream forecast" + more + " </dev/null").err; };
+  EXPECT_THAT(err(""), HasSubstr("no scene given"));
+  EXPECT_EQ(err(" --quiet"), "");
+}
+
 TEST(StreamCommand, AWorldWithZUpIsAnsweredInItself) {
   const auto y_up = answers("forecast --rate 1 --every 10", recording());
   std::string turned;
@@ -90,6 +97,22 @@ TEST(StreamCommand, AWorldWithZUpIsAnsweredInItself) {
   ASSERT_EQ(y.size(0), 6);
   EXPECT_LT(largest_difference(y.select(2, 1), z.select(2, 2)), 5e-4F);
   EXPECT_LT(largest_difference(y.select(2, 2), -z.select(2, 1)), 5e-4F);
+}
+
+TEST(StreamCommand, AnotherUpAxisOrUnitIsSaidOnceOfEachPerson) {
+  std::string input;
+  for (int64_t t = 0; t < 60; ++t) {
+    const torch::Tensor p = walk().joints[t];
+    const double time = static_cast<double>(t) / 30;
+    input += pose_line(time, "well", p) + pose_line(time, "millimetres", p * 1000) +
+             pose_line(time, "z-up", torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
+  }
+  std::map<std::string, std::string> warnings;
+  for (const json& line : answers("anticipate --rate 4 --samples 1", input))
+    if (line.contains("warning")) warnings[line["person"]] += line["warning"].get<std::string>() + "|";
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_THAT(warnings["millimetres"], testing::MatchesRegex("implausible: the legs are [^|]* metres[^|]*\\|"));
+  EXPECT_THAT(warnings["z-up"], testing::MatchesRegex("implausible: the person lies throughout; [^|]*--up z[^|]*\\|"));
 }
 
 TEST(StreamCommand, BadLinesAreAnsweredAndTheStreamGoesOn) {

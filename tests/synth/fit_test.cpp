@@ -1,5 +1,6 @@
 #include "inhabit/synth/fit.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "inhabit/motion/floor.h"
 #include "inhabit/synth/blocked.h"
 #include "inhabit/synth/person.h"
+#include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
 
@@ -228,6 +230,24 @@ TEST(FitRecordings, BadInputIsRefused) {
   EXPECT_EQ(of_one.provenance["recordings"].size(), 1U);
   ASSERT_EQ(of_one.provenance["skipped"].size(), 1U);
   EXPECT_NE(of_one.provenance["skipped"][0].get<std::string>().find("bad.bvh"), std::string::npos);
+  // What makes no clip is said with what is doubted of it; that of others is kept.
+  Clip small = read_clip(good);
+  small.joints = small.joints * 0.1;
+  small.rotations = torch::Tensor();
+  small.trans = torch::Tensor();
+  small.skeleton.offsets = small.skeleton.offsets * 0.1;
+  const std::string dwarf = folder / "dwarf.npz", brief = folder / "brief.npz";
+  write_clip(dwarf, small);
+  write_clip(brief, slice(read_clip(good), 0, 30));
+  options.train = {good, dwarf, brief};
+  const nlohmann::json said = fit_recordings(folder / "f", options).provenance;
+  const std::string all = said.value("skipped", nlohmann::json::array()).dump() +
+                          said.value("doubts", nlohmann::json::array()).dump();
+  EXPECT_NE(all.find("dwarf.npz: "), std::string::npos) << all;
+  EXPECT_NE(all.find("implausible: the legs are 0.08"), std::string::npos) << all;
+  EXPECT_NE(all.find("brief.npz: makes no clip: no 2 s of it"), std::string::npos) << all;
+  options.train = {brief};
+  EXPECT_THAT(refusal_of([&] { fit_recordings(folder / "g", options); }), testing::HasSubstr("brief.npz: makes no clip"));
   options.train = {folder / "missing.bvh"};
   options.test = options.train;
   EXPECT_THROW(fit_recordings(folder / "c", options), Error);
