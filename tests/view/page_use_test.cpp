@@ -11,6 +11,7 @@
 #include "cli/command.h"
 #include "in_browser.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/npz.h"
 #include "inhabit/synth/room.h"
 #include "inhabit/view/cards_page.h"
 #include "refusal_of.h"
@@ -104,6 +105,10 @@ TEST(PageInBrowser, IsUsedByVisitors) {
   z_up.file.format = "npz";
   z_up.file.z_up = true;
   write_clip(folder / "z_up.npz", z_up);
+  const std::vector<torch::Tensor> xyz = walk.joints.unbind(2);
+  Npz bare;  // as networks write joints: flattened, in millimetres, +Z up, without a rate
+  bare.tensors["poses_3d"] = (torch::stack({xyz[0], -xyz[2], xyz[1]}, 2) * 1000).reshape({walk.frames(), -1});
+  write_npz(folder / "bare.npz", bare);
   write_clip(folder / "walk.glb", walk, &scene);
   std::mt19937_64 random(3);
   const Scene room = make_room(random).scene();

@@ -163,7 +163,7 @@ export class Data {
   }
 
   /** With what was opened on the page beside what is there. */
-  joined(people: PersonData[], scene: SceneData | undefined, arrays: Arrays): Data {
+  joined(people: PersonData[], scene: SceneData | undefined, arrays: Arrays, note: string): Data {
     const { header, bytes } = this;
     const start = Math.ceil(bytes.byteLength / 4) * 4;
     const all = new Uint8Array(start + arrays.size);
@@ -175,7 +175,7 @@ export class Data {
       meshes: [...(old?.meshes ?? []), ...(scene?.meshes ?? [])],
       points: points.length > 1 ? undefined : points[0],
     };
-    const data = new Data({ ...header, people: [...header.people, ...people], scene: joined }, all.buffer);
+    const data = new Data({ ...header, note, people: [...header.people, ...people], scene: joined }, all.buffer);
     if (points.length > 1) {
       const clouds = points.map((ref) => data.floats(ref));
       const one = new Float32Array(clouds[0].length + clouds[1].length);
@@ -183,7 +183,7 @@ export class Data {
       one.set(clouds[1], clouds[0].length);
       const more = new Arrays(data.bytes.byteLength);
       const ref = more.add(one);
-      return data.with({ ...data.header, scene: { ...joined!, points: undefined } }).joined([], { meshes: [], points: ref }, more);
+      return data.with({ ...data.header, scene: { ...joined!, points: undefined } }).joined([], { meshes: [], points: ref }, more, note);
     }
     return data;
   }

@@ -258,5 +258,5 @@ export function openGlb(bytes: Uint8Array, name: string): Opened {
   const bare = nodes.order.filter((i) => glb.json.nodes![i].mesh === undefined && nodes.moved.has(i));
   const people = skins.length > 0 ? skins : bare.length > 1 ? [bare] : [];
   const different = people.filter((joints, k) => people.findIndex((other) => other.length === joints.length && other.every((i) => joints.includes(i))) === k);
-  return { parts, motions: different.map((joints, k) => motionOf(nodes, joints, different.length > 1 ? `${name} ${k}` : name)) };
+  return { parts, notes: [], motions: different.map((joints, k) => motionOf(nodes, joints, different.length > 1 ? `${name} ${k}` : name)) };
 }

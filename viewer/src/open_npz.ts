@@ -1,12 +1,12 @@
 import type { StandardData } from './data';
+import { NpzArrays as Arrays, withJointArray } from './joint_array';
+import { positionsMotion } from './joint_positions';
 import { jointsOf, pointsUpright, quaternionsOf, rotationsUpright } from './kinematics';
 import type { NumpyArray } from './npz';
 import type { Motion, Opened } from './opened';
 
 // Where the pelvis of the mean body of each model rests, metres: trans is measured from there (inhabit/io/clip_npz.cpp).
 const PELVIS: Record<string, number[]> = { smplx: [0.003, -0.351, 0.012], smplh: [-0.002, -0.223, 0.028] };
-
-type Arrays = Map<string, NumpyArray>;
 
 const floats = (array: NumpyArray) => Float32Array.from(array.values);
 
@@ -15,7 +15,14 @@ function first(arrays: Arrays, ...names: string[]) {
   return found === undefined ? undefined : arrays.get(found);
 }
 
-const rateOf = (arrays: Arrays) => Number(first(arrays, 'mocap_framerate', 'mocap_frame_rate', 'fps', 'framerate', 'frame_rate')?.values[0] ?? 30);
+function rateOf(arrays: Arrays, notes: string[]) {
+  const rate = first(arrays, 'mocap_framerate', 'mocap_frame_rate', 'fps', 'framerate', 'frame_rate')?.values[0];
+  if (rate === undefined) notes.push('no frame rate in the file: 30 a second assumed');
+  return rate ?? 30;
+}
+
+/** Whether it has a skeleton of its own. */
+const isOwn = (arrays: Arrays) => arrays.has('parents') && arrays.has('offsets');
 
 /** Rotations (T, J, 4) of an array (T, 3J), (T, J, 3) or (T, J, 3, 3). */
 function rotationsIn(array: NumpyArray | undefined, what: string) {
@@ -60,7 +67,7 @@ function sample(arrays: Arrays, s: number, count: number): Arrays {
 }
 
 /** Motion with a skeleton of its own, as inhabit writes it. */
-function ownMotion(arrays: Arrays, name: string): Motion {
+function ownMotion(arrays: Arrays, name: string, rate: number): Motion {
   const names = arrays.get('joint_names')?.words;
   const parents = Array.from(arrays.get('parents')!.values);
   const offsets = floats(arrays.get('offsets')!);
@@ -88,7 +95,7 @@ function ownMotion(arrays: Arrays, name: string): Motion {
       rotationsUpright(rotations, 1);
     }
   }
-  return { name, rate: rateOf(arrays), names, parents, joints, rotations, offsets, actions: actionsOf(arrays), objects };
+  return { name, rate, names, parents, joints, rotations, offsets, actions: actionsOf(arrays), objects };
 }
 
 const rootsOf = (trans: NumpyArray, offset: ArrayLike<number>) => floats(trans).map((x, i) => x + offset[i % 3]);
@@ -105,7 +112,7 @@ function together(root: { frames: number; joints: number; wxyz: Float32Array }, 
 }
 
 /** Motion of the AMASS and SMPL families, on the built-in skeleton. */
-function smplMotion(arrays: Arrays, name: string, standard: StandardData): Motion {
+function smplMotion(arrays: Arrays, name: string, rate: number, standard: StandardData, notes: string[]): Motion {
   const whole = rotationsIn(first(arrays, 'poses', 'pose'), 'poses');
   const root = rotationsIn(first(arrays, 'root_orient', 'global_orient', 'orient', 'human_orient'), 'root_orient');
   const body = rotationsIn(first(arrays, 'pose_body', 'body_pose', 'human_pose'), 'pose_body');
@@ -119,7 +126,9 @@ function smplMotion(arrays: Arrays, name: string, standard: StandardData): Motio
   if (inFile < count) throw new Error(`its pose has ${inFile} joints, ${count} are needed`);
   const rotations = new Float32Array(frames * count * 4);
   for (let t = 0; t < frames; ++t) rotations.set(all.subarray(t * inFile * 4, (t * inFile + count) * 4), t * count * 4);
-  const trans = first(arrays, 'trans', 'transl', 'translation', 'human_transl') ?? { shape: [frames, 3], values: new Float32Array(frames * 3) };
+  const given = first(arrays, 'trans', 'transl', 'translation', 'human_transl');
+  if (!given) notes.push('no translation in the file: the pelvis stays in place');
+  const trans = given ?? { shape: [frames, 3], values: new Float32Array(frames * 3) };
   if (trans.values.length !== frames * 3) throw new Error('trans is not (T, 3) for the frames of the pose');
   const model = arrays.get('surface_model_type')?.words?.[0]?.toLowerCase() ?? '';
   const isX = model ? /smpl-?x/.test(model) : inFile === 55 || arrays.has('pose_jaw') || arrays.has('jaw_pose');
@@ -138,41 +147,33 @@ function smplMotion(arrays: Arrays, name: string, standard: StandardData): Motio
   if (Math.max(y, z) < 0.4 ? spread(2) < spread(1) : z > y) {
     pointsUpright(roots);
     rotationsUpright(rotations, count);
+    notes.push('+Z is up in the file: rotated to +Y');
   }
   const offsets = Float32Array.from(standard.offsets);
   const joints = jointsOf(rotations, roots, offsets, standard.parents);
-  return { name, rate: rateOf(arrays), names: standard.names, parents: standard.parents, joints, rotations, offsets };
-}
-
-/** Positions alone, (T, 22+, 3), the first 22 in SMPL's order. */
-function positions(array: NumpyArray, arrays: Arrays, name: string, standard: StandardData): Motion {
-  const [frames, all, three] = array.shape;
-  const count = standard.names.length;
-  if (array.shape.length !== 3 || all < count || three !== 3) throw new Error(`its joints are not (T, ${count}, 3) positions`);
-  const joints = new Float32Array(frames * count * 3);
-  for (let t = 0; t < frames; ++t) joints.set(array.values.subarray(t * all * 3, (t * all + count) * 3), t * count * 3);
-  let [y, z] = [0, 0]; // of the trunk, from the pelvis to the neck
-  for (let i = 0; i < joints.length; i += count * 3) {
-    y += joints[i + 12 * 3 + 1] - joints[i + 1];
-    z += joints[i + 12 * 3 + 2] - joints[i + 2];
-  }
-  if (z > y) pointsUpright(joints);
-  return { name, rate: rateOf(arrays), names: standard.names, parents: standard.parents, joints };
+  return { name, rate, names: standard.names, parents: standard.parents, joints, rotations, offsets };
 }
 
 const MOST_SAMPLES = 50;
 
+// What a file of the SMPL family has.
+const POSES = ['poses', 'pose', 'root_orient', 'global_orient', 'orient', 'human_orient', 'pose_body', 'body_pose', 'human_pose'];
+
+/** One motion; what is assumed goes to `notes`. */
+function motionIn(arrays: Arrays, name: string, standard: StandardData, notes: string[]): Motion {
+  const rate = rateOf(arrays, notes);
+  if (isOwn(arrays)) return ownMotion(arrays, name, rate);
+  const joints = first(arrays, ...POSES) ? undefined : arrays.get('joints');
+  return joints ? positionsMotion(joints, name, rate, standard, notes) : smplMotion(arrays, name, rate, standard, notes);
+}
+
 /** The motions in the arrays of an .npz (inhabit/io/clip_npz.h). */
-export function openNpz(all: Arrays, name: string, standard: StandardData): Opened {
+export function openNpz(arrays: Arrays, name: string, standard: StandardData): Opened {
+  const all = isOwn(arrays) || first(arrays, ...POSES) ? arrays : withJointArray(arrays);
   const joints = all.get('joints');
   const count = joints?.shape.length === 4 ? joints.shape[0] : 0;
   const samples = count > 0 ? Array.from({ length: Math.min(count, MOST_SAMPLES) }, (_, s) => sample(all, s, count)) : [all];
-  const motions = samples.map((arrays, s) => {
-    const called = count > 1 ? `${name} ${s}` : name;
-    if (arrays.has('parents') && arrays.has('offsets')) return ownMotion(arrays, called);
-    const posed = first(arrays, 'poses', 'pose', 'root_orient', 'global_orient', 'orient', 'human_orient', 'pose_body', 'body_pose', 'human_pose');
-    const places = first(arrays, 'joints', 'joint_positions', 'keypoints', 'arr_0');
-    return !posed && places ? positions(places, arrays, called, standard) : smplMotion(arrays, called, standard);
-  });
-  return { motions, parts: [] };
+  const notes: string[] = []; // of the first: others are as it is
+  const motions = samples.map((one, s) => motionIn(one, count > 1 ? `${name} ${s}` : name, standard, s === 0 ? notes : []));
+  return { motions, parts: [], notes };
 }

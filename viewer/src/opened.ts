@@ -29,6 +29,7 @@ export interface Part {
 export interface Opened {
   motions: Motion[];
   parts: Part[];
+  notes: string[]; // what was assumed of it
 }
 
 const LARGEST = 512 << 20; // bytes of a file
@@ -59,7 +60,7 @@ export async function openFile(file: File, standard: StandardData): Promise<Open
     }
     for (const { vertices } of opened.parts) check(isFinite(vertices), 'has a number that is not finite');
     check(opened.motions.length + opened.parts.length > 0, 'holds neither a motion nor a scene');
-    return opened;
+    return { ...opened, notes: opened.notes.length > 0 ? [`${file.name}: ${opened.notes.join('; ')}.`] : [] };
   } catch (reason) {
     const known = reason instanceof Error && !(reason instanceof TypeError) && !(reason instanceof RangeError);
     throw new Error(`${file.name}: ${known ? reasonOf(reason) : 'is damaged'}`);
@@ -67,7 +68,7 @@ export async function openFile(file: File, standard: StandardData): Promise<Open
 }
 
 /** What the page shows, with what was opened beside it. */
-export function withOpened(data: Data, { motions, parts }: Opened): Data {
+export function withOpened(data: Data, { motions, parts, notes }: Opened): Data {
   const arrays = new Arrays(data.end);
   const { standard, bodies } = data.header;
   const body = bodies.findIndex(({ joints }) => joints === standard.names.length);
@@ -101,5 +102,5 @@ export function withOpened(data: Data, { motions, parts }: Opened): Data {
       scene.points = arrays.add(points);
     }
   }
-  return data.joined(people, scene, arrays);
+  return data.joined(people, scene, arrays, [data.header.note, ...notes].filter(Boolean).join('\n'));
 }

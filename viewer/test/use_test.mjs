@@ -199,6 +199,14 @@ async function opening(context) {
   assert.deepEqual(await page.evaluate('inhabit.people'), ['walk', 'z_up']);
   assert.match(await message(page), /bad\.npz/);
   await placed(1);
+  // Bare joints, of which name, unit, axes and rate are told by what they are; what was assumed is said.
+  await drop(page, join(folder, 'bare.npz'));
+  assert.deepEqual(await page.evaluate('inhabit.people'), ['walk', 'z_up', 'bare']);
+  await placed(2);
+  const note = await page.locator('#note').textContent();
+  for (const words of ['bare.npz: ', '30 a second assumed', "SMPL's first 22 joints", 'taken for millimetres', '+Z is up in the file']) assert.ok(note.includes(words), `"${words}" is not in "${note}"`);
+  await setWindow(page, 1000, 700); // low windows show no note
+  assert.ok(await page.locator('#note').isVisible());
   assert.deepEqual(complaints, []);
   await page.close();
 
