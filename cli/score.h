@@ -30,18 +30,6 @@ std::vector<inhabit::ScoredClip> score_clips(Score& given, const std::vector<std
 /// Writes the JSON that is asked for and prints what is no list.
 void report_scores(const Score& given, nlohmann::ordered_json facts);
 
-/// A row for each motion: its file and what `row(i)` says.
-template <class Row>
-nlohmann::ordered_json rows_by_file(const std::vector<inhabit::ScoredClip>& clips, const Row& row) {
-  nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  for (size_t i = 0; i < clips.size(); ++i) {
-    nlohmann::ordered_json one = {{"file", clips[i].name}};
-    one.update(row(i));
-    out.push_back(one);
-  }
-  return out;
-}
-
 // Each measures and reports.
 void score_ndms_of(Score& given);
 void score_npss_of(Score& given);

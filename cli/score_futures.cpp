@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/metrics/score_json.h"
 #include "score.h"
 
 using namespace inhabit;

@@ -53,6 +53,11 @@ Clip over_floor(const Clip& clip, const Scene& scene) {
   return transformed(clip, {0, {0, -floor, 0}});
 }
 
+std::vector<ScoredClip> over_floors(std::vector<ScoredClip> clips, const Scene& scene) {
+  for (ScoredClip& of : clips) of.clip = over_floor(of.clip, scene);
+  return clips;
+}
+
 SkatingScore score_skating(const std::vector<ScoredClip>& clips) {
   SkatingScore out;
   FootSkating all;

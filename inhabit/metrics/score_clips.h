@@ -31,6 +31,8 @@ NdmsScore score_ndms(const std::vector<ScoredClip>& motions, const std::vector<S
 
 /// The clip over the floor y = 0: that of the scene under the feet, or without a scene the one that the feet stand on.
 Clip over_floor(const Clip& clip, const Scene& scene);
+/// The same of each.
+std::vector<ScoredClip> over_floors(std::vector<ScoredClip> clips, const Scene& scene = {});
 
 /// How much the feet of motions slide.
 struct SkatingScore {
@@ -38,7 +40,7 @@ struct SkatingScore {
   std::vector<double> by_clip;  ///< of each
 };
 
-/// @param clips as over_floor gives them, of two frames or more each.
+/// @param clips as over_floors gives them, of two frames or more each.
 SkatingScore score_skating(const std::vector<ScoredClip>& clips);
 
 /// How motions move, means over the frames of all of them (metrics/dynamics.h).

@@ -10,6 +10,7 @@
 #include "inhabit/metrics/frechet.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/metrics/score_clips.h"
+#include "inhabit/metrics/score_json.h"
 #include "inhabit/metrics/score_motions.h"
 #include "inhabit/motion/retarget.h"
 
@@ -35,12 +36,7 @@ std::vector<NamedMotion> standard_motions(const Clips& clips, double rate, const
 torch::Tensor features_of(const Clips& clips, const std::string& what) {
   static const auto network = inbetween::load_motion_autoencoder(inhabit::shipped_model("motion-features.safetensors"));
   const torch::NoGradGuard no_gradients;
-  std::vector<ScoredClip> scored;
-  for (size_t i = 0; i < clips.size(); ++i) {
-    scored.push_back(scored_clip(clips[i], 30, inbetween::kFeatureFrames, what + " " + std::to_string(i)));
-    scored.back().clip = over_floor(scored.back().clip, {});
-  }
-  return inbetween::features_of(scored, network);
+  return inbetween::features_of(over_floors(scored(clips, 30, what, inbetween::kFeatureFrames)), network);
 }
 
 /// The clip as scores of poses want it: on the standard skeleton with rotations.
@@ -70,6 +66,41 @@ py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int6
         py::dict("ndms"_a = of.ndms, "coded"_a = of.coded, "words"_a = of.words, "by_second"_a = of.by_second));
   return py::dict("ndms"_a = score.ndms, "coded"_a = score.coded, "words"_a = score.words,
                   "reference_words"_a = score.reference_words, "motions"_a = by_motion);
+}
+
+/// What `score()` gives as JSON, a dictionary.
+template <class Work>
+py::dict scored_dict(const Work& score) {
+  const std::string facts = released([&] {
+    const torch::NoGradGuard no_gradients;
+    return score().dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  });
+  return python_of(facts).template cast<py::dict>();
+}
+
+py::dict skating_of(const Clips& motions, const std::optional<Scene>& scene, double rate) {
+  return scored_dict([&] {
+    const auto clips = over_floors(scored(motions, rate, "motion", 2), scene.value_or(Scene()));
+    return score_json(score_skating(clips), clips);
+  });
+}
+
+py::dict jerk_of(const Clips& motions, const Clips& reference, double rate) {
+  return scored_dict([&] {
+    const auto clips = scored(motions, rate, "motion", 4);
+    const JerkScore score = score_jerk(clips);
+    if (reference.empty()) return score_json(score, clips);
+    const JerkScore real = score_jerk(scored(reference, rate, "reference", 4));
+    return score_json(score, clips, &real);
+  });
+}
+
+py::dict penetration_of(const Clips& motions, const Scene& scene, double rate) {
+  if (scene.meshes.empty()) throw Error("scene", "has no meshes: where a body is inside it cannot be told");
+  return scored_dict([&] {
+    const auto clips = scored(motions, rate, "motion");
+    return score_json(score_penetration(clips, scene), clips);
+  });
 }
 
 py::dict collisions_of(const Clip& clip, const Scene& scene) {
@@ -162,6 +193,21 @@ void add_score(py::module_& m) {
         return released([&] { return inbetween::score_diversity(features_of(motions, "motion")); });
       },
       "motions"_a, "Mean distance between the motion features of all pairs of windows of clips.");
+  m.def("score_skating", &skating_of, "motions"_a, "scene"_a = py::none(), py::kw_only(), "rate"_a = 30.0,
+        "How much feet slide, as `inhabit score skating` says it: a dictionary of foot_skating, the fraction of all "
+        "frames in\n"
+        "which a foot slides, motions, how many, and files, the same of each.\n\n"
+        "scene: whose floor counts; left out, the floor that the feet stand on. rate: frames a second to score at.");
+  m.def("score_jerk", &jerk_of, "motions"_a, "reference"_a = Clips(), py::kw_only(), "rate"_a = 30.0,
+        "How clips move, as `inhabit score jerk` says it: a dictionary of jerk (m/s^3) and acceleration (m/s^2) of the "
+        "joints,\n"
+        "speed of the root over the ground (m/s), motions, how many, and files, the jerk of each.\n\n"
+        "reference: real motion; jerk_ratio, of the jerk to theirs, is there too. rate: frames a second to score at.");
+  m.def("score_penetration", &penetration_of, "motions"_a, "scene"_a, py::kw_only(), "rate"_a = 30.0,
+        "How much of the body is inside a scene, as `inhabit score penetration` says it: a dictionary of\n"
+        "collision_frame_ratio, collision_vertex_ratio and penetration_max_mm, the same without tolerance (exact_...),\n"
+        "motions, how many, and files, of each penetration_mm, deepest_frame (of the clip), deepest_in and\n"
+        "collision_frame_ratio. rate: frames a second to score at.");
   m.def(
       "foot_skating",
       [](const Clip& clip, double height, double distance) {
@@ -171,7 +217,9 @@ void add_score(py::module_& m) {
       "clip"_a, "height"_a = 0.05, "distance"_a = 0.025,
       "Fraction of frames in which a foot joint is less than `height` metres above the floor y = 0 and moves more "
       "than\n"
-      "`distance` metres by the next frame.");
+      "`distance` metres by the next frame. The clip is taken as it is: at its own rate, over y = 0. score_skating "
+      "gives\n"
+      "the number that the command prints.");
   m.def(
       "dynamics",
       [](const Clip& clip) {
@@ -181,13 +229,17 @@ void add_score(py::module_& m) {
       },
       "clip"_a,
       "Means over frames: speed of the root over the ground (m/s), acceleration (m/s^2) and jerk (m/s^3) of the "
-      "joints.");
+      "joints.\n"
+      "The clip is taken as it is: on its own skeleton, at its own rate. score_jerk gives the numbers that the command "
+      "prints.");
   m.def("collisions", &collisions_of, "clip"_a, "scene"_a,
         "The built-in body in the clip's poses against a scene's meshes; floors do not count. A dictionary: depth (T) "
         "metres\n"
         "that the deepest vertex that collides is inside, vertices (T) fraction that collides, frame_ratio, and "
         "deepest:\n"
-        "metres that a limb is inside what is not sat on, deepest_frame, deepest_joint, deepest_object.");
+        "metres that a limb is inside what is not sat on, deepest_frame, deepest_joint, deepest_object. The clip is "
+        "taken\n"
+        "as it is: at its own rate, frames of its own. score_penetration gives the numbers that the command prints.");
   m.def(
       "frechet_distance",
       [](const Floats& first, const Floats& second) {
