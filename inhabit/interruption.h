@@ -1,4 +1,6 @@
 #pragma once
+#include <atomic>
+#include <exception>
 #include <functional>
 #include <utility>
 
@@ -31,6 +33,18 @@ class Interruptible {
 /// exception would leave.
 inline void interruption_point() {
   if (const auto& check = interruption_check()) check();
+}
+
+/// What ends work that nobody waits for any more.
+struct Interrupted : std::exception {
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+/// For the other threads of work whose caller alone may be asked: once `over`, their interruption points end them.
+inline std::function<void()> ends_once(const std::atomic<bool>& over) {
+  return [&over] {
+    if (over.load(std::memory_order_relaxed)) throw Interrupted();
+  };
 }
 
 }  // namespace inhabit

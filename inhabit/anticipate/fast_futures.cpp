@@ -90,6 +90,7 @@ void FastFutures::draw_intention(const float* code, const float* gumbel, int64_t
   LabelDecoder decoder(intention_decoder_, intention_out_, 1);
   decoder.start(0, code);
   for (int64_t t = 0; t < frames; ++t, gumbel += count) {
+    interruption_point();
     float* logits = decoder.logits();
     for (int64_t c = 0; c < count; ++c) logits[c] += gumbel[c];
     labels[t] = std::max_element(logits, logits + count) - logits;

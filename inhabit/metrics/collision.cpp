@@ -9,6 +9,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/objects.h"
 
@@ -185,6 +186,7 @@ std::vector<Collision> CollisionMeter::measure(const Clip& clip,
   for (const std::vector<float>& each : allow)
     for (size_t v = 0; v < least.size(); ++v) least[v] = std::min(least[v], each[v]);
   for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+    interruption_point();
     const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
     std::vector<int64_t> rows(static_cast<size_t>(found.frames.numel()));
     std::iota(rows.begin(), rows.end(), 0);
@@ -253,6 +255,7 @@ Tensor CollisionMeter::colliding_frames(const Clip& clip, const CollisionToleran
   const std::vector<float> least = allowed(tolerance);
   bool* collides = out.data_ptr<bool>();
   for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+    interruption_point();
     const Candidates found = candidates(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), 0);
     const int64_t *frame = found.frames.data_ptr<int64_t>(), *vertex = found.vertices.data_ptr<int64_t>();
     const bool* known = found.inside.data_ptr<bool>();

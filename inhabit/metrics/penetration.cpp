@@ -6,6 +6,7 @@
 
 #include "inhabit/body/joint_limits.h"
 #include "inhabit/body/kinematics.h"
+#include "inhabit/interruption.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/objects.h"
@@ -15,10 +16,20 @@ namespace inhabit {
 namespace {
 
 constexpr double kSpacing = 0.03;
+constexpr int64_t kFramesTogether = 256;
 
 }  // namespace
 
 torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const SceneQuery& query) {
+  if (clip.frames() > kFramesTogether) {
+    std::vector<torch::Tensor> parts;
+    for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+      interruption_point();
+      parts.push_back(
+          capsule_depths(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), body, query));
+    }
+    return torch::cat(parts);
+  }
   const CapsulePoints capsules = capsule_points(clip, body, kSpacing);
   const torch::Tensor distance = query.signed_distance(capsules.points.reshape({-1, 3}).contiguous())
                                      .view({clip.frames(), capsules.points.size(1)});

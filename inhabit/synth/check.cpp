@@ -1,9 +1,9 @@
 #include "inhabit/synth/check.h"
 
 #include <cmath>
-#include <exception>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/each_item.h"
 #include "inhabit/metrics/dynamics.h"
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/metrics/penetration.h"
@@ -41,17 +41,9 @@ std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split) 
   const std::vector<DatasetClip> clips = dataset.split(split);
   const BodyModel& body = builtin_body();
   std::vector<Measures> measures(clips.size());
-  std::exception_ptr failed;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < clips.size(); ++i) {
-    try {
-      measures[i] = measure(dataset, clips[i], body);
-    } catch (...) {
-#pragma omp critical(inhabit_check)
-      failed = std::current_exception();
-    }
-  }
-  if (failed) std::rethrow_exception(failed);
+  each_item(static_cast<int64_t>(clips.size()), {}, [&](int64_t i) {
+    measures[static_cast<size_t>(i)] = measure(dataset, clips[static_cast<size_t>(i)], body);
+  });
 
   std::vector<Bar> bars;
   // A mean over frames: clips weigh by their number of frames.

@@ -4,6 +4,7 @@
 
 #include "inhabit/data/dataset_items.h"
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/canonical.h"
@@ -99,6 +100,7 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
   double kept = 0;
   std::mt19937_64 random(item_seed(options.seed, number));
   const auto furnish = [&](const Clip& motion, const std::string& id) {
+    interruption_point();
     const std::optional<FittedRoom> fitted = fit_room(motion, builtin_body(), random, options.chords);
     if (!fitted || (train && options.only_on_chords && fitted->on_chords == 0)) return false;
     DatasetClip& entry =

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 
@@ -211,6 +212,7 @@ Layout::Layout(Room& room, const std::vector<Opening>& openings) : room_(room), 
 }
 
 bool Layout::add(const std::vector<Furniture>& pieces, const std::vector<Patch>& need) {
+  interruption_point();
   for (const Patch& n : need)
     if (!inside(n, 0.0) || hits(n, solid_)) return false;
   for (size_t i = 0; i < pieces.size(); ++i) {
