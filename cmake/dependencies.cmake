@@ -16,6 +16,13 @@ find_package(BLAS REQUIRED)  # its threads are held back by nn/one_blas_thread.h
 # c10d over gloo, for training in several processes; its header needs gloo's own (Debian: libgloo-dev).
 find_path(INHABIT_GLOO_INCLUDE gloo/algorithm.h)
 find_path(INHABIT_C10D_INCLUDE torch/csrc/distributed/c10d/ProcessGroupGloo.hpp HINTS ${TORCH_INCLUDE_DIRS})
+# And NCCL between GPUs: LibTorch's header lies beside that one even where LibTorch knows no CUDA, and needs NCCL's own.
+find_path(INHABIT_NCCL_INCLUDE nccl.h HINTS ${CUDA_INCLUDE_DIRS} ${CUDAToolkit_INCLUDE_DIRS})
+if(TARGET torch_cuda AND INHABIT_NCCL_INCLUDE AND EXISTS "${INHABIT_C10D_INCLUDE}/torch/csrc/distributed/c10d/ProcessGroupNCCL.hpp")
+  set(INHABIT_NCCL ON)
+else()
+  set(INHABIT_NCCL OFF)
+endif()
 
 if(NOT TARGET inhabit_dependencies)
   add_library(inhabit_dependencies INTERFACE)
