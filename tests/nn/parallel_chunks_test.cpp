@@ -20,7 +20,8 @@ TEST(ParallelChunks, ThrowsWhatAChunkThrew) {
       ++done;
     };
     EXPECT_THROW(parallel_chunks(16, work), Error) << threads;
-    threads == 1 ? EXPECT_EQ(done, 5) : EXPECT_LE(done, 15);  // what had not begun is left out
+    EXPECT_LE(done, threads == 1 ? 5 : 15);  // what had not begun is left out
+    EXPECT_GE(done, threads == 1 ? 5 : 1);
   }
   at::set_num_threads(before);
 }
