@@ -108,8 +108,15 @@ std::string zsh_function(const VerbFacts& verb, const VerbFacts& command) {
     for (const std::string& each : option.names) out += " \\\n    " + quoted("*" + each + "[" + about + "]" + value);
   }
   const std::vector<std::string> words = names_below(verb, command);
-  if (verb.verbs.empty())
-    return out + " \\\n    " + (words.empty() ? "'*:file:_files'" : quoted("*:word:(" + joined(words) + ")")) + "\n}\n";
+  if (verb.name == "help") return out + " \\\n    " + quoted("*:word:(" + joined(words) + ")") + "\n}\n";
+  if (verb.verbs.empty()) {  // each positional argument with names at its place, files everywhere else
+    int place = 0;
+    for (const OptionFacts& option : verb.options)
+      if (option.positional && (++place, !option.choices.empty()))
+        out += " \\\n    " +
+               quoted(std::to_string(place) + ":" + option.names.front() + ":(" + joined(option.choices) + ")");
+    return out + " \\\n    '*:file:_files'\n}\n";
+  }
   return out + " \\\n    '1:verb:->verb' '*::word:->words'\n  case $state in\n  verb) compadd " + joined(words) +
          " ;;\n  words) case $words[1] in\n" + cases + "    esac ;;\n  esac\n}\n";
 }
@@ -143,7 +150,9 @@ std::string fish_completion(const VerbFacts& command) {
     for (const OptionFacts& option : verb.options) {
       const std::string condition = start + fish_quoted((words.empty() ? "__inhabit_at" : "__inhabit_in") + words);
       if (option.positional) {
-        if (!option.choices.empty()) out += condition + " -f -a " + fish_quoted(joined(option.choices)) + "\n";
+        // At its place alone: files may follow.
+        if (!option.choices.empty())
+          out += start + fish_quoted("__inhabit_at" + words) + " -f -a " + fish_quoted(joined(option.choices)) + "\n";
         continue;
       }
       out += condition;

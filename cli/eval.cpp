@@ -77,7 +77,8 @@ void add_eval_anticipate(CLI::App& verb) {
   anticipate->callback([o, anticipate] {
     using namespace inhabit;
     const std::vector<std::string> folders = folders_matching({o->data});
-    if (folders.size() > 1) throw Error(o->data, "matches " + std::to_string(folders.size()) + " folders, one is needed");
+    if (folders.size() > 1)
+      throw Error(o->data, "matches " + std::to_string(folders.size()) + " folders, one is needed");
     o->data = folders.front();
     if (!o->json.empty()) require_writable(o->json);
     const MeasuredParts parts = measured_parts(*anticipate, o->shard, o->json);

@@ -36,8 +36,8 @@ inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOption
 std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,
                                         inhabit::Notes& notes);
 
-/// Prints notes, a line each: once nothing can be refused any more. Doubts (motion/plausible.h) come first, all of them,
-/// on stderr and with --quiet too. @param most of many files' other notes only so many
+/// Prints notes, a line each: once nothing can be refused any more. Doubts (motion/plausible.h) come first, all of
+/// them, on stderr and with --quiet too. @param most of many files' other notes only so many
 void say(const inhabit::Notes& notes, size_t most = SIZE_MAX);
 
 /// The end of a verb of many files: where some were skipped, says which and why on stderr and ends with exit code 1.

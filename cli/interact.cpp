@@ -136,7 +136,9 @@ void add_interact(CLI::App& app) {
   verb->add_option("--start", o->start, "x,z,heading: where the person starts, standing (default: 2 m before the seat)")
       ->excludes(start_motion);
   CLI::Option* left =
-      verb->add_option("--left", o->left, "Contact of the left hand: armrest, front, side, back, none, or x,y,z");
+      verb->add_option("--left", o->left,
+                       "Contact of the left hand: armrest, front, side, back, none, or x,y,z in metres, +Y up "
+                       "whatever the files' axes");
   CLI::Option* right = verb->add_option("--right", o->right, "Contact of the right hand");
   CLI::Option* series =
       verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached")

@@ -172,7 +172,8 @@ Dataset open_dataset(const std::string& folder) {
 void require_files(const Dataset& dataset, const DatasetClip& entry) {
   for (const std::string& name : {entry.file, entry.scene})
     if (const std::string path = dataset.folder + "/" + name; !name.empty() && !std::filesystem::exists(path))
-      throw Error(path, "there is no such file, dataset.json names it; remove the clip from dataset.json or make it again");
+      throw Error(path,
+                  "there is no such file, dataset.json names it; remove the clip from dataset.json or make it again");
 }
 
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry) {

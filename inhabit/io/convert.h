@@ -32,8 +32,8 @@ struct Conversion {
 };
 
 /// What convert_file makes of files, folders of motion and patterns (many_files.h) in the folder `out`: a file of the
-/// same name with the extension `format`, below folders as it was. Of a folder, as ply its scenes; as glb those where no
-/// motion is in it. The second of two that would become one file, and one that would be written over, are left out.
+/// same name with the extension `format`, below folders as it was. Of a folder, as ply its scenes; as glb those where
+/// no motion is in it. The second of two that would become one file, and one that would be written over, are left out.
 /// @param skipped why, a line for each, is added to it; may be null
 std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
                                     const std::string& format, std::vector<std::string>* skipped = nullptr);

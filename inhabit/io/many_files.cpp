@@ -40,11 +40,9 @@ std::vector<std::string> in_folder(const std::string& folder, bool (*wanted)(con
   std::vector<std::string> out;
   std::error_code refused;
   for (fs::recursive_directory_iterator entry(folder, refused), end; !refused && entry != end; entry.increment(refused))
-    if (entry->is_regular_file(refused) && wanted(entry->path().string()))
-      out.push_back(entry->path().string());
+    if (entry->is_regular_file(refused) && wanted(entry->path().string())) out.push_back(entry->path().string());
   if (refused) throw Error(folder, "cannot be read: " + refused.message());
-  if (out.empty())
-    throw Error(folder, std::string("is a folder without ") + what);
+  if (out.empty()) throw Error(folder, std::string("is a folder without ") + what);
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -76,8 +74,7 @@ std::vector<std::string> motion_files(const std::vector<std::string>& named) {
     std::vector<std::string> files = {name};
     std::error_code none;
     if (fs::is_directory(name, none))
-      files = in_folder(name, looks_like_motion,
-                        "motion files (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
+      files = in_folder(name, looks_like_motion, "motion files (.bvh .fbx .glb .gltf .dae .amc .txt .npz .npy .json)");
     else if (name.find_first_of("*?[") != std::string::npos && !fs::exists(name, none))
       files = files_matching(name);
     out.insert(out.end(), files.begin(), files.end());
@@ -86,8 +83,7 @@ std::vector<std::string> motion_files(const std::vector<std::string>& named) {
 }
 
 std::vector<std::string> scene_files(const std::string& folder) {
-  return in_folder(folder, looks_like_scene,
-                   "scenes (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy)");
+  return in_folder(folder, looks_like_scene, "scenes (.obj .ply .glb .gltf .fbx .dae .off .stl .pcd .xyz .npz .npy)");
 }
 
 std::vector<std::string> folders_matching(const std::vector<std::string>& named) {

@@ -43,15 +43,15 @@ std::vector<std::string> implausible(const Clip& clip, MotionSource source) {
     if (leg < kShortLeg || leg > kLongLeg)
       out.push_back(fmt::format("{}the legs are {:.3g} m long; {}", kDoubt, leg, scale));
     else if (size < kSmallest)
-      out.push_back(
-          fmt::format("{}the person has {:.2g} m from the ankles over the pelvis to the head; {}", kDoubt, size, scale));
+      out.push_back(fmt::format("{}the person has {:.2g} m from the ankles over the pelvis to the head; {}", kDoubt,
+                                size, scale));
     const Tensor up = trunk.select(1, 1) / trunk.norm(2, 1).clamp_min(1e-9);
     const double lying = (up < kUpright).to(torch::kFloat32).mean().item<double>();
     if (lying > 0.95)
-      out.push_back(fmt::format("{}the person {} throughout; {}", kDoubt,
-                                up.median().item<double>() < -kUpright ? "stands on their head" : "lies",
-                                file ? "--up says which axis of the file is up"
-                                     : "+Y is taken for up (z of `inhabit stream` with --up z)"));
+      out.push_back(fmt::format(
+          "{}the person {} throughout; {}", kDoubt,
+          up.median().item<double>() < -kUpright ? "stands on their head" : "lies",
+          file ? "--up says which axis of the file is up" : "+Y is taken for up (z of `inhabit stream` with --up z)"));
   }
   if (clip.frames() < 2) return out;
   const Tensor ground = clip.root_path().index_select(1, torch::tensor({0, 2}));

@@ -62,7 +62,8 @@ struct FittingOptions {
 /// `train`, `val` and `test` are given by person. Where there is no `test`, the last tenth of three or more others is
 /// taken for it; where there is no `val`, every tenth of the others. Provenance says how many minutes were recorded,
 /// and how many of them have a room at least. One of several recordings that cannot be used, or makes no clip, is left
-/// out, with the reason in the provenance as "skipped"; what is implausible() of others is there as "doubts". Throws Error where nothing could be made of any recording (of all shards).
+/// out, with the reason in the provenance as "skipped"; what is implausible() of others is there as "doubts". Throws
+/// Error where nothing could be made of any recording (of all shards).
 Dataset fit_recordings(const std::string& folder, const FittingOptions& options);
 
 }  // namespace inhabit

@@ -126,7 +126,8 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
   if (clips.empty()) {
     skipped = recording.file + ": makes no clip: ";
     if (notes.empty())
-      skipped += pieces.empty() ? "no 2 s of it are on a flat floor and without leaps" : "no room could be fitted around it";
+      skipped +=
+          pieces.empty() ? "no 2 s of it are on a flat floor and without leaps" : "no room could be fitted around it";
     for (const std::string& doubt : notes) skipped += (&doubt == notes.data() ? "" : "; ") + doubt;
     notes.clear();
   }

@@ -114,6 +114,9 @@ TEST(Completion, OfAllShellsKnowsEveryVerbAndOption) {
     EXPECT_THAT((std::vector<std::string>{bash, zsh, fish}), Each(HasSubstr(name)));
   for (const char* option : {"keyframes", "input-rate", "intervals", "asf"})
     EXPECT_THAT((std::vector<std::string>{bash, zsh, fish}), Each(HasSubstr(option)));
+  // Names at their place, files behind them.
+  EXPECT_THAT(zsh, HasSubstr("'1:format:(amass "));
+  EXPECT_THAT(fish, HasSubstr("'__inhabit_at import' -f -a 'amass "));
   const TempFolder folder;
   for (const auto& [shell, script] : {std::pair("bash", bash), {"zsh", zsh}, {"fish", fish}}) {
     inhabit::write_atomically(folder / shell, script);

@@ -386,6 +386,12 @@ TEST(Inbetween, RefusesWhatItCannotDo) {
   refused(start + model + " --keyframes every:0", "every:0");
   refused(start + model + " --joints tail", "tail");
   refused(start + model + " --noisy", "noisy key frames");
+  refused(start + model + " --target left_hand@3.5=0,1,0", "--target left_hand@3.5=0,1,0: 3.5 s is not within 0 to");
+  refused(
+      "inbetween " + kWalk + " -o " + out + " --model " + model +
+          " --keyframes 0,30 --times 2,3 --contact left_hand,2,2.5,0,1,0",
+      "--contact left_hand,2,2.5,0,1,0: 2 to 2.5 s are not within 0 to 1 s, which count from the first key, at 2 s of "
+      "the input: on its clock they are 2 to 3 s");
   refused(start + kWalk, kWalk);
   refused("inbetween " + kWalk + " -o " + folder / "out/filled.txt", "filled.txt");
   EXPECT_EQ(run_command(start + model_file(folder, 20) + " --noisy --keyframes every:3 --steps 2").exit_code, 0);

@@ -149,8 +149,7 @@ TEST(Score, DoubtsOfManyFilesComeFirstAndAreNeverCut) {
   giant.joints = giant.joints * 100;
   giant.rotations = torch::Tensor();
   giant.trans = torch::Tensor();
-  for (int i = 0; i < 12; ++i)
-    inhabit::write_clip_npz(folder / "many/" + std::to_string(i) + ".npz", giant);
+  for (int i = 0; i < 12; ++i) inhabit::write_clip_npz(folder / "many/" + std::to_string(i) + ".npz", giant);
   const CommandResult r = run_command("score jerk --quiet --motion " + folder / "many");
   EXPECT_EQ(r.exit_code, 0) << r.err;
   for (int i = 0; i < 12; ++i)

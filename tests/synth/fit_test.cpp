@@ -241,13 +241,14 @@ TEST(FitRecordings, BadInputIsRefused) {
   write_clip(brief, slice(read_clip(good), 0, 30));
   options.train = {good, dwarf, brief};
   const nlohmann::json said = fit_recordings(folder / "f", options).provenance;
-  const std::string all = said.value("skipped", nlohmann::json::array()).dump() +
-                          said.value("doubts", nlohmann::json::array()).dump();
+  const std::string all =
+      said.value("skipped", nlohmann::json::array()).dump() + said.value("doubts", nlohmann::json::array()).dump();
   EXPECT_NE(all.find("dwarf.npz: "), std::string::npos) << all;
   EXPECT_NE(all.find("implausible: the legs are 0.08"), std::string::npos) << all;
   EXPECT_NE(all.find("brief.npz: makes no clip: no 2 s of it"), std::string::npos) << all;
   options.train = {brief};
-  EXPECT_THAT(refusal_of([&] { fit_recordings(folder / "g", options); }), testing::HasSubstr("brief.npz: makes no clip"));
+  EXPECT_THAT(refusal_of([&] { fit_recordings(folder / "g", options); }),
+              testing::HasSubstr("brief.npz: makes no clip"));
   options.train = {folder / "missing.bvh"};
   options.test = options.train;
   EXPECT_THROW(fit_recordings(folder / "c", options), Error);
