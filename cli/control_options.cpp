@@ -46,11 +46,12 @@ void set_contacts(inbetween::Controls& controls, const ControlTexts& texts, cons
 void require_times(const inbetween::Controls& controls, const ControlTexts& texts, double first, double seconds) {
   const auto require = [&](const std::string& option, double from, double to) {
     if (from < 0 || from > to || to > seconds)
-      throw Error(option,
-                  fmt::format("{} not within 0 to {:g} s, which count from the first key, at {:g} s of the input: on its "
-                              "clock they are {:g} to {:g} s",
-                              from == to ? fmt::format("{:g} s is", from) : fmt::format("{:g} to {:g} s are", from, to),
-                              seconds, first, first + from, first + to));
+      throw Error(
+          option,
+          fmt::format("{} not within 0 to {:g} s, which count from the first key, at {:g} s of the input: on its "
+                      "clock they are {:g} to {:g} s",
+                      from == to ? fmt::format("{:g} s is", from) : fmt::format("{:g} to {:g} s are", from, to),
+                      seconds, first, first, first + seconds));
   };
   size_t k = 0;  // contacts come first, then targets
   for (const auto& [name, all] : {std::pair("--contact ", &texts.contacts), std::pair("--target ", &texts.targets)})

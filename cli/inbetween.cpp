@@ -162,8 +162,9 @@ void add_inbetween(CLI::App& app) {
     set_contacts(o->options.controls, o->controls, clip.skeleton);
     const auto at = [&](int64_t key) { return static_cast<double>(key) / clip.rate; };
     const std::vector<int64_t>& keys = o->options.keys;
-    require_times(o->options.controls, o->controls, o->times.empty() ? at(keys.front()) : o->times.front(),
-                  at(keys.back() - keys.front()));
+    if (!keys.empty())
+      require_times(o->options.controls, o->controls, o->times.empty() ? at(keys.front()) : o->times.front(),
+                    at(keys.back() - keys.front()));
     const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints, clip.skeleton);
     o->options.name = o->motions[0];

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "inhabit/data/vposer.h"
 #include "inhabit/data/import_frames.h"
+#include "inhabit/data/vposer.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/json_text.h"

@@ -20,8 +20,8 @@ struct GraphConvolutionImpl : torch::nn::Module {
 };
 TORCH_MODULE(GraphConvolution);
 
-/// The graph network of Mao et al. 2019 and 2020 over K coordinates: a graph convolution in, residual blocks of two, one
-/// out; batch norm, tanh and dropout behind all but the last.
+/// The graph network of Mao et al. 2019 and 2020 over K coordinates: a graph convolution in, residual blocks of two,
+/// one out; batch norm, tanh and dropout behind all but the last.
 struct ResidualGraphImpl : torch::nn::Module {
   /// @param inputs, outputs features of a coordinate @param dropout in training
   ResidualGraphImpl(int64_t nodes, int64_t inputs, int64_t hidden, int64_t outputs, int64_t blocks, double dropout);
