@@ -16,17 +16,17 @@ namespace inhabit {
 namespace {
 
 constexpr double kSpacing = 0.03;
-constexpr int64_t kFramesTogether = 256;
+constexpr int64_t kCapsuleFrames = 256;
 
 }  // namespace
 
 torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const SceneQuery& query) {
-  if (clip.frames() > kFramesTogether) {
+  if (clip.frames() > kCapsuleFrames) {
     std::vector<torch::Tensor> parts;
-    for (int64_t first = 0; first < clip.frames(); first += kFramesTogether) {
+    for (int64_t first = 0; first < clip.frames(); first += kCapsuleFrames) {
       interruption_point();
       parts.push_back(
-          capsule_depths(slice(clip, first, std::min(first + kFramesTogether, clip.frames())), body, query));
+          capsule_depths(slice(clip, first, std::min(first + kCapsuleFrames, clip.frames())), body, query));
     }
     return torch::cat(parts);
   }
