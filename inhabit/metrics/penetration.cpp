@@ -16,17 +16,17 @@ namespace inhabit {
 namespace {
 
 constexpr double kSpacing = 0.03;
-constexpr int64_t kCapsuleFrames = 256;
+constexpr int64_t kDepthFrames = 256;
 
 }  // namespace
 
 torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const SceneQuery& query) {
-  if (clip.frames() > kCapsuleFrames) {
+  if (clip.frames() > kDepthFrames) {
     std::vector<torch::Tensor> parts;
-    for (int64_t first = 0; first < clip.frames(); first += kCapsuleFrames) {
+    for (int64_t first = 0; first < clip.frames(); first += kDepthFrames) {
       interruption_point();
       parts.push_back(
-          capsule_depths(slice(clip, first, std::min(first + kCapsuleFrames, clip.frames())), body, query));
+          capsule_depths(slice(clip, first, std::min(first + kDepthFrames, clip.frames())), body, query));
     }
     return torch::cat(parts);
   }
