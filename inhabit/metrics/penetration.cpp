@@ -25,8 +25,7 @@ torch::Tensor capsule_depths(const Clip& clip, const BodyModel& body, const Scen
     std::vector<torch::Tensor> parts;
     for (int64_t first = 0; first < clip.frames(); first += kDepthFrames) {
       interruption_point();
-      parts.push_back(
-          capsule_depths(slice(clip, first, std::min(first + kDepthFrames, clip.frames())), body, query));
+      parts.push_back(capsule_depths(slice(clip, first, std::min(first + kDepthFrames, clip.frames())), body, query));
     }
     return torch::cat(parts);
   }
