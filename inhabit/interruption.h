@@ -37,7 +37,7 @@ inline void interruption_point() {
 
 /// What ends work that nobody waits for any more.
 struct Interrupted : std::exception {
-  const char* what() const noexcept override { return "interrupted"; }
+  const char* what() const noexcept override { return "interrupted"; }  ///< why it ended
 };
 
 /// For the other threads of work whose caller alone may be asked: once `over`, their interruption points end them.
