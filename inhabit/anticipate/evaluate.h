@@ -79,7 +79,7 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options);
 /// The table as text: by action and method, NDMS over the horizons and single numbers; then each other score over the
 /// horizons as the mean over actions.
 std::string table_text(const Table& table);
-/// The same as JSON, with every score of every action over the horizons; null where there is no value.
+/// The table as JSON, with every score of every action over the horizons; null where there is no value.
 nlohmann::ordered_json table_json(const Table& table);
 
 /// The score that training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an

@@ -11,8 +11,8 @@ struct FutureNoise {
   torch::Tensor gumbel;  ///< (S, frames + gamma - 1, C)
   torch::Tensor choice;  ///< (S, frames + gamma - 1, 3) uniform, of what the memory follows
 };
-/// Draws it for S = `samples` futures of `frames` frames; a longer future begins as a shorter one of the same seed
-/// does. Gumbel noise is scaled by the temperature config.inference.label_temperature.
+/// Draws the noise of S = `samples` futures of `frames` frames; a longer future begins as a shorter one of the same
+/// seed does. Gumbel noise is scaled by config.inference.label_temperature.
 FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, uint64_t seed);
 
 /// What was forecast of S futures of one observation, or one of S observations.
@@ -31,9 +31,10 @@ Futures plain_futures(const Networks& networks, const torch::Tensor& past, const
 /// The networks that ours are compared with; deterministic. (B, t, F) -> (B, frames, F), metres and radians. LTD and
 /// HisRep go on on their own predictions.
 torch::Tensor seq2seq_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
-/// Of LTD, `networks.ltd`. Shapes and units as of seq2seq_future; `past` must hold its `past` frames at least.
+/// The future by LTD, `networks.ltd`, shapes and units as of seq2seq_future; it sees the last config.baselines.ltd_past
+/// frames of `past`, which must have as many.
 torch::Tensor ltd_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
-/// Of HisRep, `networks.hisrep`. Shapes and units as of seq2seq_future.
+/// The future by HisRep, `networks.hisrep`, shapes and units as of seq2seq_future.
 torch::Tensor hisrep_future(const Networks& networks, const torch::Tensor& past, int64_t frames);
 /// One of them.
 using BaselineFuture = torch::Tensor (*)(const Networks& networks, const torch::Tensor& past, int64_t frames);
@@ -45,8 +46,8 @@ Futures released_futures(const Networks& networks, const torch::Tensor& past, co
 /// What forecasts with the networks of a model, whichever they are (FastFutures, released_futures). Throws Error where
 /// they are not there.
 using FutureFunction = std::function<Futures(const torch::Tensor& past, const FutureNoise& noise, int64_t frames)>;
-/// The function for the networks of this model. Throws Error("model", ...) where it has none that forecast intention
-/// and pose.
+/// The function that forecasts with the networks of this model. Throws Error("model", ...) where it has none that
+/// forecast intention and pose.
 FutureFunction future_function(const Networks& networks);
 
 }  // namespace inhabit::anticipate

@@ -31,10 +31,12 @@ struct IntentionSummary {
 IntentionSummary summarise_intentions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters,
                                       double rate);
 
-/// A line a label: percent of the frames, segments, their mean seconds, the three actions it is most seen in.
+/// The summary as text, a line a label: percent of the frames, segments, their mean seconds, the three actions it is
+/// most seen in.
 std::string summary_text(const IntentionSummary& summary);
-/// An object a label, its actions all of them, and a representative segment: recording and first and last frame. @param
-/// recordings those that were summarised
+/// The summary as JSON, an object a label: all its actions and, where it occurs, a representative segment (recording,
+/// first and last frame).
+/// @param recordings those that were summarised
 nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<Sequence>& recordings);
 
 }  // namespace inhabit::anticipate

@@ -23,7 +23,7 @@ torch::Tensor intention_loss(const torch::Tensor& logits, const torch::Tensor& l
 /// Eq. 5 and 7. Losses of the discriminator and of the generator (non-saturating form) from the discriminator's logits
 /// for real and for forecast input.
 torch::Tensor discriminator_loss(const torch::Tensor& real, const torch::Tensor& forecast);
-/// That of the generator: mean softplus of minus the logits for forecast input.
+/// The generator's loss: mean softplus of minus the discriminator's logits for forecast input.
 torch::Tensor generator_loss(const torch::Tensor& forecast);
 
 /// Diversity loss, so that the network does not ignore the noise z (not in the paper): mean of max(0, 1 - d / enough),

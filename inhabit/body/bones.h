@@ -22,7 +22,7 @@ struct BonesPose {
   std::vector<Eigen::Quaterniond> rotations;  ///< unit
 };
 
-/// The same tree in double precision: parents, and offsets in metres from each joint's parent.
+/// A skeleton's tree in double precision: parents, and offsets in metres from each joint's parent.
 Bones bones_of(const Skeleton& skeleton);
 
 /// Forward kinematics of one frame, the formula of kinematics.h. `out` is resized; nothing is allocated when it already

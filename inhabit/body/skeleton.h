@@ -30,7 +30,7 @@ inline constexpr int kStandardJoints = 22;
 /// 14 right_collar, 15 head, 16 left_shoulder, 17 right_shoulder, 18 left_elbow, 19 right_elbow, 20 left_wrist,
 /// 21 right_wrist.
 const std::vector<std::string>& standard_joint_names();
-/// The parent of each of them, an index that is lower than the joint's; -1 for the pelvis.
+/// The parent of each standard joint, an index that is lower than the joint's; -1 for the pelvis.
 const std::vector<int>& standard_parents();
 
 }  // namespace inhabit

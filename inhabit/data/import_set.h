@@ -52,8 +52,8 @@ ImportSet open_import_set(const std::string& format, const std::string& folder, 
 void add_motion_set(ImportSet& set, const std::string& source);
 
 // Each format.
-/// AMASS: DATASET/PERSON/RECORDING_poses.npz (SMPL-H) or _stageii.npz (SMPL-X), without scenes. As all of these it may
-/// have no recordings, and says in ImportSet::missing what is not there; open_import_set refuses such a set.
+/// AMASS: DATASET/PERSON/RECORDING_poses.npz (SMPL-H) or _stageii.npz (SMPL-X), without scenes. A set of any format may
+/// come without recordings, and says in ImportSet::missing what is not there; open_import_set refuses it.
 ImportSet open_amass(const std::string& folder, const ClipReadOptions& reading);
 /// TRUMANS: human_pose.npy, human_orient.npy, human_transl.npy (SMPL-X, 30 Hz, +Y up), Scene_mesh/SCENE.obj and poses
 /// of its objects; or single recordings. Throws Error(folder, ...) where an array is missing beside them.

@@ -67,7 +67,8 @@ Dataset continue_dataset(const std::string& folder, const std::vector<std::strin
 /// Writes a scene into the folder as glTF, or a clip whose `entry` says where it goes (frames are filled in). Both may
 /// be called from several threads.
 void write_scene(const Dataset& dataset, const std::string& name, const Scene& scene);
-/// As .npz (write_clip_npz) into `entry.file` of the folder; sets entry.frames. Throws Error naming the file.
+/// Writes a clip as .npz (write_clip_npz) into `entry.file` of the folder and sets entry.frames. Throws Error naming
+/// the file.
 void write_clip(const Dataset& dataset, DatasetClip& entry, const Clip& clip);
 
 /// Writes dataset.json; last, so that an interrupted run leaves no data set behind. Throws Error as open_dataset would.

@@ -43,10 +43,11 @@ Table evaluate(const Networks& networks, const Data& data, const Progress& progr
 
 /// Laid out as the paper's Tables 1 and 2, with seam and bones behind.
 ScoreTable score_table(const Table& table);
-/// That table as text, millimetres. @param intervals "+- interval" behind each mean: 95 % by bootstrap over windows
+/// The table as text, millimetres.
+/// @param intervals "+- interval" behind each mean: 95 % by bootstrap over windows
 std::string table_text(const Table& table, bool intervals = false);
-/// The same as JSON: horizons in seconds, windows, unit and a row each method. @param intervals each number is an
-/// object of "mean" and "interval95"
+/// The table as JSON: horizons in seconds, windows, unit and a row each method.
+/// @param intervals each number is an object of "mean" and "interval95"
 nlohmann::ordered_json table_json(const Table& table, bool intervals = false);
 
 }  // namespace inhabit::forecast

@@ -33,9 +33,10 @@ struct GivenContacts {
 /// @param place of the window in its batch, @param draw a number of the window's and the step's own.
 using ContactSource = std::function<GivenContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;
 
-/// None for any window: zeros (T, J, 4), not said to be given. `config` must outlive what these functions return.
+/// No contact points for any window: zeros (T, J, 4), not said to be given. `config` must outlive what is returned.
 ContactSource no_contacts(const Config& config);
-/// The true ones (T, J, 4) of each window's future, from its scene points and its joints.
+/// The true contact points (T, J, 4) of each window's future, from its scene points and joints. `config` must outlive
+/// what is returned.
 ContactSource true_contacts(const Config& config);
 /// What the contact network predicts. A window's prediction is made once and kept (10 kB): its scene points must be
 /// the same every time. Not safe to use from several threads.

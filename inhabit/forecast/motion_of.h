@@ -18,8 +18,7 @@ Motion motion_of(const Networks& networks, Contacts contacts);
 
 /// Ways to go on (hypotheses.h) from the same, with predicted contact points; empty where the model has none.
 using Hypothesize = std::function<Hypotheses(const torch::Tensor& past, const torch::Tensor& contact_points)>;
-/// That of a model's hypotheses and articulated networks, which it keeps. For past (B, P, J, 3) and contact points (B,
-/// T, J, 4), metres.
+/// A model's hypotheses of past (B, P, J, 3) and contact points (B, T, J, 4), metres. Keeps its networks.
 Hypothesize hypothesize_of(const Networks& networks);
 
 }  // namespace inhabit::forecast

@@ -106,7 +106,7 @@ enum class Layout {
 
 /// @param differences the rows' differences from the one that the table is against
 ScoreTable score_table(const Table& table, Layout layout = Layout::methods, bool differences = false);
-/// That table as text, with 95 % intervals behind means; the notes say what they are over.
+/// The table in a layout as text, with 95 % intervals behind means; its notes say what they are over.
 std::string table_text(const Table& table, Layout layout = Layout::methods, bool differences = false);
 /// Every score of every row as JSON, whatever the layout: mean, its 95 % intervals over windows and over seeds, and its
 /// difference from the row that the table is against; null where there is no value.

@@ -13,7 +13,7 @@ namespace inhabit::inbetween {
 // axes nor the frames that a skeleton has at rest change these numbers. They are divided by their deviation at that
 // distance from the keys, which is 0 in key frames.
 
-/// How many numbers that is, 135.
+/// Numbers of residual motion in a frame, 135.
 inline constexpr int64_t kResidualFeatures = 3 + 6 * kStandardJoints;
 /// Rows of a scale: deviations of bridge() = 0, 1, ... 60 frames and more.
 inline constexpr int64_t kScaleRows = 61;
@@ -47,7 +47,8 @@ struct ResidualFrames {
 
   ResidualFrames to(torch::Device device) const;  ///< the same on another device
 };
-/// From B baselines of one length. @param table (61, 135) deviations by distance from keys, ResidualStatistics::table
+/// The tensors of B baselines of one length.
+/// @param table (61, 135) deviations by distance from keys, ResidualStatistics::table
 ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, const torch::Tensor& table);
 
 /// Rotations (B, T, 22, 3, 3) relative to the baseline's, heading frame, of residuals (B, 135, T) that were divided.

@@ -16,7 +16,7 @@ namespace inhabit::inbetween {
 inline constexpr int64_t kBaselineFeatures = 3 * (kStandardJoints - 1) + 5,  ///< of the baseline
     kTimingFeatures = 12,                                                    ///< distances from keys
     kTargetFeatures = 4 * kStandardJoints;                                   ///< targets of partial keys
-/// All of them, 244.
+/// All numbers of one frame that stay the same, 244.
 inline constexpr int64_t kStaticFeatures = kBaselineFeatures + kTimingFeatures + kTargetFeatures + kFanFeatures + 1;
 /// Channels of the denoiser.
 inline constexpr int64_t kResidualChannels = 2 * kResidualFeatures + kStaticFeatures + kPointFeatures;

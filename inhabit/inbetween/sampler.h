@@ -31,7 +31,7 @@ struct KeyNeighbours {
   torch::Tensor after;   ///< (B, F, T) int64 frame, constrained, at or after this one; the last where none is
   torch::Tensor weight;  ///< (B, F, T) interpolation weight in [0, 1]: 0 at `before`, 1 at `after`
 };
-/// Of a mask (B, F, T): 1 where a feature is constrained.
+/// The constrained frames around each frame, of a mask (B, F, T) that is 1 where a feature is constrained.
 KeyNeighbours key_neighbours(const torch::Tensor& mask);
 
 /// The interpolated baseline (B, F, T): each feature linear between the frames that constrain it, constant before the

@@ -56,7 +56,7 @@ struct ProbedPoints {
   torch::Tensor distance;  ///< (...) metres, negative inside
   torch::Tensor gradient;  ///< (..., 3) metres a metre, world
 };
-/// Of points (..., 3), world metres; float32 on the CPU.
+/// Distances of points (..., 3), world metres, to a scene; float32 on the CPU.
 ProbedPoints probe(const SceneDistances& scene, const torch::Tensor& points);
 /// Of points (B, ...) of B windows, each in its own scene; on the points' device.
 ProbedPoints probe(const std::vector<SceneDistances>& scenes, const torch::Tensor& points);

@@ -17,7 +17,7 @@ struct SeatExtent {
   double left = 0;   ///< x
   double right = 0;  ///< x, negative
 };
-/// Found on the chair's mesh in the axes of its seat.
+/// How far a chair's seat reaches, found on its mesh in the axes of the seat.
 SeatExtent seat_extent(const Chair& chair);
 
 /// How a place near one chair is carried over to another.

@@ -12,7 +12,7 @@ struct SurfacePlace {
   Eigen::Vector3d point;  ///< world, metres
   double off = 0;         ///< metres, not negative
 };
-/// The place nearest to `point` (world, metres).
+/// The place of a surface nearest to `point` (world, metres).
 SurfacePlace nearest_on(const SceneQuery& surface, const Eigen::Vector3d& point);
 
 /// Moves a contact of a hand (0 left, 1 right) to the surface of what is sat on. Throws Error where it is over

@@ -36,8 +36,8 @@ struct Use {
   bool raw = false;       ///< not fitted to contacts and scene (fit_contacts.h)
   bool straight = false;  ///< no route is planned around what stands in the way
 };
-/// A model as a method: from a trial's start and with its contacts, for `seconds`. @param name in the table; "fitted"
-/// and "no way planned" are added as `use` has it
+/// A model as a method: from a trial's start and with its contacts, for `seconds`.
+/// @param name in the table; "fitted" and "no way planned" are added as `use` has it
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
                             const Use& use);
 
@@ -79,9 +79,9 @@ Table evaluate(const std::vector<Trial>& trials, const std::vector<InteractMetho
 /// A row a method: contact error (cm), precision at 3 to 9 cm (%), seated (%), seconds until then, skating (%), jerk
 /// (m/s^3), depth in the scene (cm), diversity while walking up and while seated.
 ScoreTable score_table(const Table& table);
-/// That table as text, with 95 % intervals over trials.
+/// The table as text, with 95 % intervals over trials.
 std::string table_text(const Table& table);
-/// The same as JSON, with the numbers of runs and contacts.
+/// The table as JSON, with the numbers of runs and contacts.
 nlohmann::ordered_json table_json(const Table& table);
 
 }  // namespace inhabit::interact

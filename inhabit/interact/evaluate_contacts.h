@@ -17,7 +17,7 @@ struct ContactScores {
 std::vector<ContactScores> evaluate_contacts(const std::vector<Trial>& trials, const ChairInteractor& interactor,
                                              int64_t draws, uint64_t seed);
 
-/// A row each: chairs, diversity (cm), hands with a contact (%).
+/// Where hands touch chairs as a table, a row each of `rows`: chairs, diversity (cm), hands with a contact (%).
 ScoreTable score_table(const std::vector<ContactScores>& rows);
 
 }  // namespace inhabit::interact

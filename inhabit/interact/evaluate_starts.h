@@ -35,7 +35,7 @@ struct StartSet {
 std::vector<StartScores> evaluate_starts(const std::vector<StartSet>& sets, const std::vector<InteractMethod>& methods,
                                          uint64_t seed, const Progress& progress = {}, const MeasuredParts& parts = {});
 
-/// A row for each set of starts and method: seated, through and around (%), depth (cm).
+/// Starts away from the seat as a table, a row for each set and method: seated, through and around (%), depth (cm).
 ScoreTable score_table(const std::vector<StartScores>& rows);
 
 }  // namespace inhabit::interact

@@ -14,7 +14,8 @@ struct LayerSpec {
   double leak = -1;             ///< slope under 0 of a leaky rectifier; 0: ReLU; under 0: ELU
   bool activate_last = false;   ///< a rectifier behind the last layer, too
 };
-/// Linear layers of these widths with what stands before and behind them, (..., first width) -> (..., last width).
+/// Linear layers of these widths, with dropout before and rectifiers behind them: (..., first width) -> (..., last
+/// width).
 torch::nn::Sequential make_layers(const LayerSpec& spec);
 
 /// Weights of the experts by a network of three layers, softmax at the end: (B, inputs) -> (B, experts), ELU between.

@@ -42,7 +42,7 @@ struct InputLayout {
   Span gating;       ///< key: 3 x 2 of actions, 3 x 6 of goal actions (build_input)
   int64_t size = 0;  ///< numbers in all
 };
-/// Where each part stands for these settings.
+/// Where each part of PoseNet's input stands with these settings.
 InputLayout input_layout(const Config& config);
 
 /// PoseNet's output: the next frame in the axes of the present root.
@@ -56,7 +56,7 @@ struct OutputLayout {
   Span phases;         ///< cycles from the present frame to the next frame's present and future keys
   int64_t size = 0;    ///< numbers in all
 };
-/// Where each part stands for these settings.
+/// Where each part of PoseNet's output stands with these settings.
 OutputLayout output_layout(const Config& config);
 
 /// Throws Error(subject, ...) where the configuration's window, joints or actions are others than State holds.

@@ -46,8 +46,8 @@ struct ContactLosses {
   torch::Tensor distance;    ///< metres
   torch::Tensor divergence;  ///< KL, from N(0, I)
 };
-/// Of a batch of contacts and their chairs. @param noise normal, of the latent code's shape; @param beta weight of the
-/// divergence
+/// The loss of a batch of contacts and their chairs.
+/// @param noise normal, of the latent code's shape; @param beta weight of the divergence
 ContactLosses contact_losses(ContactNetwork& network, const ContactRows& rows, const torch::Tensor& noise, double beta);
 
 }  // namespace inhabit::interact

@@ -41,7 +41,7 @@ struct FrameSizes {
   int64_t gating = 0;   ///< actions and goals with the global phase
   int64_t outputs = 0;  ///< of the next frame
 };
-/// Of these settings.
+/// How many numbers each part of a frame has with these settings.
 FrameSizes frame_sizes(const Config& config);
 
 /// PoseNet's: a row is pose 355, goals 117, ego 1408, chair 2048, control 104 (122 with seated habits), gating 312.

@@ -12,7 +12,7 @@ namespace inhabit::interact {
 /// al. 2019) and SAMP (Hassan et al. 2021), both without contacts and with them among the goals (sec. 5.1).
 enum class Predictor { pose, nsm, nsm_control, samp, samp_control };
 
-/// All of them, in the order of the tables.
+/// All predictors, in the order of the enumeration.
 inline const std::vector<Predictor> kPredictors = {Predictor::pose, Predictor::nsm, Predictor::nsm_control,
                                                    Predictor::samp, Predictor::samp_control};
 

@@ -26,8 +26,8 @@ struct ChairStays {
   int64_t first = 0;        ///< first frame that may change
   int64_t last = 0;         ///< last one
 };
-/// Of the clip on the pair's old chair: stays that rest within 1 m of it, hands that hold it, and a margin of frames
-/// around both.
+/// What a clip does on the pair's old chair: stays that rest within 1 m of it, hands that hold it, and a margin of
+/// frames around both.
 ChairStays stays_on(const ChairPair& chairs, const Clip& clip);
 
 /// Full-body inverse kinematics of a clip on its new chair as a problem of refine/.

@@ -59,7 +59,7 @@ struct State {
 
 /// The middle of a palm's skin, which touches: `side` 0 left, 1 right. @param rotation joint to world.
 Eigen::Vector3f palm_of(const Eigen::Vector3f& wrist, const Eigen::Matrix3f& rotation, int side);
-/// The same of the present pose, metres, world.
+/// The middle of a palm's skin in the present pose, world metres: `side` 0 left, 1 right.
 inline Eigen::Vector3f palm_of(const State& state, int side) {
   const size_t joint = 20 + static_cast<size_t>(side);
   return palm_of(state.position[joint], state.rotation[joint], side);

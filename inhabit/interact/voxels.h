@@ -49,7 +49,7 @@ struct ChairGrid {
   std::vector<float> values;  ///< 1 - distance / longest side for what lies within the cell, else 0; inside 1
   Place seat;                 ///< the chair's frame on the floor
 };
-/// A chair on config.chair_grid cells a side over the box of its mesh.
+/// Voxels of a chair: config.chair_grid cells a side over the box of its mesh.
 ChairGrid sense_chair(const Chair& chair, const Config& config);
 
 /// Position in the axes of `root`, then value, of every voxel: 4 N^3 numbers. Allocates nothing.

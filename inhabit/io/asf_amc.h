@@ -19,7 +19,8 @@ namespace inhabit {
 /// that are not finite, a frame that lacks a bone, no frames.
 SourceMotion read_asf_amc(const std::string& amc_path, const std::string& asf_path = "",
                           std::optional<double> metres_per_unit = {});
-/// The same from the texts of both files. @param asf_name, amc_name name them in errors
+/// As read_asf_amc, from the texts of both files.
+/// @param asf_name, amc_name name them in errors
 SourceMotion parse_asf_amc(std::string_view asf, const std::string& asf_name, std::string_view amc,
                            const std::string& amc_name, std::optional<double> metres_per_unit = {});
 

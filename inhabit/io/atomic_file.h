@@ -11,7 +11,7 @@ namespace inhabit {
 /// Throws Error(path, ...) where the folder is missing, the file cannot be written or the disk is full; the temporary
 /// is removed then, as also when `write` throws.
 void write_atomically(const std::string& path, const std::function<void(std::ostream&)>& write);
-/// The same with these bytes as the file's content.
+/// Writes these bytes so that the file is there whole or not at all, as the other form does.
 void write_atomically(const std::string& path, std::string_view bytes);
 
 /// The whole file. Throws Error(path, ...) where it is missing, a folder, unreadable or larger than `limit` bytes.

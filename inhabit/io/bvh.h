@@ -17,7 +17,8 @@ namespace inhabit {
 /// Throws Error with file and line: no hierarchy, unbalanced braces, unknown channels, a frame time outside
 /// [0.001, 10] s, decimal commas, numbers that are not finite, fewer numbers than frames times channels, no frames.
 SourceMotion read_bvh(const std::string& path, std::optional<double> metres_per_unit = {});
-/// The same from a file's text. @param name names it in errors
+/// As read_bvh, from a file's text.
+/// @param name names it in errors
 SourceMotion parse_bvh(std::string_view text, const std::string& name, std::optional<double> metres_per_unit = {});
 
 /// Writes clip.rotations, clip.trans and clip.translations on clip.skeleton, in centimetres and degrees: the unit of

@@ -12,8 +12,7 @@ nlohmann::json bytes_of(const std::vector<T>& numbers) {
   return nlohmann::json::binary(std::vector<uint8_t>(bytes, bytes + numbers.size() * sizeof(T)));
 }
 
-/// Such bytes as numbers again; a rest shorter than a number is dropped. Throws nlohmann's type_error for another
-/// value.
+/// Numbers of bytes_of again; a rest shorter than a number is dropped. Throws nlohmann's type_error for another value.
 template <typename T>
 std::vector<T> numbers_of(const nlohmann::json& value) {
   const auto& bytes = value.get_binary();

@@ -39,8 +39,8 @@ Clip clip_from_npz(const Npz& npz, const std::string& subject, const ClipReadOpt
 /// is not valid.
 Npz npz_from_clip(const Clip& clip, const std::string& subject);
 
-/// Writes these arrays as an .npz. Throws Error(path, ...) for a clip that is not valid and where the file cannot be
-/// written.
+/// Writes the arrays of npz_from_clip. Throws Error(path, ...) for a clip that is not valid and where the file cannot
+/// be written.
 void write_clip_npz(const std::string& path, const Clip& clip);
 
 /// Several motions of one person, of equal length, in one file: the arrays of npz_from_clip, those that go frame by
@@ -51,7 +51,8 @@ void write_clips_npz(const std::string& path, const std::vector<Clip>& clips,
 
 /// The motions of such a file, or the one motion of any other that read_clip_npz reads.
 std::vector<Clip> read_clips_npz(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
-/// The same from what was read already. @param subject names the source in errors
+/// As read_clips_npz, from what was read already.
+/// @param subject names the source in errors
 std::vector<Clip> clips_from_npz(const Npz& npz, const std::string& subject, const ClipReadOptions& options = {},
                                  Notes* notes = nullptr);
 

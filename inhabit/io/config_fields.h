@@ -15,13 +15,13 @@ namespace inhabit {
 /// Sets a field; false where the value is of another type. Whole numbers far out of range become what a configuration's
 /// validate() refuses.
 bool take(const nlohmann::json& value, std::string& field);
-/// From true or false.
+/// Sets a field from true or false; false for another value.
 bool take(const nlohmann::json& value, bool& field);
-/// From a whole number, cut to within 1e9 of zero.
+/// Sets a field from a whole number, cut to within 1e9 of zero; false for another value.
 bool take(const nlohmann::json& value, int& field);
-/// From any number.
+/// Sets a field from any number; false for another value.
 bool take(const nlohmann::json& value, double& field);
-/// From a list of whole numbers; where one is something else, `field` may be filled up to there.
+/// Sets a field from a list of whole numbers; false for another value, which may leave it filled in part.
 bool take(const nlohmann::json& value, std::vector<int>& field);
 
 /// The JSON object that a configuration's text is. Throws Error(subject, ...) for other text.

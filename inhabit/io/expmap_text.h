@@ -33,13 +33,14 @@ torch::Tensor expmap_joint_positions(ExpmapSkeleton kind, const torch::Tensor& c
 /// All rows of a file as they stand: (T, 117) or (T, 99).
 /// Throws Error for anything else, for numbers that are not finite, and for an empty file.
 torch::Tensor read_expmap_channels(const std::string& path);
-/// The same from a file's text. @param name names it in errors
+/// As read_expmap_channels, from a file's text.
+/// @param name names it in errors
 torch::Tensor parse_expmap_channels(std::string_view text, const std::string& name);
 
 /// The motion in metres with its root. A first row at rest (no joint rotated) in a longer CMU file is left out.
 /// The notes say so. Joint 0's rest position is the origin, so trans is the root's path.
 SourceMotion expmap_motion(const torch::Tensor& channels, const std::string& name);
-/// The motion of such a file: expmap_motion of read_expmap_channels.
+/// The motion of a file: expmap_motion of read_expmap_channels.
 SourceMotion read_expmap_text(const std::string& path);
 
 }  // namespace inhabit

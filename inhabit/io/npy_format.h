@@ -36,7 +36,7 @@ Npz read_npy_rows(const std::string& path, int64_t first, int64_t count, int64_t
 
 /// The bytes of a .npy file (version 1).
 std::string npy_bytes(const torch::Tensor& tensor);
-/// Strings as fixed-width UTF-32 ("<U" and the longest one's length).
+/// The bytes of a .npy file of strings, fixed-width UTF-32 ("<U" and the longest one's length).
 std::string npy_bytes(const StringArray& strings);
 
 }  // namespace inhabit

@@ -23,7 +23,7 @@ struct PoseLine {
   torch::Tensor joints;           ///< (J, 3) float32 metres; NaN where the line has null for a joint or a coordinate
 };
 
-/// What a line of such a stream holds.
+/// What a line of a stream of poses holds.
 using StreamLine = std::variant<PoseLine, JointNames>;
 
 /// A line of a stream of poses (docs/robots.md). Throws Error("line", ...) for anything else: no JSON (as NaN is none),

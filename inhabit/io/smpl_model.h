@@ -12,7 +12,8 @@ namespace inhabit {
 /// 20) are left out. Limits and capsules of the first 22 joints are the built-in body's.
 /// Throws Error(path, ...) for another file, and for pickles (.pkl, or a sparse J_regressor), saying what is needed.
 BodyModel read_smpl_model(const std::string& path);
-/// The same from arrays that were read already. @param subject names the source in errors
+/// As read_smpl_model, from arrays that were read already.
+/// @param subject names the source in errors
 BodyModel smpl_model_from_npz(const Npz& npz, const std::string& subject);
 
 /// True where the arrays are those of a body model.

@@ -7,7 +7,7 @@ namespace inhabit {
 // On the ground a point is (x, z) and a heading is an angle from +Z towards +X, a rotation about +Y. Tensors of
 // headings: yaw_of_left and yaw_matrix (rotation.h); a person's: motion/canonical.h.
 
-/// (x, z) of a point (x, y, z).
+/// A point (x, y, z) seen from above: (x, z).
 inline Eigen::Vector2d on_ground(const Eigen::Vector3d& point) { return {point.x(), point.z()}; }
 /// Unit vector of a heading, (x, z).
 inline Eigen::Vector2d ahead_of(double heading) { return {std::sin(heading), std::cos(heading)}; }

@@ -27,7 +27,7 @@ struct CollisionTolerance {
   double supported = kSupportedDepth;  ///< supporting_skin
   double other = kCollisionDepth;      ///< all other skin
 };
-/// Any vertex inside the scene collides.
+/// Without tolerance every vertex inside the scene collides.
 inline constexpr CollisionTolerance kNoTolerance = {0, 0};
 
 /// (V) bool: vertices that kSupportedDepth holds for, by the joint that moves each most.

@@ -25,8 +25,8 @@ struct WordScores {
   torch::Tensor ndms;   ///< Eq. 12; with the package's floors for its words
   torch::Tensor coded;  ///< NdmsForm::coded
 };
-/// Of words (N, kappa, J, 3), metres, each with the one nearest to it in the database. @param kind whose words: decides
-/// which form `ndms` is
+/// Similarity of words (N, kappa, J, 3), metres, each with the one nearest to it in the database.
+/// @param kind whose words: decides which form WordScores::ndms is
 WordScores word_scores(const torch::Tensor& words, const WordIndex& database, WordKind kind = WordKind::poses);
 
 }  // namespace inhabit

@@ -36,7 +36,8 @@ struct LimitExcess {
   int64_t frame = -1;  ///< where that is; -1: nowhere
   int joint = -1;      ///< which it is; -1: none
 };
-/// Over all joints of the clip that the body has but the root. Zero without rotations.
+/// The worst excess over all frames and over all joints of the clip that the body has but the root. Zero without
+/// rotations.
 LimitExcess beyond_limits(const Clip& clip, const BodyModel& body);
 
 /// How well labelled hand contacts meet the scene.
@@ -45,7 +46,7 @@ struct HandContact {
   double target_gap = 0;  ///< metres between labelled point and surface, the largest
   double hand_gap = 0;    ///< metres between the hand's skin and the surface, the largest
 };
-/// By Clip::hand_targets against the obstacles' meshes. Zeros where the clip has no targets or the scene no mesh;
+/// How well Clip::hand_targets meet the obstacles' meshes. Zeros where the clip has no targets or the scene no mesh;
 /// hand_gap stays 0 without rotations.
 HandContact hand_contact(const Clip& clip, const BodyModel& body, const Scene& scene);
 

@@ -11,7 +11,7 @@ struct Estimate {
   double mean = 0;      ///< in the unit of the runs
   double interval = 0;  ///< half of it
 };
-/// From one number a run; NaN for both where there are none.
+/// Mean and interval of one number a run; NaN for both where there are none.
 Estimate estimate(const std::vector<double>& runs);
 
 /// Scores of methods as they are printed and written as JSON: what every `inhabit eval` ends in.

@@ -10,7 +10,7 @@ struct JointLabel {
   std::string part;  ///< lower case
 };
 
-/// Of one name by itself.
+/// Side and part that one joint's name says by itself.
 JointLabel joint_label(const std::string& name);
 
 /// The same of a skeleton's joints, without the words that four in five of them begin or end with, whatever these are:

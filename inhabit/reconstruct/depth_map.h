@@ -31,7 +31,7 @@ torch::Tensor metric_depth(const DepthMap& map, const DepthScale& scale, double 
 
 /// Masks (height, width) bool smaller or larger by a square of `pixels` to every side.
 torch::Tensor eroded(const torch::Tensor& mask, int pixels);
-/// The larger one.
+/// A mask (height, width) bool, larger by a square of `pixels` to every side.
 torch::Tensor dilated(const torch::Tensor& mask, int pixels);
 
 /// A pixel and its depth.
@@ -61,8 +61,8 @@ struct OnImage {
   double z = 0;                             ///< metres along the camera's axis
   bool inside() const { return row >= 0; }  ///< there is such a pixel; something nearer may hide the point
 };
-/// @param to_camera world to the camera's axes (x right, y down, z ahead), @param point world, metres. Points nearer
-/// than 5 cm before the camera are on no pixel.
+/// Where a point (world, metres) is on an image. Points nearer than 5 cm before the camera are on no pixel.
+/// @param to_camera world to the camera's axes (x right, y down, z ahead)
 OnImage project(const Camera& camera, const Eigen::Isometry3d& to_camera, const Eigen::Vector3d& point);
 
 }  // namespace inhabit::reconstruct

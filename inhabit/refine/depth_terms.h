@@ -47,7 +47,8 @@ struct PosedSkin {
   std::vector<Eigen::Vector3d> rest;  ///< (V) metres, where they are before skinning, the pose's blend shapes included
   std::vector<Eigen::Vector3d> vertices;  ///< (V) metres, world
 };
-/// By linear blend skinning. @param bones the same pose by forward kinematics (pose_bones)
+/// Poses a skin by linear blend skinning.
+/// @param bones the same pose by forward kinematics (pose_bones)
 PosedSkin pose_skin(const Skin& skin, const FramePose& pose, const BonesPose& bones);
 
 /// A place on the skin.

@@ -26,6 +26,7 @@ struct Levels {
   double place = 0;               ///< metres, of joints' places, the median over the joints
   double jerk = 0;                ///< m/s^3, of joints' places without that noise, the median over the joints
 };
+/// Noise and jerk of a motion.
 /// @param rate frames a second
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate);
 

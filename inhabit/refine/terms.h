@@ -14,6 +14,7 @@ struct Weighted {
   double cost;    ///< before its weight: squared / 2 where the loss does not flatten it
   double factor;  ///< 1 where the loss is squared, less where it flattens; of norm, 1 over the rounded length
 };
+/// What a loss makes of a residual.
 /// @param squared squared length of the residual
 Weighted weighted(const Loss& loss, double squared);
 
@@ -30,7 +31,7 @@ struct Unknowns {
       rotations;             ///< (joints) system and column of its rotation; {-1, -1} where it is known
   std::vector<int> columns;  ///< of a frame, in each system
 };
-/// Of a frame of this problem: the rotations that Problem::rotates lets change, and the root's translation where
+/// The unknowns of a problem: the rotations that Problem::rotates lets change, and the root's translation where
 /// Problem::moves is set.
 Unknowns unknowns_of(const Problem& problem);
 

@@ -13,9 +13,9 @@ Clip clip_of(const Trajectory& trajectory, const Clip& like);
 
 using Poses = std::vector<BonesPose>;        ///< a frame each
 using Track = std::vector<Eigen::Vector3d>;  ///< places of one point, a frame each, metres
-/// Every joint's place and rotation in the world, by forward kinematics.
+/// Every joint's place and rotation in the world, frame by frame, by forward kinematics.
 Poses posed(const Bones& bones, const Trajectory& trajectory);
-/// The places of one joint.
+/// The places of one joint, frame by frame, metres.
 Track track_of(const Poses& poses, int joint);
 
 }  // namespace inhabit::refine

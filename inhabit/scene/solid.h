@@ -37,7 +37,7 @@ struct Solid {
   }
 };
 
-/// From all meshes and points of a scene, which are copied.
+/// The solid of a scene: all its meshes and points, which are copied.
 Solid make_solid(const Scene& scene);
 
 }  // namespace inhabit

@@ -18,9 +18,9 @@ struct Frame {
   uint8_t action = 0;              ///< idle, walk, sit
 };
 
-/// A pose of an interaction, without contacts and action.
+/// A frame of an interaction's pose, without contacts and action.
 Frame frame_of(const interact::SettledPose& pose);
-/// The pose alone, in double precision.
+/// The pose of a frame in double precision, without contacts and action.
 interact::SettledPose pose_of(const Frame& frame);
 /// A frame of a clip on the standard skeleton with rotations.
 Frame frame_of(const Clip& clip, int64_t index);

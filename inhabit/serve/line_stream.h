@@ -37,7 +37,8 @@ struct LineStream {
   std::function<LineSystem(const JointNames& joints)> begin;  ///< with the first line's joints
 };
 
-/// Forecasts of whoever comes in. Throws Error where the options do not fit. @param scene world, metres; it is kept
+/// Forecasts of whoever comes in. Throws Error where the options do not fit.
+/// @param scene world, metres; a copy is kept
 LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> forecaster, const Scene& scene,
                           const forecast::StreamOptions& options);
 /// Futures and their intentions of whoever comes in. Throws Error where the options do not fit.

@@ -49,7 +49,7 @@ struct Furniture {
 // Pieces of random size, style and colour, with their own origin. Heights may be asked for, in metres.
 Furniture make_chair(std::mt19937_64& random, std::optional<double> seat_height = {});     ///< without arms
 Furniture make_armchair(std::mt19937_64& random, std::optional<double> seat_height = {});  ///< with arm rests
-/// Without back and arms, 0.42 to 0.50 m high where no height is asked for.
+/// A seat without back and arms, 0.42 to 0.50 m high where no height is asked for.
 Furniture make_stool(std::mt19937_64& random, std::optional<double> seat_height = {});
 /// A seat on a column with five castors, some with arm rests and a rest for the head.
 Furniture make_office_chair(std::mt19937_64& random, double seat_height);

@@ -11,18 +11,18 @@
 
 namespace inhabit::furniture {
 
-/// Linear RGB, each in [0, 1].
+/// Linear red, green and blue, each in [0, 1].
 using Color = std::array<float, 3>;
 
 // Linear RGB.
-/// Of wood, bare or painted.
+/// Colours of wood, bare or painted.
 inline constexpr std::array<Color, 6> kWoods = {{{0.50F, 0.31F, 0.15F},
                                                  {0.20F, 0.10F, 0.05F},
                                                  {0.63F, 0.44F, 0.25F},
                                                  {0.74F, 0.72F, 0.68F},
                                                  {0.05F, 0.05F, 0.055F},
                                                  {0.33F, 0.17F, 0.08F}}};
-/// Of covers and cushions.
+/// Colours of covers and cushions.
 inline constexpr std::array<Color, 9> kFabrics = {{{0.06F, 0.22F, 0.24F},
                                                    {0.58F, 0.34F, 0.06F},
                                                    {0.27F, 0.28F, 0.30F},
@@ -32,12 +32,12 @@ inline constexpr std::array<Color, 9> kFabrics = {{{0.06F, 0.22F, 0.24F},
                                                    {0.66F, 0.57F, 0.44F},
                                                    {0.25F, 0.08F, 0.16F},
                                                    {0.42F, 0.50F, 0.55F}}};
-/// Of metal legs and frames.
+/// Colour of metal legs and frames.
 inline constexpr Color kSteel = {0.16F, 0.165F, 0.17F};
-/// Of bed linen.
+/// Colour of bed linen.
 inline constexpr Color kLinen = {0.78F, 0.75F, 0.69F};
 
-/// One of them, each as likely; `colors` must outlive the reference.
+/// One of some colours, each as likely; `colors` must outlive the reference.
 template <size_t N>
 const Color& pick(std::mt19937_64& random, const std::array<Color, N>& colors) {
   return colors[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(N) - 1))];

@@ -15,7 +15,7 @@ struct Patch {
   Eigen::Vector2d half;    ///< half its sides
   double yaw = 0;          ///< radians
 };
-/// Whether they overlap; patches that only touch do not.
+/// Whether two patches overlap; those that only touch do not.
 bool overlap(const Patch& a, const Patch& b);
 /// What a piece covers of the floor, and `margin` metres around it.
 Patch footprint(const Furniture& piece, double margin = 0);

@@ -12,7 +12,7 @@ namespace inhabit {
 
 /// What a person is doing; the order of Clip::action_names in clips made here.
 enum class Action { stand, walk, turn, sit_down, sit, stand_up, reach, touch, gesture, lean_back };
-/// "stand", "walk", ... "lean_back", in the order of Action.
+/// Names of actions, "stand", "walk", ... "lean_back", in the order of Action.
 const std::vector<std::string>& action_names();
 
 /// How a person moves apart from walking; drawn once for each clip.

@@ -8,7 +8,7 @@ namespace inhabit {
 
 /// How somebody walks and moves, drawn at random.
 GaitStyle draw_gait(std::mt19937_64& random);
-/// Arms, trunk, sway and pace, each uniform over what people do.
+/// How somebody moves apart from walking, drawn at random, each number uniformly.
 Manner draw_manner(std::mt19937_64& random);
 
 /// Writes what people do anywhere into a plan, one thing after another from its present end. Planners of rooms and of

@@ -16,7 +16,7 @@ struct TouchPlace {
   double depth = 0;                                  ///< of the surface
 };
 
-/// Those of a room: all four sides of tables over 0.55 m, the fronts of shelves between 0.65 and 1.55 m.
+/// Places to touch in a room: all four sides of tables over 0.55 m, the fronts of shelves between 0.65 and 1.55 m.
 std::vector<TouchPlace> touch_places(const Room& room);
 
 /// Where to stand, facing which way, what the hands and the trunk do. Times are left to the caller.

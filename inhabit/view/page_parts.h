@@ -11,7 +11,7 @@
 // Pieces of a page's data, as viewer/src/data.ts reads them. For the sources of this folder.
 namespace inhabit {
 
-/// Detached, on the CPU, contiguous and of this type.
+/// A tensor detached, on the CPU, contiguous and of this type.
 torch::Tensor plain(const torch::Tensor& t, torch::ScalarType type = torch::kFloat32);
 
 /// Throws Error(path, ...) that names `what` where a number is not finite.
@@ -54,7 +54,8 @@ struct PageBodies {
 
 /// Stretches of one label (T) int64: [first frame, label].
 nlohmann::json label_spans(const torch::Tensor& labels);
-/// The same of a person's intentions. Throws Error(path, ...) where there are none or one is negative.
+/// Stretches of one intention, as label_spans has them. Throws Error(path, ...) where there are no labels or one is
+/// negative.
 nlohmann::json intention_spans(const torch::Tensor& labels, const std::string& path);
 
 /// A person's motion, body, labels and keys in the header; arrays go to the blob, the shaped mesh to `bodies`. Throws
