@@ -47,7 +47,7 @@ typedef struct {
 
 /* ---- Motion ---- */
 
-/** The motion in a file: .bvh .amc .npz .npy .json .txt, in the file's own skeleton and rate. */
+/** The motion in a file: .bvh .fbx .dae .glb .gltf .amc .npz .npy .json .txt, in the file's own skeleton and rate. */
 INHABIT_API inhabit_clip* inhabit_clip_read(const char* path);
 
 /** A motion of joint positions alone: `joints` (frames, count, 3) metres at `rate` frames a second. `names` (count) of
@@ -79,7 +79,7 @@ INHABIT_API void inhabit_clip_free(inhabit_clip* clip);
 
 /* ---- Scenes ---- */
 
-/** A mesh (.obj .ply .glb .gltf .off .stl) or point cloud (.ply .pcd .xyz .npz); unit and up axis are detected. */
+/** A mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply .pcd .xyz .npz); unit and up axis are detected. */
 INHABIT_API inhabit_scene* inhabit_scene_read(const char* path);
 
 /** A scene of `vertices` (count, 3) metres and triangles `faces` (triangles, 3), or, without triangles, of points. */
