@@ -111,10 +111,13 @@ std::string zsh_function(const VerbFacts& verb, const VerbFacts& command) {
   if (verb.name == "help") return out + " \\\n    " + quoted("*:word:(" + joined(words) + ")") + "\n}\n";
   if (verb.verbs.empty()) {  // each positional argument with names at its place, files everywhere else
     int place = 0;
-    for (const OptionFacts& option : verb.options)
-      if (option.positional && (++place, !option.choices.empty()))
+    for (const OptionFacts& option : verb.options) {
+      if (!option.positional) continue;
+      ++place;
+      if (!option.choices.empty())
         out += " \\\n    " +
                quoted(std::to_string(place) + ":" + option.names.front() + ":(" + joined(option.choices) + ")");
+    }
     return out + " \\\n    '*:file:_files'\n}\n";
   }
   return out + " \\\n    '1:verb:->verb' '*::word:->words'\n  case $state in\n  verb) compadd " + joined(words) +

@@ -43,6 +43,7 @@ void set_contacts(inbetween::Controls& controls, const ControlTexts& texts, cons
   }
 }
 
+// The library refuses these times too, but knows neither the option nor the input's clock.
 void require_times(const inbetween::Controls& controls, const ControlTexts& texts, double first, double seconds) {
   const auto require = [&](const std::string& option, double from, double to) {
     if (from < 0 || from > to || to > seconds)
@@ -86,8 +87,7 @@ void add_controls(CLI::App& verb, inbetween::Controls& controls, ControlTexts& t
         }
       },
       "SECONDS,X,Z: the root's curve over the floor goes through these points (metres, +Y up; seconds from the first "
-      "key "
-      "on), in order; may be repeated");
+      "key on), in order; may be repeated");
   verb.add_flag("--loop", controls.loop,
                 "The last pose is the first again, where the last stands, and the motion can be repeated");
 }

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdint>
 #include <exception>
-#include <optional>
 
 #include "inhabit/interruption.h"
 #include "inhabit/progress.h"
@@ -23,8 +22,7 @@ void each_item(int64_t count, const Progress& progress, const Work& work, int th
   std::atomic<bool> over = false;
 #pragma omp parallel num_threads(team)
   {
-    std::optional<Interruptible> other;
-    if (omp_get_thread_num() != 0) other.emplace(ends_once(over));
+    const Interruptible others(ends_once(over));
 #pragma omp for schedule(dynamic)
     for (int64_t i = 0; i < count; ++i) {
       if (over.load(std::memory_order_relaxed)) continue;

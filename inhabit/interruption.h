@@ -40,10 +40,12 @@ struct Interrupted : std::exception {
   const char* what() const noexcept override { return "interrupted"; }  ///< why it ended
 };
 
-/// For the other threads of work whose caller alone may be asked: once `over`, their interruption points end them.
+/// A check for each thread of work that several do: once `over`, their interruption points end them; before, the
+/// thread's own check is called.
 inline std::function<void()> ends_once(const std::atomic<bool>& over) {
-  return [&over] {
+  return [&over, own = interruption_check()] {
     if (over.load(std::memory_order_relaxed)) throw Interrupted();
+    if (own) own();
   };
 }
 

@@ -55,6 +55,7 @@ inhabit_result run(const anticipate::IntentionAnticipator& system, const Clip& c
   text.take("samples", options.samples);
   text.take("seconds", options.seconds);
   text.take("seed", options.seed);
+  text.take("refine", options.refine);
   text.take("standard", options.standard);
   text.finish();
   if (options.samples > 100'000) throw Error("samples", "must be at most 100000");

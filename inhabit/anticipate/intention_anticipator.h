@@ -53,8 +53,8 @@ class IntentionAnticipator {
   const Config& config() const;
 
   /// Observes up to config().observed frames before the start, and at least kappa of them, of a clip on any skeleton
-  /// that maps to the standard one, at any rate. The networks see no scene: futures are steered around what stands
-  /// in it (scene/steering.h), which may be empty.
+  /// that maps to the standard one, at any rate. The networks see no scene: futures are steered around the meshes
+  /// that stand in it (scene/steering.h; points of a cloud are not seen), which may be empty.
   /// Throws Error where fewer frames lie before the start, or an option is out of range.
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
 

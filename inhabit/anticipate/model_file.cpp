@@ -125,6 +125,8 @@ Networks load_networks(const std::string& path) {
   n.seq2seq = file.network("seq2seq_net.", [&] { return Seq2SeqNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
   n.hisrep = file.network("hisrep_net.", [&] { return make_hisrep(n.config); });
+  if (!n.hisrep.is_empty() && n.hisrep->query + n.hisrep->future > n.config.observed)
+    throw Error(path, "has a HisRep that needs more frames than are observed");
   if (n.intention.is_empty() && n.pose.is_empty() && n.released_intention.is_empty() && n.released_pose.is_empty() &&
       n.seq2seq.is_empty() && n.ltd.is_empty() && n.hisrep.is_empty())
     throw Error(path, "holds no network");

@@ -410,9 +410,11 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   const std::vector<std::string> names =
       chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep"}, {"intention", "seq2seq", "ltd", "hisrep"});
   const Config::Baselines& b = config.baselines;
-  if (std::find(names.begin(), names.end(), "hisrep") != names.end() &&
-      (b.hisrep_query + b.hisrep_future > config.observed || b.hisrep_future > config.future))
-    throw Error("baselines.hisrep_query", "and hisrep_future are longer than what is observed");
+  if (std::find(names.begin(), names.end(), "hisrep") != names.end()) {
+    if (b.hisrep_query + b.hisrep_future > config.observed)
+      throw Error("baselines.hisrep_query", "and hisrep_future are longer together than what is observed");
+    if (b.hisrep_future > config.future) throw Error("baselines.hisrep_future", "is longer than what is forecast");
+  }
   if (run.data.size() != 1) throw Error("data", "is one folder here, not " + std::to_string(run.data.size()));
   if (!run.from.empty()) throw Error("from", "is not for anticipation: a run starts at random");
   const std::string& source = run.data.front();

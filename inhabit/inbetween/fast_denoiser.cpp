@@ -82,10 +82,10 @@ void multiply(const nn::RowLayer& p, const Rows& x, int64_t first, int64_t step,
   // Threads share the columns, so that each reads only its part of the weights; rows too where columns are few.
   const int64_t blocks = stride / nn::kColumnBlock, threads = at::get_num_threads();
   const int64_t parts = blocks % threads == 0 ? 1 : std::min(threads, std::max<int64_t>(1, total / 12));
-  const int64_t columns_each = ((total + parts - 1) / parts + 5) / 6 * 6;  // the product goes by six rows
+  const int64_t rows_each = ((total + parts - 1) / parts + 5) / 6 * 6;  // the product goes by six rows
   nn::parallel_chunks(blocks * parts, [&](int64_t chunk) {
-    const int64_t column = chunk / parts * nn::kColumnBlock, begin = std::min(total, chunk % parts * columns_each),
-                  end = std::min(total, begin + columns_each);
+    const int64_t column = chunk / parts * nn::kColumnBlock, begin = std::min(total, chunk % parts * rows_each),
+                  end = std::min(total, begin + rows_each);
     for (int64_t r = begin; r < end; ++r)
       std::copy_n(p.bias.data() + column, nn::kColumnBlock, y + scratch.to[static_cast<size_t>(r)] * stride + column);
     nn::accumulate_columns(p.w, column, column + nn::kColumnBlock, p.w.in, source, step * x.channels,

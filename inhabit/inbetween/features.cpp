@@ -91,9 +91,10 @@ Tensor with_rest_frames_rotated(const Tensor& features, const Tensor& rotations,
 }
 
 Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale) {
-  const Rotations arcs_of{scale};
+  const Rotations rotations_in{scale};
   Tensor out = interpolate_keys(given);
-  const Tensor arcs = arcs_of.features(between_keys(arcs_of.matrices(given.values), key_neighbours(given.mask)));
+  const Tensor arcs =
+      rotations_in.features(between_keys(rotations_in.matrices(given.values), key_neighbours(given.mask)));
   rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
   return out;
 }

@@ -146,10 +146,7 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   out.noise = torch::randn(out.residual.sizes(), generator) * out.open;
   out.self_conditioned = chance(random, kSelfConditioned);
   const Tensor points = body_points(to_world(out.frames, residual_joints(out.frames, out.residual)));
-  std::vector<Tensor> room;
-  for (size_t b = 0; b < examples.size(); ++b)
-    room.push_back(probe(out.scenes[b], points[static_cast<int64_t>(b)]).distance);
-  out.room = torch::minimum(torch::stack(room), body_point_radii());
+  out.room = torch::minimum(probe(out.scenes, points).distance, body_point_radii());
   return out;
 }
 

@@ -37,7 +37,7 @@ struct Use {
   bool straight = false;  ///< no route is planned around what stands in the way
 };
 /// A model as a method: from a trial's start and with its contacts, for `seconds`.
-/// @param name in the table; "fitted" and "no way planned" are added as `use` has it
+/// @param name in the table; "fitted" and "no route planned" are added as `use` has it
 InteractMethod model_method(const std::string& name, std::shared_ptr<const ChairInteractor> interactor, double seconds,
                             const Use& use);
 

@@ -18,7 +18,7 @@ namespace {
 
 using Written = std::map<std::string, std::string>;  // files and what each was made of
 
-void take(const std::string& file, const std::string& in, Written* written) {
+void claim(const std::string& file, const std::string& in, Written* written) {
   if (written == nullptr) return;
   const auto [before, fresh] = written->emplace(file, in);
   if (!fresh) throw Error(file, "would be written of both " + before->second + " and " + in);
@@ -44,7 +44,7 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
     if (extension_of(out) != "glb") throw Error(out, "only .glb holds a scene beside the motion");
     scene = read_scene_file(given.scene);
   }
-  for (const std::string& file : clip_files(out, clips.size())) take(file, in, written);
+  for (const std::string& file : clip_files(out, clips.size())) claim(file, in, written);
   write_clips(out, clips, given.writing, {}, given.scene.empty() ? nullptr : &scene.scene);
   const Clip clip = to_be_written(clips.front(), given.writing, out);
   return fmt::format("{}{} frames at {:g} a second ({:.2f} s), {} joints",
@@ -66,7 +66,7 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
                 "is a scene: times, frame rates, --loop, --asf, --retarget, --scene, --out-up and --body go with "
                 "motions");
   const SceneFile file = read_scene_file(in, options);
-  take(out, in, written);
+  claim(out, in, written);
   write_scene(out, file.scene);
   return describe(file.report);
 }

@@ -30,10 +30,7 @@ bool looks_like_motion(const std::string& path) {
 }
 
 bool looks_like_scene(const std::string& path) {
-  const std::string extension = extension_of(path);
-  if (!is_scene_extension(extension)) return false;
-  static const std::set<std::string> perhaps = {"npz", "npy", "fbx", "dae", "glb", "gltf"};
-  return perhaps.count(extension) == 0 || !looks_like_motion(path);
+  return is_scene_extension(extension_of(path)) && !looks_like_motion(path);
 }
 
 std::vector<std::string> in_folder(const std::string& folder, bool (*wanted)(const std::string&), const char* what) {
@@ -46,10 +43,6 @@ std::vector<std::string> in_folder(const std::string& folder, bool (*wanted)(con
   std::sort(out.begin(), out.end());
   return out;
 }
-
-}  // namespace
-
-namespace {
 
 std::vector<std::string> glob_of(const std::string& pattern) {
   glob_t found{};
@@ -90,7 +83,8 @@ std::vector<std::string> folders_matching(const std::vector<std::string>& named)
   std::vector<std::string> out;
   for (const std::string& name : named) {
     std::error_code none;
-    if (name.find_first_of("*?[") == std::string::npos || fs::exists(name, none)) {
+    const bool of_format = name.rfind("cmu:", 0) == 0 || name.rfind("h36m:", 0) == 0;  // data/motion_set.h
+    if (of_format || name.find_first_of("*?[") == std::string::npos || fs::exists(name, none)) {
       out.push_back(name);
       continue;
     }

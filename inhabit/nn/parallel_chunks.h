@@ -1,11 +1,9 @@
 #pragma once
 #include <ATen/Parallel.h>
-#include <omp.h>
 
 #include <atomic>
 #include <cstdint>
 #include <exception>
-#include <optional>
 
 #include "inhabit/interruption.h"
 
@@ -24,8 +22,7 @@ void parallel_chunks(int64_t count, const Work& work) {
   std::atomic<bool> over = false;
 #pragma omp parallel num_threads(at::get_num_threads())
   {
-    std::optional<Interruptible> other;
-    if (omp_get_thread_num() != 0) other.emplace(ends_once(over));
+    const Interruptible others(ends_once(over));
 #pragma omp for schedule(dynamic, 1)
     for (int64_t chunk = 0; chunk < count; ++chunk) {
       if (over.load(std::memory_order_relaxed)) continue;

@@ -42,8 +42,10 @@ struct Belief {
 };
 constexpr Belief kRecorded = {0.3 * kDegree, 0.003, 0.001, 1e-3, {}};
 constexpr Belief kGenerated = {3 * kDegree, 0.02, 0.02, 1e-3, {0.07, 0.9, 1.2, 0.15, 0.13}, 0.12};
-constexpr std::array<double, 3> kToeOff = {0.035, 0.015, 0.005};  // metres that a ball rises before it goes, last first
-constexpr double kGlideHeight = 0.035;                            // metres over where it stands: so low a foot slides
+// Metres that a ball rises before it goes, the last frame first, a thirtieth of a second apart.
+constexpr std::array<double, 4> kToeOff = {0.035, 0.015, 0.005, 0};
+constexpr double kToeOffStep = 1.0 / 30, kLeastStand = 6;  // seconds; steps: a contact that is shorter has no toe-off
+constexpr double kGlideHeight = 0.035;                     // metres over where it stands: so low a foot slides
 
 constexpr double kChange = 4;                             // m/s^2, of what is changed
 constexpr double kUsualJerk = 70;                         // m/s^3: the jerk found where kPlaceJerk is right
@@ -291,12 +293,15 @@ class Refinement {
   /// Metres that the ball of a foot of generated motion has risen by in a frame of a contact: people roll over their
   /// toes before a foot goes, networks let it slide. None where it does not go, or a frame is kept.
   double toe_off(const Contact& contact, const Foot& foot, int64_t frame) const {
-    const auto before = static_cast<size_t>(contact.last - frame);
-    if (!is_ball(foot.joint) || belief_.glide == 0 || before >= kToeOff.size() || kept(frame)) return 0;
+    if (!is_ball(foot.joint) || belief_.glide == 0 || kept(frame)) return 0;
+    const auto steps = [&](int64_t frames) { return static_cast<double>(frames) / (clip_.rate * kToeOffStep); };
+    const double before = steps(contact.last - frame);
+    const auto step = static_cast<size_t>(before);
     const auto next = static_cast<size_t>(contact.last) + 1;
-    if (next >= foot.track.size() || contact.last - contact.first < static_cast<int64_t>(2 * kToeOff.size())) return 0;
-    const bool goes = (foot.track[next] - foot.track[next - 1]).norm() * clip_.rate > kGoing;
-    return goes ? kToeOff[before] : 0;
+    if (step + 1 >= kToeOff.size() || next >= foot.track.size() || steps(contact.last - contact.first) < kLeastStand)
+      return 0;
+    if ((foot.track[next] - foot.track[next - 1]).norm() * clip_.rate <= kGoing) return 0;
+    return kToeOff[step] + (before - static_cast<double>(step)) * (kToeOff[step + 1] - kToeOff[step]);
   }
 
   /// A contact holds its joint at one place, near to where it was found: the scene may push it aside as a whole.

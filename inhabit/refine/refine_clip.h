@@ -60,8 +60,8 @@ struct Result {
 /// Throws Error for what cannot be retargeted and options that name no frame or joint.
 Result refine(const Clip& clip, const Scene& scene, const Options& options = {});
 
-/// A network's continuation of observed poses, refined as generated motion: it goes on from the last third of a second
-/// of them, which stays as it is. On the standard skeleton.
+/// A network's continuation of observed poses, refined as generated motion: it goes on from the last ten frames
+/// of them, which stay as they are. On the standard skeleton.
 /// @param past, future on one skeleton, at one rate, with rotations
 Clip refine_continuation(const Clip& past, const Clip& future, const Scene& scene);
 

@@ -8,7 +8,7 @@ namespace inhabit {
 /// root keeps some 0.35 m from obstacles where it can. Every fifth of a second the rotation rate is chosen, of those up
 /// to 120 degrees a second, whose path over the next two seconds is the clearest, then the straightest. Who does not
 /// walk, or is not near anything, moves as before; who starts among obstacles, at a table or on a chair, minds them
-/// from where he first is clear of them.
+/// from where they first are clear of them.
 /// @param floor in the clip's axes
 Clip steered(const Clip& clip, const FreeSpace& floor);
 

@@ -45,7 +45,7 @@ std::vector<Ghost> future_ghosts(const World& world, const Clip& recent, uint64_
   options.seed = seed;
   options.standard = true;
   options.name = "person";
-  const anticipate::Result result = world.anticipator->run(recent, world.scene, options);
+  const anticipate::Result result = world.anticipator->run(recent, {}, options);
   std::vector<Ghost> out;
   for (size_t i = 0; i < result.futures.size(); ++i) add_ghosts(result.futures[i], 1, static_cast<uint8_t>(i), out);
   return out;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/math/rotation.h"
 
@@ -107,29 +107,21 @@ std::array<ActivityDynamics, kActivityNames.size()> dynamics_by_activity(const D
                                                                          const std::string& split, double cutoff) {
   std::array<ActivityDynamics, kActivityNames.size()> out;
   const std::vector<DatasetClip> clips = dataset.split(split);
-  std::exception_ptr failed;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < clips.size(); ++i) {
-    try {
-      Clip clip = load_clip(dataset, clips[i]);
-      const Tensor doing = activities(clip);
-      Clip smooth = clip;
-      smooth.joints = low_passed(clip, cutoff);
-      for (size_t a = 0; a < out.size(); ++a) {
-        const Tensor mask = doing == static_cast<int64_t>(a);
-        const Dynamics raw = dynamics(clip, mask), passed = dynamics(smooth, mask);
+  each_item(static_cast<int64_t>(clips.size()), {}, [&](int64_t i) {
+    const Clip clip = load_clip(dataset, clips[static_cast<size_t>(i)]);
+    const Tensor doing = activities(clip);
+    Clip smooth = clip;
+    smooth.joints = low_passed(clip, cutoff);
+    for (size_t a = 0; a < out.size(); ++a) {
+      const Tensor mask = doing == static_cast<int64_t>(a);
+      const Dynamics raw = dynamics(clip, mask), passed = dynamics(smooth, mask);
 #pragma omp critical(inhabit_activity)
-        {
-          add_to(out[a].raw, raw);
-          add_to(out[a].smooth, passed);
-        }
+      {
+        add_to(out[a].raw, raw);
+        add_to(out[a].smooth, passed);
       }
-    } catch (...) {
-#pragma omp critical(inhabit_activity)
-      failed = std::current_exception();
     }
-  }
-  if (failed) std::rethrow_exception(failed);
+  });
   for (ActivityDynamics& one : out) divide(one.raw), divide(one.smooth);
   return out;
 }

@@ -1,9 +1,9 @@
 #include "inhabit/synth/blocked.h"
 
 #include <algorithm>
-#include <exception>
 
 #include "inhabit/body/body_model.h"
+#include "inhabit/each_item.h"
 #include "inhabit/error.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/motion/pose_track.h"
@@ -50,18 +50,11 @@ BlockedWindows blocked_windows(const Dataset& dataset, const std::string& split,
     clips.resize(static_cast<size_t>(options.clips));
   }
   std::vector<BlockedWindows> found(clips.size());
-  std::exception_ptr failed;
-#pragma omp parallel for schedule(dynamic)
-  for (size_t i = 0; i < clips.size(); ++i) {
-    try {
-      const CollisionMeter meter(builtin_body(), load_scene(dataset, clips[i].scene));
-      found[i] = measure_clip(load_clip(dataset, clips[i]), meter, options);
-    } catch (...) {
-#pragma omp critical(inhabit_blocked)
-      failed = std::current_exception();
-    }
-  }
-  if (failed) std::rethrow_exception(failed);
+  each_item(static_cast<int64_t>(clips.size()), {}, [&](int64_t item) {
+    const auto i = static_cast<size_t>(item);
+    const CollisionMeter meter(builtin_body(), load_scene(dataset, clips[i].scene));
+    found[i] = measure_clip(load_clip(dataset, clips[i]), meter, options);
+  });
   BlockedWindows out;
   for (const BlockedWindows& one : found) {
     out.clips += one.clips, out.windows += one.windows;
