@@ -79,7 +79,8 @@ INHABIT_API void inhabit_clip_free(inhabit_clip* clip);
 
 /* ---- Scenes ---- */
 
-/** A mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply .pcd .xyz .npz); unit and up axis are detected. */
+/** A mesh (.obj .ply .glb .gltf .fbx .dae .off .stl) or point cloud (.ply .pcd .xyz .npz); unit and up axis are
+ * detected. */
 INHABIT_API inhabit_scene* inhabit_scene_read(const char* path);
 
 /** A scene of `vertices` (count, 3) metres and triangles `faces` (triangles, 3), or, without triangles, of points. */
