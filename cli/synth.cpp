@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/interact/reseat_set.h"
+#include "inhabit/metrics/score_table.h"
 #include "inhabit/synth/activity.h"
 #include "inhabit/synth/blocked.h"
 #include "inhabit/synth/chairs.h"
@@ -197,6 +198,7 @@ void add_check(CLI::App& synth) {
       throw inhabit::Error(given->folder, "has no clips in split \"" + given->split + "\"");
     const std::vector<Bar> bars = inhabit::check_motion(dataset, given->split);
     bool pass = true;
+    // No ScoreTable: every row has a unit, and so digits, of its own and ends in words.
     nlohmann::json out = nlohmann::json::array();
     if (!given->json) std::printf("%-34s %10s %10s %10s  %-5s %s\n", "", "low", "measured", "high", "", "worst clip");
     for (const Bar& bar : bars) {
@@ -264,12 +266,26 @@ void add_activity(CLI::App& synth) {
       ->capture_default_str();
   verb->callback([given] {
     const auto found = inhabit::dynamics_by_activity(inhabit::open_dataset(given->folder), given->split, given->cutoff);
-    std::printf("%-20s %9s %8s %8s %8s %10s %10s\n", "", "frames", "m/s", "m/s^2", "m/s^3", "low m/s^2", "low m/s^3");
-    for (size_t a = 0; a < found.size(); ++a)
-      if (found[a].raw.frames > 0)
-        std::printf("%-20s %9lld %8.2f %8.2f %8.1f %10.2f %10.1f\n", inhabit::kActivityNames.at(a),
-                    static_cast<long long>(found[a].raw.frames), found[a].raw.speed, found[a].raw.acceleration,
-                    found[a].raw.jerk, found[a].smooth.acceleration, found[a].smooth.jerk);
+    inhabit::ScoreTable table;
+    table.labels = {""};
+    table.columns = {{"", "frames", "frames", 0},
+                     {"", "m/s", "speed", 2},
+                     {"", "m/s^2", "acceleration", 2},
+                     {"", "m/s^3", "jerk", 1},
+                     {"", "low m/s^2", "low_acceleration", 2},
+                     {"", "low m/s^3", "low_jerk", 1}};
+    for (size_t a = 0; a < found.size(); ++a) {
+      const auto& [raw, smooth] = found[a];
+      if (raw.frames == 0) continue;
+      table.rows.push_back({{inhabit::kActivityNames.at(a)},
+                            {{static_cast<double>(raw.frames)},
+                             {raw.speed},
+                             {raw.acceleration},
+                             {raw.jerk},
+                             {smooth.acceleration},
+                             {smooth.jerk}}});
+    }
+    std::printf("%s", text_of(table).c_str());
   });
 }
 

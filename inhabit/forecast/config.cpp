@@ -146,6 +146,7 @@ Config preset(const std::string& name) {
   return config;
 }
 
+// The block lists are no fields, so that this and config_from_json() are not those of the other systems.
 std::string to_json(const Config& config) {
   nlohmann::ordered_json root = fields_to_json(config, fields);
   if (config.decoder == "recurrent" && config.articulated == Config::Articulated{}) {
@@ -203,9 +204,7 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
   return config;
 }
 
-void set_fields(Config& config, const std::vector<std::string>& settings) {
-  inhabit::set_fields(settings, fields, config);
-}
+void set_fields(Config& c, const std::vector<std::string>& settings) { inhabit::set_fields(settings, fields, c); }
 
 void validate(const Config& c, const std::string& subject) {
   const ConfigCheck check{subject};

@@ -119,6 +119,7 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     if (!parts.shard().has(i)) continue;
     const Sample s = data.sample(i, 0, false), d = dense.sample(i, 0, false);
     const Touching w{s.points.unsqueeze(0), d.points.unsqueeze(0), s.joints.unsqueeze(0)};
+    // By the scene's points alone, not by feet (scene/floor.h), whose contacts are what is judged.
     const double floor = d.points.select(1, 1).contiguous().quantile(kBelowFloor).item<double>();
     const Tensor real = true_contact_points(w.dense, w.joints.slice(1, config.past), config);
     for (size_t k = 0; k < sources.size(); ++k)

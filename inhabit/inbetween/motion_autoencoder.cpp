@@ -122,12 +122,6 @@ TrainTask motion_autoencoder_task(MotionAutoencoder network, const Tensor& train
 
 SafeTensors motion_autoencoder_header() { return nn::model_content(kAutoencoder, "{}"); }
 
-void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half) {
-  SafeTensors content = motion_autoencoder_header();
-  nn::collect_parameters(*network, "", content);
-  write_safetensors(path, content, half);
-}
-
 MotionAutoencoder load_motion_autoencoder(const std::string& path) {
   const nn::ModelFile file = nn::read_model_file(path);
   file.config_of(kAutoencoder);

@@ -51,9 +51,6 @@ TrainTask motion_autoencoder_task(MotionAutoencoder network, const torch::Tensor
 /// Its file without the network (train/stages.h).
 SafeTensors motion_autoencoder_header();
 
-/// @param half store weights in half precision.
-void save_motion_autoencoder(const std::string& path, const MotionAutoencoder& network, bool half = false);
-
 /// In evaluation mode. Throws Error naming the file where it is of another kind, or a parameter is missing, of another
 /// shape, or not finite.
 MotionAutoencoder load_motion_autoencoder(const std::string& path);

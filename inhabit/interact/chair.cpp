@@ -202,15 +202,6 @@ Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double hig
 
 }  // namespace
 
-std::vector<std::string> object_names(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const Mesh& mesh : scene.meshes) {
-    const std::string name = object_of_mesh(mesh.name);
-    if (!is_floor(mesh.name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  return names;
-}
-
 double Chair::heading() const { return heading_of(on_ground(frame.linear().col(2))); }
 Vector3d Chair::seat() const { return frame * Vector3d(0, seat_height, 0); }
 

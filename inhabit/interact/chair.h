@@ -45,9 +45,6 @@ std::vector<Chair> find_chairs(const Scene& scene);
 /// where nothing is there, or too high or low.
 Chair chair_at(const Scene& scene, const Eigen::Vector3d& point, double heading, bool force = false);
 
-/// Names of the objects of a scene that are no floor, each once, in the order of its meshes.
-std::vector<std::string> object_names(const Scene& scene);
-
 /// The chair that the person of a recording sits on first, its seat where the pelvis rests: the object that
 /// Clip::object_pose places gives the heading, else the person does. Nothing where nobody sits (Clip::contact of the
 /// pelvis).

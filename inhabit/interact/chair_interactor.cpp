@@ -18,6 +18,7 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/scene/floor.h"
+#include "inhabit/scene/objects.h"
 
 namespace inhabit::interact {
 namespace {

@@ -154,15 +154,10 @@ Config preset(const std::string& name) {
 std::string to_json(const Config& config) { return fields_to_json(config, fields).dump(); }
 
 Config config_from_json(const std::string& text, const std::string& subject) {
-  Config config;
-  fields_from_json(config_object(text, subject), subject, fields, config);
-  validate(config, subject);
-  return config;
+  return inhabit::config_from_json<Config>(text, subject, fields);
 }
 
-void set_fields(Config& config, const std::vector<std::string>& settings) {
-  inhabit::set_fields(settings, fields, config);
-}
+void set_fields(Config& c, const std::vector<std::string>& settings) { inhabit::set_fields(settings, fields, c); }
 
 void validate(const Config& c, const std::string& subject) {
   const ConfigCheck check{subject};

@@ -60,7 +60,9 @@ INHABIT_INLINE void load_weights(const float* w, typename Whole<kWidth>::Float& 
   std::memcpy(&to, w, sizeof(to));
 }
 
-/// Sums of `kRows` rows over `depth` inputs for kVectors vectors of columns, times scale and gate, added to y.
+/// Sums of `kRows` rows over `depth` inputs for kVectors vectors of columns, times scale and gate, added to y. Of
+/// nn/row_products_kernel's tile it has the shape alone: here weights have 16 bits, their scales and the gates are
+/// taken once behind the sum, and those of a single row are asked for ahead.
 template <int kWidth, int kVectors, int kRows, class Weight>
 INHABIT_INLINE void tile(const Weight* w, const float* scale, int64_t depth, const float* x, int64_t x_stride,
                          const float* gate, float* y) {

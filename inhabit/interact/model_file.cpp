@@ -157,17 +157,6 @@ bool holds(const Networks& n, Predictor predictor) {
   return !n.pose.is_empty();
 }
 
-FeatureScale nsm_scale(const Config& config, const FeatureScale& scale, bool contacts) {
-  const FrameSizes f = frame_sizes(config);
-  const auto part = [&](const Tensor& t, double contact) {
-    const int64_t to_goals = f.pose + f.goals, to_control = to_goals + f.ego + f.chair;
-    const Tensor extra = torch::full({contacts ? kContactInputs : 0}, contact);
-    return torch::cat(
-        {t.slice(0, 0, to_goals), extra, t.slice(0, to_goals, to_control), t.slice(0, to_control + f.control)});
-  };
-  return {part(scale.mean, 0), part(scale.deviation, 1)};
-}
-
 SafeTensors model_content(const Networks& networks, const std::vector<std::string>& without) {
   SafeTensors content = nn::model_content(kSystem, to_json(networks.config));
   content.tensors["scale.input_mean"] = networks.input_scale.mean;

@@ -30,9 +30,6 @@ struct Networks {
 /// True where the network of a predictor is there.
 bool holds(const Networks& networks, Predictor predictor);
 
-/// The scale of the rows that NSM and SAMP take, from PoseNet's: the control left out, contacts as they are (metres).
-FeatureScale nsm_scale(const Config& config, const FeatureScale& input_scale, bool contacts);
-
 /// What files of this system say they are of.
 inline constexpr const char* kSystem = "chair-interaction";
 /// Such a file with whichever networks are there, but those that `without` names ("pose", "control", ...).

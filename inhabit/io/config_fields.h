@@ -72,6 +72,16 @@ void set_fields(const std::vector<std::string>& settings, const Fields& fields, 
   }
 }
 
+/// The configuration that a text describes; fields that it leaves out keep their defaults. Throws Error(subject, ...)
+/// for what is no JSON object of such fields, and what validate(config, subject), declared beside Config, throws.
+template <class Config, class Fields>
+Config config_from_json(const std::string& text, const std::string& subject, const Fields& fields) {
+  Config config;
+  fields_from_json(config_object(text, subject), subject, fields, config);
+  validate(config, subject);
+  return config;
+}
+
 /// What validate() of a configuration checks with: throws Error(subject, ...) naming the field.
 struct ConfigCheck {
   std::string subject;  ///< the file or argument it came from

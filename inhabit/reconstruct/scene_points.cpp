@@ -80,6 +80,7 @@ std::vector<Vector3d> without_seen_through(const std::vector<Vector3d>& points, 
   return out;
 }
 
+// Not floor_under() (scene/floor.h): points of depth maps lie above and below the floor, and mostly where no foot was.
 double floor_height(const std::vector<Vector3d>& points, double expected, double reach) {
   constexpr double kLayer = 0.02;
   const auto layers = static_cast<size_t>(std::ceil(2 * reach / kLayer));

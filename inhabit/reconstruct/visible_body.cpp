@@ -70,6 +70,7 @@ std::vector<int> visible_vertices(const BodyInFrames& body, const refine::PosedS
   return out;
 }
 
+// Not floor_under() (motion/floor.h): a camera sees where the skin ends, which depends on the person's shape.
 double feet_height(const BodyInFrames& body, int64_t step) {
   std::vector<double> lowest;
   for (int64_t t = 0; t < static_cast<int64_t>(body.poses.size()); t += step) {

@@ -78,7 +78,8 @@ struct Foot {
   std::vector<Contact> contacts;
 };
 
-/// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near.
+/// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near. Not floor_under()
+/// (motion/floor.h), which looks where feet are slow: here that is found from the floor.
 double flat_floor(const Poses& poses) {
   std::vector<double> heights;
   for (const BonesPose& pose : poses) heights.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));

@@ -40,6 +40,15 @@ bool is_floor(const std::string& mesh_name) {
   return object == "floor" || object == "rug" || object == "ground" || object == "carpet";
 }
 
+std::vector<std::string> object_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Mesh& mesh : scene.meshes) {
+    const std::string name = object_of_mesh(mesh.name);
+    if (!is_floor(mesh.name) && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
 Scene obstacles_of(const Scene& scene, const std::string& without) {
   Scene out;
   out.name = scene.name;

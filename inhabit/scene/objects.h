@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "inhabit/scene/scene.h"
 
@@ -14,6 +15,9 @@ std::string object_of_mesh(const std::string& mesh_name);
 /// True for floors, ground, rugs and carpets, however they are spelt ("Floor.001"), which feet stand on and nothing
 /// collides with.
 bool is_floor(const std::string& mesh_name);
+
+/// Names of the objects of a scene that are no floor, each once, in the order of its meshes.
+std::vector<std::string> object_names(const Scene& scene);
 
 /// The scene without its floor, its points and, where one is named, an object.
 Scene obstacles_of(const Scene& scene, const std::string& without = "");

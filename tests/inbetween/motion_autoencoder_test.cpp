@@ -8,6 +8,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/metrics/frechet.h"
+#include "inhabit/nn/parameters.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -16,6 +17,13 @@ namespace {
 
 using testing::HasSubstr;
 using torch::Tensor;
+
+/// As run_stages() writes it.
+void save_autoencoder(const std::string& path, const MotionAutoencoder& network) {
+  SafeTensors content = motion_autoencoder_header();
+  nn::collect_parameters(*network, "", content);
+  write_safetensors(path, content);
+}
 
 TEST(MotionChannels, AreThoseOfTheWindowInItsOwnFrame) {
   const Tensor joints = walker(121, 1.2, 0.7, 0.5, 3, -2).joints.unsqueeze(0);
@@ -56,7 +64,7 @@ TEST(MotionAutoencoder, LearnsToReconstructAndItsFileGivesTheSameFeatures) {
     const torch::NoGradGuard no_gradients;
     before = task.validate();
   }
-  task.on_best = [&] { save_motion_autoencoder(folder / "features.safetensors", network); };
+  task.on_best = [&] { save_autoencoder(folder / "features.safetensors", network); };
   TrainOptions options;
   options.steps = 40;
   options.batch = 16;
@@ -99,7 +107,7 @@ TEST(MotionAutoencoder, RefusesWhatIsNoWindowAndFilesThatAreNoAutoencoder) {
   other.tensors["weight"] = torch::zeros({2});
   write_safetensors(path, other);
   EXPECT_THAT(refusal_of([&] { load_motion_autoencoder(path); }), HasSubstr("is not a model of motion-autoencoder"));
-  save_motion_autoencoder(path, network);
+  save_autoencoder(path, network);
   SafeTensors damaged = read_safetensors(path);
   damaged.tensors["deviation"][3] = 0;
   write_safetensors(path, damaged);

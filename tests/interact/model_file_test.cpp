@@ -83,22 +83,6 @@ TEST(InteractModelFile, CompactWeightsStayUnderSixteenMebibytes) {
   EXPECT_LT(largest_difference(rounded->forward(x), expected), 0.01 * largest(expected));
 }
 
-TEST(InteractModelFile, BaselinesSeeTheScaleOfTheirRows) {
-  const Config c = small_interact_config();
-  const FrameSizes f = frame_sizes(c);
-  const Networks n = untrained_networks(c);
-  const Tensor& mean = n.input_scale.mean;
-  const FeatureScale plain = nsm_scale(c, n.input_scale, false), contacts = nsm_scale(c, n.input_scale, true);
-  EXPECT_EQ(plain.mean.size(0), n.nsm->sizes.row);
-  EXPECT_EQ(contacts.mean.size(0), n.nsm_control->sizes.row);
-  const int64_t goals = f.pose + f.goals;
-  EXPECT_TRUE(torch::equal(plain.mean.slice(0, 0, goals), mean.slice(0, 0, goals)));
-  EXPECT_TRUE(torch::equal(plain.mean.slice(0, -f.gating), mean.slice(0, -f.gating)));
-  EXPECT_TRUE(torch::equal(contacts.mean.slice(0, goals, goals + kContactInputs), torch::zeros({kContactInputs})));
-  EXPECT_TRUE(torch::equal(contacts.deviation.slice(0, goals, goals + kContactInputs), torch::ones({kContactInputs})));
-  EXPECT_TRUE(torch::equal(contacts.mean.slice(0, goals + kContactInputs), plain.mean.slice(0, goals)));
-}
-
 TEST(InteractModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   const TempFolder folder;
   const std::string path = folder / "m.safetensors";

@@ -23,6 +23,15 @@ TEST(Objects, GoByTheNamesOfTheirMeshes) {
   EXPECT_TRUE(is_floor("Ground.001"));
 }
 
+TEST(Objects, AreNamedOnceInTheOrderOfTheirMeshes) {
+  Scene scene;
+  for (const char* name : {"wall_0", "floor", "chair_0", "wall_0.1", "chair_0.1", "rug.3"}) {
+    scene.meshes.push_back(box_mesh({0, 0, 0}, {1, 1, 1}));
+    scene.meshes.back().name = name;
+  }
+  EXPECT_EQ(object_names(scene), (std::vector<std::string>{"wall_0", "chair_0"}));
+}
+
 TEST(Objects, ObstaclesAreWhatIsLeft) {
   Scene scene;
   for (const char* name : {"floor", "rug.3", "chair_0", "chair_0.1", "wall_0"}) {

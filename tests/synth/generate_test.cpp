@@ -226,6 +226,9 @@ TEST(SynthCommand, MakesChecksAndRefuses) {
   const CommandResult check = run_command("synth check --json " + (folder / "d"));
   EXPECT_THAT(check.exit_code, ::testing::AnyOf(0, 1)) << check.err;
   EXPECT_EQ(nlohmann::json::parse(check.out).size(), 8U);
+  const CommandResult activity = run_command("synth activity " + (folder / "d"));
+  EXPECT_EQ(activity.exit_code, 0) << activity.err;
+  EXPECT_THAT(activity.out, ::testing::HasSubstr("low m/s^3\n")) << activity.out;
   const CommandResult missing = run_command("synth check " + (folder / "nowhere"));
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_EQ(std::count(missing.err.begin(), missing.err.end(), '\n'), 1) << missing.err;
