@@ -41,7 +41,7 @@ typedef struct {
 
 /* ---- Motion ---- */
 
-/* The motion in a file: .bvh .amc .npz .npy .json .txt, in the file's own skeleton and rate. */
+/* The motion in a file: .bvh .fbx .dae .glb .gltf .amc .npz .npy .json .txt, in the file's own skeleton and rate. */
 INHABIT_API inhabit_clip* inhabit_clip_read(const char* path);
 
 /* A motion of joint positions alone: `joints` (frames, count, 3) metres at `rate` frames a second. `names` (count) of

@@ -29,8 +29,7 @@ void score_jerk_of(Score& given) {
   const auto clips = score_clips(given, given.motion, given.reading, given.rate, 4);
   const JerkScore score = score_jerk(clips);
   if (given.reference.empty()) return report_scores(given, score_json(score, clips));
-  const JerkScore reference =
-      score_jerk(score_clips(given, given.reference, given.reading_reference, given.rate, 4));
+  const JerkScore reference = score_jerk(score_clips(given, given.reference, given.reading_reference, given.rate, 4));
   report_scores(given, score_json(score, clips, &reference));
 }
 

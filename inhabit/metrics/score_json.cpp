@@ -5,10 +5,11 @@ namespace inhabit {
 using Json = nlohmann::ordered_json;
 
 Json score_json(const SkatingScore& score, const std::vector<ScoredClip>& clips) {
-  return {
-      {"foot_skating", score.foot_skating},
-      {"motions", clips.size()},
-      {"files", rows_by_file(clips, [&](size_t i) { return Json{{"foot_skating", score.by_clip[i]}}; })}};
+  return {{"foot_skating", score.foot_skating},
+          {"motions", clips.size()},
+          {"files", rows_by_file(clips, [&](size_t i) {
+             return Json{{"foot_skating", score.by_clip[i]}};
+           })}};
 }
 
 Json score_json(const JerkScore& score, const std::vector<ScoredClip>& clips, const JerkScore* reference) {

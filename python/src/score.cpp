@@ -203,11 +203,12 @@ void add_score(py::module_& m) {
         "joints,\n"
         "speed of the root over the ground (m/s), motions, how many, and files, the jerk of each.\n\n"
         "reference: real motion; jerk_ratio, of the jerk to theirs, is there too. rate: frames a second to score at.");
-  m.def("score_penetration", &penetration_of, "motions"_a, "scene"_a, py::kw_only(), "rate"_a = 30.0,
-        "How much of the body is inside a scene, as `inhabit score penetration` says it: a dictionary of\n"
-        "collision_frame_ratio, collision_vertex_ratio and penetration_max_mm, the same without tolerance (exact_...),\n"
-        "motions, how many, and files, of each penetration_mm, deepest_frame (of the clip), deepest_in and\n"
-        "collision_frame_ratio. rate: frames a second to score at.");
+  m.def(
+      "score_penetration", &penetration_of, "motions"_a, "scene"_a, py::kw_only(), "rate"_a = 30.0,
+      "How much of the body is inside a scene, as `inhabit score penetration` says it: a dictionary of\n"
+      "collision_frame_ratio, collision_vertex_ratio and penetration_max_mm, the same without tolerance (exact_...),\n"
+      "motions, how many, and files, of each penetration_mm, deepest_frame (of the clip), deepest_in and\n"
+      "collision_frame_ratio. rate: frames a second to score at.");
   m.def(
       "foot_skating",
       [](const Clip& clip, double height, double distance) {
