@@ -1,6 +1,3 @@
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/fmt/ranges.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/inbetween/inbetween_page.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/warnings.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/shipped_model.h"
@@ -71,37 +69,12 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   return in_time.clip;
 }
 
-/// Says which key poses are inside the scene, how deep and in what: a warning, for in-betweening goes on.
-void warn_of_collisions(const inbetween::Result& r) {
-  constexpr size_t kNamed = 5;
-  if (r.key_immersions.empty()) return;
-  std::string where;
-  for (size_t k = 0; k < std::min(r.key_immersions.size(), kNamed); ++k) {
-    const Immersion& in = r.key_immersions[k];
-    where += fmt::format("{}{:.2f} s{}{}", k > 0 ? "; " : "", static_cast<double>(in.frame) / r.motion.rate,
-                         in.depth > 0 ? ", " : "", in.text());
-  }
-  std::fprintf(stderr, "inhabit: warning: %zu of %zu key poses are inside the scene: at %s%s\n",
-               r.key_immersions.size(), r.keys.size(), where.c_str(), kNamed < r.key_immersions.size() ? "; ..." : "");
-}
-
-/// Says which contacts and targets are missed, for nobody there could reach them.
-void warn_of_missed_contacts(const inbetween::Result& r, const ControlTexts& texts) {
-  constexpr double kMet = 0.03;
-  std::vector<std::string> given;
-  for (const std::string& text : texts.contacts) given.push_back("--contact " + text);
-  for (const std::string& text : texts.targets) given.push_back("--target " + text);
-  for (size_t k = 0; k < r.contact_gaps.size(); ++k)
-    if (r.contact_gaps[k] > kMet)
-      std::fprintf(stderr, "inhabit: warning: %s is missed by %.2f m: places are in metres, within reach\n",
-                   given[k].c_str(), r.contact_gaps[k]);
-}
-
-/// Says which keys are behind something that nobody gets around in time.
-void warn_of_blocked_keys(const inbetween::Result& r) {
-  for (const int64_t key : r.unreached)
-    std::fprintf(stderr, "inhabit: warning: no path around what stands before the key at %.2f s was found\n",
-                 static_cast<double>(key) / r.motion.rate);
+/// What the contacts and targets are called, in their order among the controls.
+std::vector<std::string> names_of(const ControlTexts& texts) {
+  std::vector<std::string> out;
+  for (const std::string& text : texts.contacts) out.push_back("--contact " + text);
+  for (const std::string& text : texts.targets) out.push_back("--target " + text);
+  return out;
 }
 
 }  // namespace
@@ -186,9 +159,8 @@ void add_inbetween(CLI::App& app) {
       notes.emplace_back(o->motions.size() == 1
                              ? "the file holds no rotations: written on the standard skeleton"
                              : "the files hold no rotations on one skeleton: written on the standard one");
-    warn_of_collisions(r);
-    warn_of_blocked_keys(r);
-    warn_of_missed_contacts(r, o->controls);
+    for (const std::string& warning : inbetween::warnings_of(r, names_of(o->controls)))
+      std::fprintf(stderr, "inhabit: warning: %s\n", warning.c_str());
     say(notes);
     write_outputs(
         o->outputs,

@@ -8,6 +8,7 @@
 #include "inhabit/anticipate/features.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/error.h"
+#include "inhabit/interruption.h"
 #include "inhabit/metrics/motion_words.h"
 #include "inhabit/metrics/ndms.h"
 
@@ -241,6 +242,7 @@ Followed MotionMemory::follow(const Tensor& past, const Tensor& choice, const st
     return &leaving(at.motion, point * kLeaveEvery, own(s));
   };
   for (int64_t t = 0; t < frames; ++t) {
+    interruption_point();
     Tensor label_scores;
     auto* label = out.labels.data_ptr<int64_t>() + t;
     for (int64_t s = 0; s < samples; ++s) {

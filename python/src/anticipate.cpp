@@ -26,7 +26,7 @@ void add_anticipate(py::module_& m) {
           "(S, T) int64 intentions, or None for a model without them.")
       .def_property_readonly(
           "labels_on_source", [](const Futures& r) { return r.labels_on_source; },
-          "(S, T') int64 intentions of on_source.")
+          "(S, T') int64 intentions of on_source, or None.")
       .def("__len__", [](const Futures& r) { return r.futures.size(); });
 
   py::class_<IntentionAnticipator, std::shared_ptr<IntentionAnticipator>>(

@@ -100,7 +100,7 @@ UpAxis up_axis(const std::optional<std::string>& up) {
 }
 
 ClipReadOptions reading_of(const std::optional<std::string>& up, std::optional<double> scale,
-                           std::optional<double> rate, const std::optional<Path>& asf) {
+                           std::optional<double> rate, const std::optional<Path>& asf, bool level) {
   ClipReadOptions out;
   out.up = up_axis(up);
   if (scale && !(*scale > 0 && *scale < 1e12)) throw Error("scale", "is not a number over 0");
@@ -108,7 +108,15 @@ ClipReadOptions reading_of(const std::optional<std::string>& up, std::optional<d
   out.scale = scale.value_or(0);
   out.rate = rate.value_or(0);
   if (asf) out.asf = asf->string();
+  out.level = level;
   return out;
+}
+
+Shard shard_of(const ShardArgument& given) {
+  if (!given) return {};
+  if (const auto* text = std::get_if<std::string>(&*given)) return text->empty() ? Shard() : parse_shard(*text);
+  const auto& [number, of] = std::get<std::pair<int64_t, int64_t>>(*given);
+  return parse_shard(std::to_string(number) + "/" + std::to_string(of));
 }
 
 }  // namespace inhabit::python

@@ -10,9 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "arrays.h"
+#include "inhabit/data/shard.h"
 #include "inhabit/interruption.h"
 #include "inhabit/io/read_options.h"
 #include "inhabit/progress.h"
@@ -58,10 +60,14 @@ std::vector<std::string> texts_of(const std::vector<Path>& paths);
 /// A given model file, or the one that ships.
 std::string model_file(const std::optional<Path>& given, const std::string& shipped);
 
-/// "up", "scale", "rate" and "asf" of Python as reading options.
+/// "up", "scale", "rate", "asf" and "level" of Python as reading options.
 ClipReadOptions reading_of(const std::optional<std::string>& up, std::optional<double> scale,
-                           std::optional<double> rate, const std::optional<Path>& asf);
+                           std::optional<double> rate, const std::optional<Path>& asf, bool level = false);
 UpAxis up_axis(const std::optional<std::string>& up);
+
+/// Part I of N: (I, N), "I/N", or None for all of it.
+using ShardArgument = std::optional<std::variant<std::string, std::pair<int64_t, int64_t>>>;
+Shard shard_of(const ShardArgument& given);
 
 // Each adds its part of the module.
 void add_clips(py::module_& m);

@@ -134,26 +134,29 @@ void add_clips(py::module_& m) {
   add_array<Floats, &Clip::joints>(clip, "joints", "(T, J, 3) float32, metres, world.");
   add_array<Floats, &Clip::rotations>(
       clip, "rotations",
-      "(T, J, 3) float32, axis-angle radians, each joint relative to its parent; row 0 is the root's.");
+      "(T, J, 3) float32, axis-angle radians, each joint relative to its parent; row 0 is the root's;\n"
+      "or None.");
   add_array<Floats, &Clip::trans>(
-      clip, "trans", "(T, 3) float32, metres: root joint = trans + skeleton.offsets[0] (SMPL's convention).");
+      clip, "trans", "(T, 3) float32, metres: root joint = trans + skeleton.offsets[0] (SMPL's convention), or None.");
   add_array<Floats, &Clip::translations>(
-      clip, "translations", "(T, J, 3) float32, metres, in place of skeleton.offsets where joints translate.");
-  add_array<Floats, &Clip::betas>(clip, "betas", "(B) float32, body shape.");
+      clip, "translations", "(T, J, 3) float32, metres, in place of skeleton.offsets where joints translate, or None.");
+  add_array<Floats, &Clip::betas>(clip, "betas", "(B) float32, body shape, or None.");
   add_value<std::string, &Clip::gender>(clip, "gender", "'neutral', 'female' or 'male'.");
   clip.def_property_readonly(
       "source_body", [](const Clip& c) { return c.source_body; },
       "Body model of the file it came from ('smplx'), empty for the built-in body.");
   clip.def_readwrite("action_names", &Clip::action_names, "Labels that `action` indexes.");
-  add_array<Longs, &Clip::action>(clip, "action", "(T) int64, indices into action_names.");
-  add_array<Floats, &Clip::contact>(clip, "contact", "(T, J) float32, 1 where the joint's skin touches the scene.");
+  add_array<Longs, &Clip::action>(clip, "action", "(T) int64, indices into action_names, or None.");
+  add_array<Floats, &Clip::contact>(clip, "contact",
+                                    "(T, J) float32, 1 where the joint's skin touches the scene, or None.");
   add_array<Floats, &Clip::hand_targets>(
-      clip, "hand_targets", "(T, 2, 4) float32, left and right: x y z metres of the touched point, then 1, or 0.");
+      clip, "hand_targets",
+      "(T, 2, 4) float32, left and right: x y z metres of the touched point, then 1, or 0; or None.");
   clip.def_property_readonly(
       "object_names", [](const Clip& c) { return c.object_names; }, "Objects that object_pose places.");
   clip.def_property_readonly(
       "object_pose", [](const Clip& c) { return c.object_pose; },
-      "(T, O, 6) float32, world translation metres, then axis-angle radians.");
+      "(T, O, 6) float32, world translation metres, then axis-angle radians, or None.");
   clip.def(
       "set_objects",
       [](Clip& c, std::vector<std::string> names, const Floats& pose) {

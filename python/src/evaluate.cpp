@@ -5,11 +5,13 @@
 
 #include "calls.h"
 #include "inhabit/anticipate/evaluation_folds.h"
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/evaluate_contacts.h"
 #include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
 #include "inhabit/interact/evaluate.h"
+#include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/nn/used_settings.h"
 #include "inhabit/reconstruct/evaluate.h"
@@ -28,6 +30,7 @@ struct Asked {
   int64_t windows, seeds;
   uint64_t seed;
   Progress progress;
+  MeasuredParts parts;
 
   template <class Networks>
   Networks networks(Networks (*load)(const std::string&), const std::string& shipped) const {
@@ -40,11 +43,18 @@ struct Asked {
   }
 };
 
+/// A table as text; empty where other parts are still to come.
+template <class Table, class ToJson>
+std::string rows_text(const Table& table, const ToJson& json) {
+  return table.rows.empty() ? std::string() : json(table).dump();
+}
+
 std::string forecast_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
   const forecast::Data data(asked.data, asked.split, model.config, 30);
   if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
-  return table_json(forecast::evaluate(model, data, asked.progress)).dump();
+  return rows_text(forecast::evaluate(model, data, asked.progress, asked.parts),
+                   [](const forecast::Table& t) { return table_json(t); });
 }
 
 std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds) {
@@ -56,10 +66,12 @@ std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds)
   how.seed = asked.seed;
   if (asked.windows > 0) how.windows = asked.windows;
   how.progress = asked.progress;
+  how.parts = asked.parts;
   const anticipate::Table table = anticipate::evaluate(
       anticipate::evaluation_folds(asked.data.front(), asked.split,
                                    {{model_file(asked.model, "anticipate-cmu.safetensors"), model}}),
       how);
+  if (!table.whole) return {};
   if (table.actions.empty()) throw asked.nothing("recording long enough");
   return table_json(table).dump();
 }
@@ -80,8 +92,10 @@ std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double no
   how.seed = asked.seed;
   how.noise = noise;
   how.progress = asked.progress;
+  how.parts = asked.parts;
   const auto features = inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
-  return table_json(inbetween::evaluate(windows, methods, features, how)).dump();
+  return rows_text(inbetween::evaluate(windows, methods, features, how),
+                   [](const inbetween::Table& t) { return table_json(t); });
 }
 
 std::string interact_rows(const Asked& asked, double seconds) {
@@ -89,7 +103,8 @@ std::string interact_rows(const Asked& asked, double seconds) {
   const auto trials = interact::trials_of(asked.data, asked.split, asked.windows > 0 ? asked.windows : 120, seconds);
   if (trials.empty()) throw asked.nothing("clip in which somebody sits");
   const auto methods = interact::methods_of({{"", model}}, seconds, {{.raw = true}, {}});
-  return table_json(interact::evaluate(trials, methods, asked.seed, asked.progress)).dump();
+  return rows_text(interact::evaluate(trials, methods, asked.seed, asked.progress, asked.parts),
+                   [](const interact::Table& t) { return table_json(t); });
 }
 
 std::string contacts_rows(const Asked& asked) {
@@ -98,9 +113,9 @@ std::string contacts_rows(const Asked& asked) {
   dense.points = forecast::kDensePoints;
   const forecast::Data data(asked.data, asked.split, model.config, 30);
   if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
-  return rows_json(forecast::evaluate_contacts(model, data, forecast::Data(asked.data, asked.split, dense, 30),
-                                               asked.progress))
-      .dump();
+  return rows_text(forecast::evaluate_contacts(model, data, forecast::Data(asked.data, asked.split, dense, 30),
+                                               asked.progress, asked.parts),
+                   [](const ScoreTable& t) { return rows_json(t); });
 }
 
 std::string detour_rows(const Asked& asked, bool refine) {
@@ -112,9 +127,11 @@ std::string detour_rows(const Asked& asked, bool refine) {
   how.seeds = asked.seeds;
   how.seed = asked.seed;
   how.progress = asked.progress;
+  how.parts = asked.parts;
   const auto rooms = inbetween::blocked_rooms(((asked.windows > 0 ? asked.windows : 50) + 1) / 2, model.config.frames,
                                               model.config.rate, asked.seed);
-  return rows_json(inbetween::score_table(inbetween::evaluate_detour(rooms, methods, how), rooms, how), true).dump();
+  const auto scores = inbetween::evaluate_detour(rooms, methods, how);
+  return scores.empty() ? std::string() : rows_json(inbetween::score_table(scores, rooms, how), true).dump();
 }
 
 std::string reconstruct_rows(const Asked& asked, double seconds) {
@@ -125,14 +142,23 @@ std::string reconstruct_rows(const Asked& asked, double seconds) {
   how.seed = asked.seed;
   how.seconds = seconds;
   how.progress = asked.progress;
-  return rows_json(reconstruct::table_of(reconstruct::evaluate(inbetweener, how))).dump();
+  how.parts = asked.parts;
+  const auto rooms = reconstruct::evaluate(inbetweener, how);
+  return rooms.empty() ? std::string() : rows_json(reconstruct::table_of(rooms)).dump();
+}
+
+/// The part that is asked for, kept beside the table.
+MeasuredParts parts_of(const ShardArgument& shard, const std::optional<Path>& table, const nlohmann::json& job) {
+  if (!shard) return {};
+  if (!table) throw Error("shard", "needs json: parts are kept beside the table");
+  return {shard_of(shard), table->string(), job.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
 }
 
 py::object evaluate_system(const std::string& system, const std::variant<std::string, Texts>& data,
                            const std::string& split, const std::optional<Path>& model, const py::object& settings,
                            std::optional<int64_t> windows, std::optional<int64_t> seeds, uint64_t seed, int64_t samples,
                            std::optional<double> seconds, const Texts& keyframes, double noise, bool refine,
-                           const py::object& progress) {
+                           const ShardArgument& shard, const std::optional<Path>& table, const py::object& progress) {
   const auto at_least_one = [](const char* name, int64_t value) {
     if (value < 1) throw Error(name, "are fewer than 1");
   };
@@ -140,14 +166,29 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
   if (seeds) at_least_one("seeds", *seeds);
   at_least_one("samples", samples);
   const auto* one = std::get_if<std::string>(&data);
-  const Asked asked{one != nullptr ? Texts{*one} : std::get<Texts>(data),
+  const Texts folders = one != nullptr ? Texts{*one} : std::get<Texts>(data), used = settings_of(settings);
+  const nlohmann::json job = {{"python", system},
+                              {"data", folders},
+                              {"split", split},
+                              {"model", model ? model->string() : ""},
+                              {"settings", used},
+                              {"windows", windows.value_or(0)},
+                              {"seeds", seeds.value_or(0)},
+                              {"seed", seed},
+                              {"samples", samples},
+                              {"seconds", seconds.value_or(0)},
+                              {"keyframes", keyframes},
+                              {"noise", noise},
+                              {"refine", refine}};
+  const Asked asked{folders,
                     split,
                     model,
-                    settings_of(settings),
+                    used,
                     windows.value_or(0),
                     seeds.value_or(system == "detour" ? 10 : 1),
                     seed,
-                    progress_of(progress)};
+                    progress_of(progress),
+                    parts_of(shard, table, job)};
   const std::map<std::string, std::function<std::string()>> systems = {
       {"anticipate", [&] { return anticipate_rows(asked, samples, seconds.value_or(30)); }},
       {"contacts", [&] { return contacts_rows(asked); }},
@@ -167,6 +208,9 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
     throw Error("data", own_rooms ? "is of no use: '" + system + "' makes its own rooms" : "is missing");
   if (system == "contacts" && windows) throw Error("windows", "are of no use to 'contacts', which takes all");
   const std::string rows = released(rows_of->second);
+  if (rows.empty() && !asked.parts.shard().is_all()) return py::none();
+  if (table) write_atomically(table->string(), nlohmann::ordered_json::parse(rows).dump(1) + "\n");
+  asked.parts.remove();
   return python_of(rows);
 }
 
@@ -176,7 +220,7 @@ void add_evaluate(py::module_& m) {
   m.def("evaluate", &evaluate_system, "system"_a, "data"_a = Texts(), py::kw_only(), "split"_a = "test",
         "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = py::none(),
         "seed"_a = 1, "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
-        "refine"_a = true, "progress"_a = py::none(),
+        "refine"_a = true, "shard"_a = py::none(), "json"_a = py::none(), "progress"_a = py::none(),
         "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
         "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
         "make\n"
@@ -188,7 +232,11 @@ void add_evaluate(py::module_& m) {
         "refine (interpolations "
         "refined,\n"
         "too) are of it as well. samples: futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
-        "'anticipate', the length of a run of 'interact'. progress(done, all) is called now and then.");
+        "'anticipate', the length of a run of 'interact' and of a motion of 'reconstruct'. json: a file that the table "
+        "is\n"
+        "written to, too. shard: (I, N) for part I of N, for several processes: parts are kept beside `json`, and the "
+        "last of\n"
+        "them gives and writes the table; None before. progress(done, all) is called now and then.");
 }
 
 }  // namespace inhabit::python

@@ -40,7 +40,8 @@ constexpr const char* kReading =
     "\n\nup: 'y' or 'z', scale: metres per unit, rate: frames a second, whatever the file says (each is detected or "
     "read\n"
     "where it is left out); asf: skeleton of an .amc (else the .asf beside it); body: the Body of an SMPL-family "
-    "file.\n"
+    "file;\n"
+    "level: the floor under the feet is made level.\n"
     "What was detected is logged to logging.getLogger('inhabit').";
 
 WriteOptions writing_of(double start, Number end, Number rate, bool loop, const Text& up) {
@@ -68,26 +69,28 @@ void add_files(py::module_& m) {
           "...") +
       kWriting;
   static const std::string read_clip_doc =
-      std::string("A motion from any file inhabit reads: .bvh .amc .txt .npz .npy .json, on the file's own skeleton.") +
+      std::string(
+          "A motion from any file inhabit reads: .bvh .fbx .dae .glb .gltf .amc .txt .npz .npy .json, on "
+          "the\nfile's own skeleton.") +
       kReading;
   m.def(
       "read_clip",
       [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf,
-         const BodyModel* body) {
-        return read_with(path, reading_of(up, scale, rate, asf), body,
+         const BodyModel* body, bool level) {
+        return read_with(path, reading_of(up, scale, rate, asf, level), body,
                          [](const auto&... given) { return read_clip(given...); });
       },
       "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
-      "body"_a = py::none(), read_clip_doc.c_str());
+      "body"_a = py::none(), "level"_a = false, read_clip_doc.c_str());
   m.def(
       "read_clips",
       [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf,
-         const BodyModel* body) {
-        return read_with(path, reading_of(up, scale, rate, asf), body,
+         const BodyModel* body, bool level) {
+        return read_with(path, reading_of(up, scale, rate, asf, level), body,
                          [](const auto&... given) { return read_clips(given...); });
       },
       "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
-      "body"_a = py::none(),
+      "body"_a = py::none(), "level"_a = false,
       "Every motion of a file: the one that read_clip gives, or the samples of an .npz of futures.");
   m.def(
       "write_clip",
@@ -122,9 +125,9 @@ void add_files(py::module_& m) {
       "convert",
       [](const Path& source, const Path& target, Number rate, bool retarget, const Text& up, Number scale,
          Number input_rate, const std::optional<Path>& asf, const std::string& out_up, const std::optional<Path>& scene,
-         const std::optional<Path>& body, double start, Number end, bool loop) {
+         const std::optional<Path>& body, double start, Number end, bool loop, bool level) {
         ConvertOptions options;
-        options.reading = reading_of(up, scale, input_rate, asf);
+        options.reading = reading_of(up, scale, input_rate, asf, level);
         options.writing = writing_of(start, end, rate, loop, std::nullopt);
         options.retarget = retarget;
         if (up_axis(out_up) == UpAxis::z) options.writing.up = UpAxis::z;
@@ -139,13 +142,14 @@ void add_files(py::module_& m) {
       "source"_a, "target"_a, py::kw_only(), "rate"_a = py::none(), "retarget"_a = false, "up"_a = py::none(),
       "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(), "out_up"_a = "y",
       "scene"_a = py::none(), "body"_a = py::none(), "start"_a = 0.0, "end"_a = py::none(), "loop"_a = false,
+      "level"_a = false,
       "Writes a motion or a scene in another format, told by the extensions; returns a line that says what was "
       "written.\n"
       "rate: frames a second of the output; retarget: onto the standard 22 joints; out_up: 'z' for .bvh and .npz; "
       "scene: a\n"
       "file to put into a .glb beside the motion; body: SMPL-family model file (.npz). start, end, loop: as write_clip "
       "has\n"
-      "them.");
+      "them; up, scale, input_rate, asf, level: how the motion is read, as read_clip has them.");
   m.def(
       "info",
       [](const Path& path, const Text& up, Number scale, Number rate) {

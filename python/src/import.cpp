@@ -15,18 +15,19 @@ py::dict listed(const std::string& format, const Path& folder, const BodyModel* 
 }
 
 /// Dataset of Python, and why recordings were skipped.
-py::tuple imported(const std::string& format, const Path& folder, const Path& out, int jobs, const std::string& shard,
-                   const BodyModel* body, const py::object& progress) {
+std::pair<py::object, std::vector<std::string>> imported(const std::string& format, const Path& folder, const Path& out,
+                                                         int jobs, const ShardArgument& shard, const BodyModel* body,
+                                                         const py::object& progress) {
   ImportOptions options;
   options.jobs = jobs;
-  if (!shard.empty()) options.shard = parse_shard(shard);
+  options.shard = shard_of(shard);
   options.progress = progress_of(progress);
   const ImportResult made =
       released([&] { return import_dataset(open_import_set(format, folder.string(), body), out.string(), options); });
   // A shard that others are to follow has no index yet.
   const py::object dataset =
       made.dataset.whole ? py::module_::import("inhabit").attr("Dataset")(out) : py::object(py::none());
-  return py::make_tuple(dataset, made.skipped);
+  return {dataset, made.skipped};
 }
 
 }  // namespace
@@ -39,12 +40,12 @@ void add_import(py::module_& m) {
       "What a folder holds of a data set as its owners hand it out (docs/data.md): a dictionary of recordings (name,\n"
       "person, split, scene), missing, broken, and splits, which says where the splits come from.");
   m.def(
-      "import_dataset", &imported, "format"_a, "folder"_a, "out"_a, py::kw_only(), "jobs"_a = 0, "shard"_a = "",
+      "import_dataset", &imported, "format"_a, "folder"_a, "out"_a, py::kw_only(), "jobs"_a = 0, "shard"_a = py::none(),
       "body"_a = py::none(), "progress"_a = py::none(),
       "Makes a native data set of one that its owners hand out: on the standard joints, 30 frames a second, the floor "
       "at\n"
       "y = 0, contacts labelled from the scenes. Clips that are in `out` already are kept.\n\n"
-      "jobs: recordings at once, 0: as many as there are cores; shard: 'I/N' for part I of N; body: the Body of "
+      "jobs: recordings at once, 0: as many as there are cores; shard: (I, N) for part I of N; body: the Body of "
       "SMPL-family\n"
       "recordings, for their own bone lengths; progress: called with recordings done and all. Returns the Dataset "
       "(None\n"

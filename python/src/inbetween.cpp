@@ -1,6 +1,7 @@
 #include "calls.h"
 #include "inhabit/error.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/warnings.h"
 #include "results.h"
 
 namespace inhabit::python {
@@ -20,12 +21,12 @@ using JointContactArgument = std::tuple<std::string, double, double, std::array<
 using PathArgument = std::tuple<double, double, double>;
 
 Controls controls_of(const std::vector<double>& weights, const std::vector<JointContactArgument>& contacts,
-                     const std::vector<PathArgument>& path, bool loop) {
+                     const std::vector<PathArgument>& path, bool loop, const Skeleton& file) {
   Controls out;
   out.key_weights = weights;
   for (const auto& [joint, from, to, place] : contacts) {
     try {
-      out.contacts.push_back(inbetween::joint_contact(joint, from, to, {place[0], place[1], place[2]}));
+      out.contacts.push_back(inbetween::joint_contact(joint, from, to, {place[0], place[1], place[2]}, file));
     } catch (const Error& e) {
       throw Error("contacts", e.what());
     }
@@ -33,6 +34,15 @@ Controls controls_of(const std::vector<double>& weights, const std::vector<Joint
   for (const auto& [seconds, x, z] : path) out.root_path.push_back({seconds, {x, z}});
   out.loop = loop;
   return out;
+}
+
+/// Python's warnings of what the command warns of.
+void warn_of(const inbetween::Result& result, const std::vector<JointContactArgument>& contacts) {
+  std::vector<std::string> names;
+  for (size_t k = 0; k < contacts.size(); ++k)
+    names.push_back("contacts[" + std::to_string(k) + "] ('" + std::get<0>(contacts[k]) + "')");
+  for (const std::string& warning : inbetween::warnings_of(result, names))
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw py::error_already_set();
 }
 
 using Keys = std::variant<std::string, std::vector<int64_t>>;
@@ -52,9 +62,15 @@ constexpr const char* kInbetweenRun =
     "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it).\n"
     "steps: evaluations of the denoiser, 0: the model's own; sampler: 'dpm', 'ddim' or 'ddpm'; seed of the noise.\n"
     "key_weights: one a key, 1 at the ends: 1 meets the pose, 0 leaves it out.\n"
-    "contacts: list of (joint, from, to, (x, y, z)): this standard joint, or 'left_hand' or 'right_hand', is at this "
-    "place\n"
-    "(metres) between these seconds after the first key.\n"
+    "contacts: list of (joint, from, to, (x, y, z)): this joint, by its standard name or the one in the clip's "
+    "skeleton, or\n"
+    "'left_hand' or 'right_hand', is at this place (metres) between these seconds after the first key; of a target "
+    "that "
+    "is\n"
+    "gone through both are the same. Contacts that nobody reaches, key poses inside the scene and keys that no way "
+    "leads "
+    "to\n"
+    "are warned of (warnings.warn).\n"
     "root_path: list of (seconds, x, z) that the root goes through; loop: the last pose is the first again.\n"
     "refine: feet stand, nobody is inside the scene; detours: around what stands between keys: 'learned'\n"
     "(PathNet's paths), 'searched' (A*'s) or 'straight'; collisions: `collides` is found; progress(done, all) is "
@@ -64,6 +80,13 @@ constexpr const char* kInbetweenRun =
 }  // namespace
 
 void add_inbetween(py::module_& m) {
+  py::class_<Immersion>(m, "Immersion", "What of a scene a body is deepest in.")
+      .def_readonly("frame", &Immersion::frame, "Of the motion.")
+      .def_readonly("depth", &Immersion::depth, "Metres that the deepest place of the skin is inside; 0: none is.")
+      .def_readonly("object", &Immersion::object, "Name of the object.")
+      .def("__repr__", [](const Immersion& i) {
+        return "<inhabit.Immersion: frame " + std::to_string(i.frame) + (i.depth > 0 ? ", " + i.text() : "") + ">";
+      });
   py::class_<InbetweenResult>(m, "InbetweenResult", "What Inbetweener.run returns.")
       .def_property_readonly(
           "clip", [](const InbetweenResult& r) { return r.result.motion; },
@@ -88,6 +111,12 @@ void add_inbetween(py::module_& m) {
       .def_property_readonly(
           "key_collides", [](const InbetweenResult& r) { return r.result.key_collides; },
           "(K) bool: the key pose is inside the scene.")
+      .def_property_readonly(
+          "key_immersions", [](const InbetweenResult& r) { return r.result.key_immersions; },
+          "What each key pose that is inside the scene is deepest in: a list of Immersion, of frames in `keys`.")
+      .def_property_readonly(
+          "contact_gaps", [](const InbetweenResult& r) { return r.result.contact_gaps; },
+          "Metres that each contact is missed by, at most.")
       .def_property_readonly(
           "collides", [](const InbetweenResult& r) { return r.result.collides; },
           "(T) bool: the motion is inside the scene; None unless collisions=True.");
@@ -124,16 +153,17 @@ void add_inbetween(py::module_& m) {
             options.steps = steps;
             options.sampler = sampler_of(sampler);
             options.seed = seed;
-            options.controls = controls_of(key_weights, contacts, root_path, loop);
+            options.controls = controls_of(key_weights, contacts, root_path, loop, clip.skeleton);
             options.refine = refine;
             options.detours = inbetween::detours_named(detours);
             options.collisions = collisions;
             options.name = name;
             options.standard = standard;
             options.progress = progress_of(progress);
-            return InbetweenResult{
-                released([&, clip] { return inbetweener.run(clip, scene.value_or(Scene()), options); }),
-                noise > 0 || inbetweener.config().t_star > 0, options.key_groups};
+            InbetweenResult out{released([&, clip] { return inbetweener.run(clip, scene.value_or(Scene()), options); }),
+                                noise > 0 || inbetweener.config().t_star > 0, options.key_groups};
+            warn_of(out.result, contacts);
+            return out;
           },
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
           "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "key_weights"_a = std::vector<double>(),

@@ -92,25 +92,28 @@ void add_methods(py::class_<Stream>& stream, const char* take) {
 void add_stream(py::module_& m) {
   add_result<forecast::StreamResult>(
       m, "StreamForecast", "What ForecastStream.take returns, of one person.",
-      "A ForecastResult whose joints are (T, 22, 3) in metres, or None. It has no clips: "
+      "A ForecastResult whose joints are (T, 22, 3) in metres, or None. Unless the stream refines, it has no clips: "
       "feet are as the network has them.");
   static const std::string forecast_doc = std::string("Forecasts of people whose joints come in one pose at a time.") +
-                                          kPoses + "\npoints, seed: as Forecaster.run has them.";
+                                          kPoses +
+                                          "\npoints, seed: as Forecaster.run has them. refine: feet stand, nobody "
+                                          "is inside the scene, and results have clips; ten times as slow.";
   py::class_<ForecastStream> forecasts(m, "ForecastStream", forecast_doc.c_str());
   forecasts.def(
       py::init([](const std::shared_ptr<forecast::ContactForecaster>& forecaster, const std::optional<Scene>& scene,
                   const std::vector<std::string>& names, const std::vector<int>& parents, std::optional<double> rate,
-                  double longest_gap, int people, double forget, int64_t points, uint64_t seed) {
+                  double longest_gap, int people, double forget, int64_t points, uint64_t seed, bool refine) {
         forecast::StreamOptions options;
         options.poses = poses_of(names, parents, rate, longest_gap, people, forget);
         options.forecast.points = points;
         options.forecast.seed = seed;
+        options.forecast.joints_alone = !refine;
         return std::unique_ptr<ForecastStream>(
             new ForecastStream{forecast::ForecastStream(forecaster, scene.value_or(Scene()), options)});
       }),
       py::arg("forecaster").none(false), "scene"_a = py::none(), py::kw_only(), "names"_a = std::vector<std::string>(),
       "parents"_a = std::vector<int>(), "rate"_a = 10.0, "longest_gap"_a = 0.5, "people"_a = 100, "forget"_a = 10.0,
-      "points"_a = 0, "seed"_a = 1);
+      "points"_a = 0, "seed"_a = 1, "refine"_a = false);
   add_methods(forecasts, "The forecasts that are due since the last call, by person: a list of StreamForecast.");
 
   add_result<anticipate::StreamResult>(m, "StreamFutures", "What AnticipateStream.take returns, of one person.",

@@ -13,6 +13,15 @@ using Files = std::vector<Path>;
 
 /// Opens as Python's Dataset what was made.
 py::object opened(const Path& folder) { return py::module_::import("inhabit").attr("Dataset")(folder); }
+/// None where other shards are still to come: there is no index yet.
+py::object opened(const Path& folder, const Dataset& made) { return made.whole ? opened(folder) : py::none(); }
+
+constexpr const char* kShard =
+    "\nshard: (I, N) for part I of N, for several processes that write one folder; the last of them writes the index. "
+    "Returns\n"
+    "the Dataset, or None where other shards are still to come.";
+
+std::string documented(const std::string& text, const char* more) { return text + more; }
 
 Path reseat(const Path& data, const Path& folder, const std::variant<std::string, Files>& chairs,
             const std::string& split, bool frame_by_frame, uint64_t seed, const py::object& progress) {
@@ -40,47 +49,56 @@ void add_synth(py::module_& m) {
   m.def(
       "synth_rooms",
       [](const Path& folder, int64_t clips, uint64_t seed, double seconds, int clips_per_room, double on_chord,
-         const py::object& progress) {
+         const ShardArgument& shard, const py::object& progress) {
         GenerateOptions options;
         options.clips = clips;
         options.seed = seed;
         options.seconds = seconds;
         options.clips_per_room = clips_per_room;
         options.chords.tried = on_chord;
+        options.shard = shard_of(shard);
         options.progress = progress_of(progress);
-        released([&] { return generate_rooms(folder.string(), options); });
-        return opened(folder);
+        return opened(folder, released([&] { return generate_rooms(folder.string(), options); }));
       },
       "folder"_a, py::kw_only(), "clips"_a = 100, "seed"_a = 1, "seconds"_a = 12.0, "clips_per_room"_a = 4,
-      "on_chord"_a = 0.0, "progress"_a = py::none(),
-      "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
-      "length of\n"
-      "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. progress(done, all) "
-      "is called\n"
-      "after each clip. Returns the Dataset.");
+      "on_chord"_a = 0.0, "shard"_a = py::none(), "progress"_a = py::none(),
+      documented(
+          "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
+          "length of\n"
+          "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. progress(done, "
+          "all) "
+          "is "
+          "called\n"
+          "after each clip.",
+          kShard)
+          .c_str());
   m.def(
       "synth_chairs",
-      [](const Path& folder, double minutes, int subjects, int64_t chairs, uint64_t seed, const py::object& progress) {
+      [](const Path& folder, double minutes, int subjects, int64_t chairs, uint64_t seed, const ShardArgument& shard,
+         const py::object& progress) {
         ChairsOptions options;
         options.minutes = minutes;
         options.subjects = subjects;
         options.chairs = chairs;
         options.seed = seed;
+        options.shard = shard_of(shard);
         options.progress = progress_of(progress);
-        released([&] { return generate_chairs(folder.string(), options); });
-        return opened(folder);
+        return opened(folder, released([&] { return generate_chairs(folder.string(), options); }));
       },
       "folder"_a, py::kw_only(), "minutes"_a = 180.0, "subjects"_a = 6, "chairs"_a = 240, "seed"_a = 1,
-      "progress"_a = py::none(),
-      "A data set of people who walk up to chairs and sit on them, in `folder`. progress(done, all) is called after "
-      "each\n"
-      "clip. Returns the Dataset.");
+      "shard"_a = py::none(), "progress"_a = py::none(),
+      documented("A data set of people who walk up to chairs and sit on them, in `folder`. progress(done, all) is "
+                 "called after "
+                 "each\n"
+                 "clip.",
+                 kShard)
+          .c_str());
   m.def(
       "synth_fit",
       [](const Path& folder, const Files& train, const Files& val, const Files& test, int rooms_per_clip,
          double seconds, bool mirrored, double stretches, double on_chord, bool only_on_chord, uint64_t seed,
-         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate,
-         const py::object& progress) {
+         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate, bool level,
+         const ShardArgument& shard, const py::object& progress) {
         FittingOptions options;
         options.train = texts_of(train);
         options.val = texts_of(val);
@@ -92,20 +110,24 @@ void add_synth(py::module_& m) {
         options.chords.tried = on_chord;
         options.only_on_chords = only_on_chord;
         options.seed = seed;
-        options.reading = reading_of(up, scale, rate, std::nullopt);
+        options.reading = reading_of(up, scale, rate, std::nullopt, level);
+        options.shard = shard_of(shard);
         options.progress = progress_of(progress);
-        released([&] { return fit_recordings(folder.string(), options); });
-        return opened(folder);
+        return opened(folder, released([&] { return fit_recordings(folder.string(), options); }));
       },
       "folder"_a, "train"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
       "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
       "only_on_chord"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
-      "progress"_a = py::none(),
-      "A data set of rooms fitted around recorded motion, in `folder`. train, val, test: motion files. seconds: "
-      "longest piece\n"
-      "of a recording. mirrored: every second room of training is around the mirror image. up, scale, rate: how the "
-      "files are\n"
-      "read. progress(done, all) is called after each recording. Returns the Dataset.");
+      "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
+      documented(
+          "A data set of rooms fitted around recorded motion, in `folder`. train, val, test: motion files. seconds: "
+          "longest piece\n"
+          "of a recording. mirrored: every second room of training is around the mirror image. up, scale, rate, level: "
+          "how the "
+          "files\n"
+          "are read. progress(done, all) is called after each recording.",
+          kShard)
+          .c_str());
   m.def(
       "synth_reseat",
       [](const Path& data, const Path& folder, const std::variant<std::string, Files>& chairs, const std::string& split,

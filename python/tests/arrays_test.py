@@ -62,6 +62,16 @@ def test_torch_tensors_share_memory():
     assert back.data_ptr() == given.data_ptr()
 
 
+def test_jax_arrays_share_memory():
+    jax = pytest.importorskip("jax")
+    with jax.default_device(jax.devices("cpu")[0]):
+        given = jax.numpy.asarray(joints())
+    clip = inhabit.Clip(given)
+    assert clip.joints.dtype == np.float32 and (clip.joints == np.asarray(given)).all()
+    back = jax.dlpack.from_dlpack(clip.joints)
+    assert back.shape == (5, 22, 3) and (np.asarray(back) == clip.joints).all()
+
+
 def test_other_types_layouts_and_read_only_arrays_are_copied():
     given = joints()
     for other in (given.astype(np.float64), given.astype(">f4"), given[::-1][::-1], given.tolist(), np.asfortranarray(given)):

@@ -1,4 +1,6 @@
+import json
 import os
+import subprocess
 
 import numpy as np
 import pytest
@@ -39,6 +41,77 @@ def test_a_data_set_is_imported(tmp_path):
         inhabit.import_dataset("amass", tmp_path / "amass", tmp_path / "elsewhere", shard="1/0")
 
 
+def command_scores(tmp_path, score, *words):
+    table = tmp_path / "scores.json"
+    subprocess.run([os.environ["INHABIT_COMMAND"], "score", score, *words, "--json", table], check=True, capture_output=True)
+    return json.loads(table.read_text())
+
+
+def numbers_of(facts):
+    """What is measured, without what motions are called."""
+    rows = [{name: value for name, value in row.items() if name != "file"} for row in facts["files"]]
+    return {name: value for name, value in facts.items() if name != "files"}, rows
+
+
+def test_scores_are_the_commands(tmp_path):
+    scene = inhabit.read_scene(f"{DATA}/walk_room.glb")
+    files = [f"{DATA}/walk.npz", f"{DATA}/sit.npz"]
+    inhabit.write_clip(tmp_path / "fast.npz", walk(), rate=120)  # at another rate, over another floor
+    raised = inhabit.read_clip(tmp_path / "fast.npz")
+    raised.trans[:, 1] += 0.5
+    raised.joints[:, :, 1] += 0.5
+    inhabit.write_clip(tmp_path / "raised.npz", raised)
+    files.append(str(tmp_path / "raised.npz"))
+    clips = [inhabit.read_clip(file) for file in files]
+    given = ("--motion", *files)
+    room = ("--scene", f"{DATA}/walk_room.glb")
+    for own, others in [
+        (inhabit.score_skating(clips), command_scores(tmp_path, "skating", *given)),
+        (inhabit.score_skating(clips, scene), command_scores(tmp_path, "skating", *given, *room)),
+        (inhabit.score_jerk(clips), command_scores(tmp_path, "jerk", *given)),
+        (inhabit.score_jerk(clips, clips[:1]), command_scores(tmp_path, "jerk", *given, "--reference", files[0])),
+        (inhabit.score_penetration(clips, scene), command_scores(tmp_path, "penetration", *given, *room)),
+    ]:
+        (ours, own_rows), (theirs, other_rows) = numbers_of(own), numbers_of(others)
+        assert ours == pytest.approx(theirs, rel=1e-6)
+        for row, other in zip(own_rows, other_rows, strict=True):
+            assert row.pop("deepest_in", "") == other.pop("deepest_in", "")
+            assert row == pytest.approx(other, rel=1e-6)
+    own = inhabit.score_ndms(clips[:1], clips[1:2])
+    others = command_scores(tmp_path, "ndms", "--motion", files[0], "--reference", files[1])
+    for name, command_name in [("ndms", "ndms"), ("coded", "ndms_as_coded"), ("words", "words"),
+                               ("reference_words", "reference_words")]:
+        assert own[name] == pytest.approx(others[command_name], rel=1e-6)
+    with pytest.raises(inhabit.Error, match="^scene: has no meshes"):
+        inhabit.score_penetration(clips, inhabit.Scene())
+    with pytest.raises(inhabit.Error, match="^motion: holds no clip"):
+        inhabit.score_jerk([])
+
+
+def test_floors_are_made_level(tmp_path):
+    slope = 0.1
+    clip = walk()
+    turn = np.array([[1, 0, 0], [0, np.cos(slope), -np.sin(slope)], [0, np.sin(slope), np.cos(slope)]], np.float32)
+    inhabit.write_clip(tmp_path / "slope.npz", inhabit.Clip(joints=clip.joints @ turn.T, rate=clip.rate))
+    as_it_is, level = (inhabit.read_clip(tmp_path / "slope.npz", level=given) for given in (False, True))
+    assert np.abs(as_it_is.joints - level.joints).max() > 0.05
+    inhabit.convert(tmp_path / "slope.npz", tmp_path / "level.npz", level=True)
+    assert np.abs(inhabit.read_clip(tmp_path / "level.npz").joints - level.joints).max() < 1e-4
+
+
+def test_shards_of_rooms_and_tables(tmp_path):
+    rooms = dict(clips=4, clips_per_room=1, seconds=4.2)
+    assert inhabit.synth_rooms(tmp_path / "rooms", **rooms, shard=(1, 2)) is None
+    assert len(inhabit.synth_rooms(tmp_path / "rooms", **rooms, shard=(2, 2))) == 4
+    how = dict(split="all", json=tmp_path / "table.json")
+    assert inhabit.evaluate("forecast", str(tmp_path / "rooms"), **how, shard=(1, 2)) is None
+    table = inhabit.evaluate("forecast", str(tmp_path / "rooms"), **how, shard=(2, 2))
+    assert table == json.loads((tmp_path / "table.json").read_text())
+    assert not list(tmp_path.glob("*.part"))
+    with pytest.raises(inhabit.Error, match="^shard: needs json"):
+        inhabit.evaluate("forecast", str(tmp_path / "rooms"), shard=(1, 2))
+
+
 def test_shards_are_joined_by_the_last(tmp_path):
     write_amass(tmp_path / "amass")
     first, _ = inhabit.import_dataset("amass", tmp_path / "amass", tmp_path / "out", shard="1/2")
@@ -61,6 +134,11 @@ def test_forecasts_of_a_stream_are_those_of_the_clip():
     assert stream.take() == []
     with pytest.raises(inhabit.Error):
         stream.push("anna", 3, clip.joints[0, :5])
+    refined = inhabit.ForecastStream(forecaster, rate=None, refine=True)
+    for t in range(30, 60):
+        refined.push("anna", t / 30, clip.joints[t])
+    (one,) = refined.take()
+    assert one.error is None and one.result.clip.rotations is not None
 
 
 def test_futures_of_a_stream_and_what_is_not_seen():

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -55,6 +56,26 @@ def test_inbetween_meets_its_keys_and_reports():
     result = inhabit.Inbetweener().run(clip, room(), keys=[0, 45, 89], progress=lambda done, all: heard.append((done, all)))
     assert result.keys == [0, 45, 89] and heard and heard[-1][0] == heard[-1][1]
     assert np.abs(result.clip.joints[45] - clip.joints[45]).max() < 0.02
+
+
+def test_inbetween_warns_of_what_it_cannot_do():
+    names = {"left_wrist": "LeftHand"}  # as the file calls it
+    clip = inhabit.retarget(walk())
+    skeleton = inhabit.Skeleton([names.get(name, name) for name in clip.skeleton.names], clip.skeleton.parents,
+                                clip.skeleton.offsets)
+    own = inhabit.Clip(rotations=clip.rotations, trans=clip.trans, skeleton=skeleton)
+    far = [("LeftHand", 1.5, 1.5, (30.0, 90.0, 20.0))]  # centimetres
+    with pytest.warns(UserWarning, match=r"contacts\[0\] \('LeftHand'\) is missed by"):
+        result = inhabit.Inbetweener().run(own, keys="ends", contacts=far)
+    assert result.contact_gaps[0] > 1 and result.key_immersions == []
+    with pytest.raises(inhabit.Error, match="contacts"):
+        inhabit.Inbetweener().run(own, keys="ends", contacts=[("nose_of_nobody", 1.0, 1.0, (0.0, 1.0, 0.0))])
+    wall = inhabit.Mesh([[x, y, z] for x in (-9, 9) for y in (0.5, 1.5) for z in (-9, 9)],
+                        [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6],
+                         [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]], name="block")
+    with pytest.warns(UserWarning, match="2 of 2 key poses are inside the scene: at 0.00 s, .* in block"):
+        result = inhabit.Inbetweener().run(clip, inhabit.Scene([wall]), keys="ends")
+    assert [i.object for i in result.key_immersions] == ["block", "block"] and result.key_immersions[0].depth > 0
 
 
 def test_an_exception_in_a_callback_comes_out():
@@ -146,10 +167,21 @@ def test_other_threads_run_meanwhile():
     assert len(ticks) > 5
 
 
-def test_ctrl_c_ends_long_work(tmp_path):
-    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+@pytest.mark.parametrize("work", [
+    lambda folder: inhabit.synth_rooms(folder / "rooms", clips=100000),
+    lambda folder: inhabit.Anticipator().run(walk(), samples=1000, seconds=60),
+])
+def test_ctrl_c_ends_long_work(tmp_path, work):
+    asked = []
+
+    def ask():
+        asked.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(1.0, ask).start()
     with pytest.raises(KeyboardInterrupt):
-        inhabit.synth_rooms(tmp_path / "rooms", clips=100000)
+        work(tmp_path)
+    assert time.monotonic() - asked[0] < 5  # sanitizers and busy machines are slow
 
 
 def test_data_sets_feed_a_loader_and_a_training(tmp_path):

@@ -50,9 +50,19 @@ def type_of(text, given):
     return text.replace("List[", "Sequence[") if given else text
 
 
+def result_of(result, text):
+    """A result's type, where the text beside it says more than the signature: None now and then, a class of Python's."""
+    if result == "numpy.ndarray" and re.search(r"\bor\s+None\b|\bNone\s+(where|unless)\b", text):
+        return "Optional[numpy.ndarray]"
+    made = re.search(r"\bReturns\s+the\s+([A-Z]\w+)(,\s+or\s+None\b|\s+\(None\b)?", text)
+    if made and re.match(r"(Any$|Tuple\[Any,)", result):
+        return result.replace("Any", f"Optional[{made[1]}]" if made[2] else made[1], 1)
+    return result
+
+
 def signature(doc):
     """'(a: int = 1) -> str' of a docstring's first line, as stubs have it."""
-    line = doc.strip().splitlines()[0]
+    line, _, text = doc.strip().partition("\n")
     arguments, result = line[line.index("(") :].rsplit(" -> ", 1)
     out = []
     for part in parts(arguments.strip()[1:-1]):
@@ -67,7 +77,7 @@ def signature(doc):
             if default == "None" and not kind.startswith(("Optional", "Any")):  # a pointer
                 kind = f"Optional[{kind}]"
             out.append(f"{name}: {kind}" + (" = ..." if default else ""))
-    return ", ".join(out), type_of(result, False)
+    return ", ".join(out), result_of(type_of(result, False), text)
 
 
 def is_property(member):
@@ -80,7 +90,8 @@ def class_stub(kind):
         if name.startswith("_") and name not in ("__init__", "__len__", "__getitem__", "_repr_html_"):
             continue
         if is_property(member):
-            lines += ["    @property", f"    def {name}(self) -> {signature(member.fget.__doc__)[1]}: ..."]
+            result = result_of(signature(member.fget.__doc__)[1], member.__doc__)
+            lines += ["    @property", f"    def {name}(self) -> {result}: ..."]
             if member.fset is not None:
                 given = signature(member.fset.__doc__)[0].split(": ")[-1]
                 lines += [f"    @{name}.setter", f"    def {name}(self, value: {given}) -> None: ..."]
