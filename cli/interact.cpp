@@ -1,12 +1,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/contact_area.h"
+#include "inhabit/interact/contact_script.h"
 #include "inhabit/interact/interaction_page.h"
 #include "inhabit/interact/standing_place.h"
 #include "inhabit/io/atomic_file.h"
@@ -44,45 +44,6 @@ std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interac
 
 /// x, z and heading in degrees.
 Eigen::Vector3d place_of(const std::vector<double>& at) { return {at[0], at[1], at[2] * M_PI / 180}; }
-
-/// [{"left": "armrest", "right": [x, y, z]}, ..., {"walk_to": [x, z, heading]}]
-/// @param then_walk of the last entry, where it is such a place
-std::vector<HandContacts> script_of(const std::string& path, const interact::Chair& chair,
-                                    std::optional<Eigen::Vector3d>& then_walk) {
-  std::ifstream file(path);
-  if (!file) throw Error(path, "cannot be read");
-  const nlohmann::json script = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
-  if (!script.is_array() || script.empty()) throw Error(path, "is no JSON list of contacts");
-  std::vector<HandContacts> out;
-  for (const auto& entry : script) {
-    if (then_walk) throw Error(path, "walk_to is no last entry");
-    if (entry.is_object() && entry.contains("walk_to")) {
-      const auto& at = entry["walk_to"];
-      const bool numbers = at.is_array() && at.size() == 3 && entry.size() == 1 &&
-                           std::all_of(at.begin(), at.end(), [](const auto& value) { return value.is_number(); });
-      if (!numbers) throw Error(path, "walk_to: is no [x, z, heading]");
-      then_walk = place_of(at.get<std::vector<double>>());
-      continue;
-    }
-    HandContacts contacts;
-    for (int side = 0; side < 2; ++side) {
-      const char* name = side == 0 ? "left" : "right";
-      if (!entry.is_object() || !entry.contains(name)) continue;
-      const auto& value = entry[name];
-      if (value.is_string()) {
-        contacts[static_cast<size_t>(side)] = contact_of(value.get<std::string>(), chair, side);
-      } else if (value.is_array() && value.size() == 3 && value[0].is_number() && value[1].is_number() &&
-                 value[2].is_number()) {
-        contacts[static_cast<size_t>(side)] =
-            Eigen::Vector3d(value[0].get<double>(), value[1].get<double>(), value[2].get<double>());
-      } else if (!value.is_null()) {
-        throw Error(path, fmt::format("{}: neither a part of the chair nor [x, y, z]", name));
-      }
-    }
-    out.push_back(contacts);
-  }
-  return out;
-}
 
 /// Contacts painted on the scene: a heap about each, for both hands together.
 Page contacts_page(const std::vector<HandContacts>& drawn, const interact::Chair& chair, const Scene& scene) {
@@ -189,10 +150,13 @@ void add_interact(CLI::App& app) {
       o->options.name = "the person before the chair";
     }
     const interact::Chair chair = interactor.chair_of(start, scene, o->options);
-    if (!o->contacts.empty())
-      o->options.contacts = script_of(o->contacts, chair, o->options.then_walk);
-    else if (!o->left.empty() || !o->right.empty())
+    if (!o->contacts.empty()) {
+      const interact::ContactScript script = interact::read_contact_script(o->contacts, chair);
+      o->options.contacts = script.contacts;
+      if (script.then_walk) o->options.then_walk = script.then_walk;
+    } else if (!o->left.empty() || !o->right.empty()) {
       o->options.contacts = {{contact_of(o->left, chair, 0), contact_of(o->right, chair, 1)}};
+    }
     o->options.draw_contacts = o->samples > 0;
     std::vector<interact::Result> results;
     for (int i = 0; i < std::max(1, o->samples); ++i) {

@@ -3,6 +3,7 @@
 
 #include "data/import_folders.h"
 #include "inhabit/io/ply.h"
+#include "inhabit/io/png_mask.h"
 #include "inhabit/io/scene_file.h"
 
 // The same with the room that the person sits down in.
@@ -210,6 +211,49 @@ inline void write_couch(const std::string& folder, int64_t first, int64_t last) 
   write_atomically(take + "info.json", "{\"cat\": \"sofa\", \"gender\": \"male\"}");
   write_atomically(folder + "/split.json", "{\"train\": [], \"test\": [\"Date01_Sub02_sofa_sit\"]}");
   make_folders(folder + "/sequences/Date01_Sub02_slow/t0001.000/x");
+}
+
+constexpr int64_t kGtaRows = 36, kGtaColumns = 64;
+
+/// A recording's folder of GTA-IM: people's joints (T, 22, 3), +Y up, and what a camera 3 m above their origin sees of
+/// the room, straight down: its depth (rows, columns), metres. Somebody of 7 by 7 pixels stands before it. What
+/// info_frames.npz holds.
+inline Npz write_gta_im(const std::string& recording, const torch::Tensor& people, const torch::Tensor& room) {
+  make_folders(recording + "/x");
+  const std::vector<int64_t> of = {15, 12, 14, 17, 19, 21, 13, 16, 18, 20, 9, 9, 6, 3, 0, 2, 5, 8, 1, 4, 7};
+  torch::Tensor joints = people.index_select(1, torch::tensor(of)).clone();
+  joints.select(1, 10).add_(torch::tensor({0.F, 0.1F, 0.F}));  // the release has a spine of five
+  joints = torch::stack({joints.select(2, 0), -joints.select(2, 2), joints.select(2, 1)}, 2) + 100;
+  const int64_t F = joints.size(0);
+  Npz npz;
+  npz.tensors["joints_3d_world"] = joints.to(torch::kFloat64);
+  npz.tensors["joints_2d"] = torch::tensor({58.0, 5.0}, torch::kFloat64).expand({F, 21, 2}).contiguous();
+  npz.tensors["intrinsics"] = (torch::eye(3) * 40).expand({F, 3, 3}).contiguous();
+  // Row vectors: the camera is 3 m above the floor z = 100 and looks down; its x is the world's.
+  torch::Tensor to_world = torch::zeros({4, 4});
+  to_world[0][0] = 1;
+  to_world[1][1] = -1;
+  to_world[2][2] = -1;
+  to_world[3] = torch::tensor({100.F, 100.F, 103.F, 1.F});
+  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({F, 4, 4}).contiguous();
+  write_npz(recording + "/info_frames.npz", npz);
+  std::string frames = "(l";
+  for (int64_t t = 0; t < F; ++t) frames += "(dS'cam_near_clip'\nF0.15\nsS'cam_far_clip'\nF800.0\nsa";
+  write_atomically(recording + "/info_frames.pickle", frames + ".");
+  write_atomically(recording + "/realtimeinfo.gz", "(dS'setting'\n(dS'room'\nI10\nss.");
+  // The buffer's number for a depth.
+  const auto number = [](double z) { return 50 * (800 - 0.15) / (0.15 * 800 / z - 0.15); };
+  torch::Tensor depth = torch::zeros({kGtaRows, kGtaColumns, 3}, torch::kUInt8), ids = torch::zeros_like(depth);
+  for (int64_t y = 0; y < kGtaRows; ++y)
+    for (int64_t x = 0; x < kGtaColumns; ++x) {
+      const bool person = std::abs(x - 58) < 3 && std::abs(y - 5) < 3;
+      const auto raw = static_cast<int64_t>(number(person ? 1.5 : room[y][x].item<double>()));
+      for (int64_t c = 0; c < 3; ++c) depth[y][x][2 - c] = static_cast<uint8_t>((raw >> (8 * c)) & 255);
+      ids[y][x][0] = person ? 7 : 9;
+    }
+  write_png(recording + "/00010.png", depth);
+  write_png(recording + "/00010_id.png", ids);
+  return npz;
 }
 
 }  // namespace inhabit

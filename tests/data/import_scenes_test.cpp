@@ -155,41 +155,8 @@ TEST(ImportTrumans, TheRecordingAtHand) {
 TEST(ImportGtaIm, MakesACloudOfTheDepth) {
   const TempFolder folder;
   const std::string recording = folder / "gta/FPS-30/2020-06-04-01";
-  std::filesystem::create_directories(recording);
   const Clip walk = sitter(0, 120).clip;
-  const std::vector<int64_t> of = {15, 12, 14, 17, 19, 21, 13, 16, 18, 20, 9, 9, 6, 3, 0, 2, 5, 8, 1, 4, 7};
-  torch::Tensor joints = walk.joints.index_select(1, torch::tensor(of)).clone();
-  joints.select(1, 10).add_(torch::tensor({0.F, 0.1F, 0.F}));  // the release has a spine of five
-  joints = torch::stack({joints.select(2, 0), -joints.select(2, 2), joints.select(2, 1)}, 2) + 100;
-  const int64_t F = joints.size(0), H = 36, W = 64;
-  Npz npz;
-  npz.tensors["joints_3d_world"] = joints.to(torch::kFloat64);
-  npz.tensors["joints_2d"] = torch::tensor({40.0, 20.0}, torch::kFloat64).expand({F, 21, 2}).contiguous();
-  npz.tensors["intrinsics"] = (torch::eye(3) * 40).expand({F, 3, 3}).contiguous();
-  // Row vectors: the camera is 3 m above the floor z = 100 and looks down; its x is the world's.
-  torch::Tensor to_world = torch::zeros({4, 4});
-  to_world[0][0] = 1;
-  to_world[1][1] = -1;
-  to_world[2][2] = -1;
-  to_world[3] = torch::tensor({100.F, 100.F, 103.F, 1.F});
-  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({F, 4, 4}).contiguous();
-  write_npz(recording + "/info_frames.npz", npz);
-  std::string frames = "(l";
-  for (int64_t t = 0; t < F; ++t) frames += "(dS'cam_near_clip'\nF0.15\nsS'cam_far_clip'\nF800.0\nsa";
-  write_atomically(recording + "/info_frames.pickle", frames + ".");
-  write_atomically(recording + "/realtimeinfo.gz", "(dS'setting'\n(dS'room'\nI10\nss.");
-  // The buffer's number for a depth of 3 m, and of 1.5 m where the person is.
-  const auto number = [](double z) { return 50 * (800 - 0.15) / (0.15 * 800 / z - 0.15); };
-  torch::Tensor depth = torch::zeros({H, W, 3}, torch::kUInt8), ids = torch::zeros({H, W, 3}, torch::kUInt8);
-  for (int64_t y = 0; y < H; ++y)
-    for (int64_t x = 0; x < W; ++x) {
-      const bool person = std::abs(x - 40) < 3 && std::abs(y - 20) < 3;
-      const auto raw = static_cast<int64_t>(number(person ? 1.5 : 3));
-      for (int64_t c = 0; c < 3; ++c) depth[y][x][2 - c] = static_cast<uint8_t>((raw >> (8 * c)) & 255);
-      ids[y][x][0] = person ? 7 : 9;
-    }
-  write_png(recording + "/00010.png", depth);
-  write_png(recording + "/00010_id.png", ids);
+  Npz npz = write_gta_im(recording, walk.joints, torch::full({kGtaRows, kGtaColumns}, 3.0));
   const ImportResult r = imported("gta-im", folder / "gta", folder / "out");
   ASSERT_EQ(r.dataset.clips.size(), 1U) << (r.skipped.empty() ? "" : r.skipped[0]);
   EXPECT_EQ(r.dataset.clips[0].split, "test");
@@ -199,17 +166,46 @@ TEST(ImportGtaIm, MakesACloudOfTheDepth) {
   EXPECT_LT(limbs_off(clip, walk), 0.01);
   const torch::Tensor points = load_scene(r.dataset, r.dataset.clips[0].scene).points;
   ASSERT_TRUE(points.defined());
-  EXPECT_EQ(points.size(0), H * W - 7 * 7);  // without the person and a pixel around
+  EXPECT_EQ(points.size(0), kGtaRows * kGtaColumns - 7 * 7);  // without the person and a pixel around
   EXPECT_LT((points.select(1, 1) - points[0][1]).abs().max().item<double>(), 0.01);
   // 64 pixels at 3 m with a focal length of 40 pixels, around the camera's place in +Y-up axes.
   EXPECT_NEAR(points.select(1, 0).min().item<double>(), 100 - 32 * 3 / 40.0, 0.02);
   EXPECT_NEAR(points.select(1, 2).max().item<double>(), -100 + 17 * 3 / 40.0, 0.02);
   EXPECT_GT(windows_of(folder / "out", "test"), 0);
+  torch::Tensor to_world = torch::linalg_inv(npz.tensors["world2cam_trans"][0]);
   to_world[3][0] = 1e9;
-  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({F, 4, 4}).contiguous();
+  npz.tensors["world2cam_trans"] = torch::linalg_inv(to_world).expand({walk.frames(), 4, 4}).contiguous();
   write_npz(recording + "/info_frames.npz", npz);
   EXPECT_THAT(refusal_of([&] { imported("gta-im", folder / "gta", folder / "far"); }),
               ::testing::HasSubstr("its camera stands nowhere"));
+}
+
+TEST(ImportGtaIm, SomebodySitsOnWhatTheCameraSees) {
+  const TempFolder folder;
+  const Clip sitting = sitter(120, 330).clip;
+  const torch::Tensor last = sitting.joints[-1][0];
+  const double x = last[0].item<double>(), z = last[2].item<double>();
+  // What a camera 3 m above the place sees of the room.
+  std::vector<float> directions;
+  for (int64_t row = 0; row < kGtaRows; ++row)
+    for (int64_t column = 0; column < kGtaColumns; ++column) {
+      const Eigen::Vector3d d =
+          Eigen::Vector3d(static_cast<double>(column - 32) / 40, -1, static_cast<double>(row - 18) / 40).normalized();
+      for (int i = 0; i < 3; ++i) directions.push_back(static_cast<float>(d[i]));
+    }
+  const torch::Tensor d = torch::tensor(directions).view({-1, 3});
+  const torch::Tensor from = torch::tensor({x, 3.0, z}, torch::kFloat32).expand_as(d).contiguous();
+  const RayHits hits = SceneQuery(read_scene_file(kSitterRoom).scene).cast(from, d);
+  const torch::Tensor heights = torch::where(hits.hit, hits.points.select(1, 1), torch::zeros({1}));  // 0 outside
+  const torch::Tensor here = torch::tensor({x, 0.0, z}, torch::kFloat32);
+  write_gta_im(folder / "gta/FPS-30/2020-06-04-01", sitting.joints - here, (3 - heights).view({kGtaRows, kGtaColumns}));
+  const ImportResult r = imported("gta-im", folder / "gta", folder / "out");
+  ASSERT_EQ(r.dataset.clips.size(), 1U) << (r.skipped.empty() ? "" : r.skipped[0]);
+  const Clip clip = load_clip(r.dataset, r.dataset.clips[0]);
+  EXPECT_LT(off(clip, sitting), 0.01);
+  EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
+  EXPECT_GT(touching(clip, 10) + touching(clip, 11), 0.5) << "no foot stands";
+  EXPECT_TRUE(sits(clip));
 }
 
 }  // namespace

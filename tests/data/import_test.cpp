@@ -169,17 +169,21 @@ TEST(ImportHuman36m, ReadsPositionsOfJoints) {
   const std::map<int64_t, int64_t> of = {{0, 0},   {1, 2},   {2, 5},   {3, 8},   {6, 1},   {7, 4},
                                          {8, 7},   {12, 6},  {13, 9},  {14, 12}, {15, 15}, {17, 16},
                                          {18, 18}, {19, 20}, {25, 17}, {26, 19}, {27, 21}};
-  const Clip walk = resample(sitter(0, 120).clip, 50);
-  torch::Tensor positions = torch::zeros({walk.frames(), 32, 3});
-  for (const auto& [row, joint] : of) {
-    const torch::Tensor p = walk.joints.select(1, joint);
-    positions.select(1, row).copy_(torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
-  }
+  const auto write_positions = [&](const char* file, const Sitter& person) {
+    const Clip at_50 = resample(person.clip, 50);
+    torch::Tensor positions = torch::zeros({at_50.frames(), 32, 3});
+    for (const auto& [row, joint] : of) {
+      const torch::Tensor p = at_50.joints.select(1, joint);
+      positions.select(1, row).copy_(torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
+    }
+    write_npy(folder / file, positions);
+  };
   std::filesystem::create_directories(folder / "h36m");
-  write_npy(folder / "p.npy", positions);
+  write_positions("p.npy", sitter(0, 120));
+  write_positions("s.npy", sitter(120, 330));
   write_atomically(folder / "make.py",
-                   "import numpy as np\np = np.load('p.npy')\n"
-                   "np.savez_compressed('h36m/data_3d_h36m.npz', positions_3d={'S1': {'Walking 1': p, 'Sitting': p},"
+                   "import numpy as np\np, s = np.load('p.npy'), np.load('s.npy')\n"
+                   "np.savez_compressed('h36m/data_3d_h36m.npz', positions_3d={'S1': {'Walking 1': p, 'Sitting': s},"
                    " 'S8': {'Eating': p[:, [0, 1, 2, 3, 6, 7, 8, 12, 13, 14, 15, 17, 18, 19, 25, 26, 27]]},"
                    " 'S9': {'Walking': p}, 'S11': {'Walking': p[:, :5]}})\n");
   ASSERT_EQ(std::system(("cd '" + folder.path.string() + "' && /usr/bin/python3 make.py").c_str()), 0);
@@ -191,8 +195,12 @@ TEST(ImportHuman36m, ReadsPositionsOfJoints) {
   EXPECT_EQ(clip_called(r.dataset, "S9/Walking").split, "test");
   const Clip clip = load_clip(r.dataset, clip_called(r.dataset, "S1/Sitting"));
   EXPECT_EQ(clip.action_names[static_cast<size_t>(clip.action[0].item<int64_t>())], "sitting");
-  EXPECT_LT(limbs_off(clip, sitter(0, 120).clip), 0.02);
-  EXPECT_LT(limbs_off(load_clip(r.dataset, clip_called(r.dataset, "S8/Eating")), clip), 1e-5);
+  EXPECT_LT(limbs_off(clip, sitter(120, 330).clip), 0.02);
+  EXPECT_TRUE(sits(clip));
+  EXPECT_GT(touching(clip, 10) + touching(clip, 11), 0.5) << "no foot stands";
+  const Clip walk = load_clip(r.dataset, clip_called(r.dataset, "S1/Walking 1"));
+  EXPECT_LT(limbs_off(walk, sitter(0, 120).clip), 0.02);
+  EXPECT_LT(limbs_off(load_clip(r.dataset, clip_called(r.dataset, "S8/Eating")), walk), 1e-5);
 }
 
 TEST(ImportCmu, ReadsTheTextWithThePapersSplits) {
@@ -230,6 +238,18 @@ TEST(ImportCmu, TheTextBecomesADataSetOfItsActions) {
   }
   EXPECT_EQ(splits, (std::map<std::string, int>{{"test", 2}, {"train", 2}, {"val", 1}}));
   EXPECT_GT(windows_of(folder / "out", "train"), 0);
+}
+
+TEST(ImportCmu, SomebodySitsDownInTheText) {
+  const TempFolder folder;
+  for (const char* file :
+       {"train/basketball/basketball_1", "train/basketball/basketball_2", "test/basketball/basketball_3"})
+    write_sitting_expmap(folder / ("cmu/" + std::string(file) + ".txt"));
+  const ImportResult r = imported("cmu", folder / "cmu", folder / "out");
+  EXPECT_EQ(r.made, 3);
+  const Clip clip = load_clip(r.dataset, r.dataset.clips.front());
+  EXPECT_TRUE(sits(clip)) << clip.joints[0][0][1].item<double>() << " " << clip.joints[-1][0][1].item<double>();
+  EXPECT_GT(touching(clip, 10) + touching(clip, 11), 2) << "no foot stands";
 }
 
 TEST(ImportCmu, RecordingsWithTheirSkeletonsAreSplitByPerson) {

@@ -61,4 +61,13 @@ inline double touching(const Clip& clip, int64_t joint) {
   return clip.contact.select(1, joint).sum().item<double>() / clip.rate;
 }
 
+/// Whether they stand in the beginning and sit in the end: the pelvis is lower, and the knees are bent.
+inline bool sits(const Clip& clip) {
+  const auto height = [&](int64_t t) { return clip.joints[t][0][1].item<double>(); };
+  const torch::Tensor end = clip.joints[-1];
+  const torch::Tensor thigh = end[4] - end[1], shin = end[7] - end[4];
+  const double bend = (thigh.dot(shin) / (thigh.norm() * shin.norm())).item<double>();
+  return height(0) > 0.8 && height(clip.frames() - 1) < 0.7 && bend < 0.6;
+}
+
 }  // namespace inhabit

@@ -14,6 +14,7 @@
 #include "inhabit/anticipate/config.h"
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/body/body_model.h"
+#include "inhabit/data/dataset_items.h"
 #include "inhabit/data/import_clip.h"
 #include "inhabit/data/import_set.h"
 #include "inhabit/data/motion_set.h"
@@ -25,6 +26,7 @@
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/interact/config.h"
+#include "inhabit/interact/contact_script.h"
 #include "inhabit/interact/model_file.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
@@ -36,6 +38,7 @@
 #include "inhabit/io/npz.h"
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/pickle.h"
+#include "inhabit/io/png_mask.h"
 #include "inhabit/io/pose_line.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
@@ -46,6 +49,8 @@
 #include "inhabit/motion/pose_stream.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/reconstruct/camera.h"
+#include "inhabit/scene/shapes.h"
 #include "inhabit/serve/message.h"
 #include "inhabit/train/checkpoint.h"
 #include "inhabit/view/charts.h"
@@ -184,6 +189,17 @@ bool fuzz_dataset(const uint8_t* data, size_t size) {
       clip_from_arrays(dataset, dataset.clips.front(), arrays_of(arrays), "fuzz");
   });
 }
+/// What another of two shards says of the clips that it made.
+bool fuzz_shard(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    std::filesystem::create_directories(own_folder() + "/shards");
+    write_file(own_folder() + "/shards/2-of-2.json", bytes);
+    Dataset dataset;
+    dataset.folder = own_folder();
+    dataset.shard = {1, 2};
+    gather_items(dataset, {});
+  });
+}
 /// One recording of a set of actions, up to the clip that training is given.
 bool fuzz_motion_set(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
@@ -259,6 +275,25 @@ bool fuzz_keyframes(const uint8_t* data, size_t size) {
     inbetween::key_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
   });
 }
+/// A series of contacts on a chair with a back rest.
+bool fuzz_contact_script(const uint8_t* data, size_t size) {
+  static const interact::Chair chair = [] {
+    MeshBuilder builder;
+    builder.box({0, 0.225, 0}, {0.25, 0.225, 0.25});
+    builder.box({0, 0.65, -0.28}, {0.25, 0.2, 0.03});
+    Scene scene = floor_scene();
+    scene.meshes.push_back(builder.mesh("chair_0", {0.5F, 0.4F, 0.3F}));
+    return interact::find_chair(scene, "chair_0");
+  }();
+  return survive(data, size, [](std::string_view text) { interact::parse_contact_script(text, "fuzz", chair); });
+}
+bool fuzz_camera(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view text) { reconstruct::parse_camera(text, "fuzz"); });
+}
+/// A mask of 6 by 8 pixels: an image of another size is refused before it is read.
+bool fuzz_mask_png(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) { parse_mask_png(bytes, 6, 8, "fuzz"); });
+}
 /// What a page sends to the server.
 bool fuzz_message(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view text) { serve::parse_message(text); });
@@ -324,6 +359,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"expmap_text", fuzz_expmap_text},
       {"safetensors", fuzz_safetensors},
       {"dataset", fuzz_dataset},
+      {"shard", fuzz_shard},
       {"motion_set", fuzz_motion_set},
       {"import", fuzz_import},
       {"retarget", fuzz_retarget},
@@ -334,6 +370,9 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"interact_model", fuzz_interact_model},
       {"checkpoint", fuzz_checkpoint},
       {"keyframes", fuzz_keyframes},
+      {"contact_script", fuzz_contact_script},
+      {"camera", fuzz_camera},
+      {"mask_png", fuzz_mask_png},
       {"message", fuzz_message},
       {"pose_lines", fuzz_pose_lines},
       {"obj", fuzz_scene<'o', 'b', 'j'>},

@@ -1,0 +1,54 @@
+#include "inhabit/interact/contact_script.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "inhabit/error.h"
+#include "inhabit/interact/contact_area.h"
+#include "inhabit/io/atomic_file.h"
+#include "inhabit/io/json_text.h"
+
+namespace inhabit::interact {
+namespace {
+
+std::optional<Eigen::Vector3d> three_numbers(const nlohmann::json& value) {
+  const bool numbers = value.is_array() && value.size() == 3 &&
+                       std::all_of(value.begin(), value.end(), [](const auto& v) { return v.is_number(); });
+  if (!numbers) return std::nullopt;
+  return Eigen::Vector3d(value[0].get<double>(), value[1].get<double>(), value[2].get<double>());
+}
+
+}  // namespace
+
+ContactScript read_contact_script(const std::string& path, const Chair& chair) {
+  return parse_contact_script(read_whole_file(path, uint64_t{1} << 24), path, chair);
+}
+
+ContactScript parse_contact_script(std::string_view text, const std::string& subject, const Chair& chair) {
+  const auto script = parse_json(text, subject);
+  if (!script.is_array() || script.empty()) throw Error(subject, "is no JSON list of contacts");
+  ContactScript out;
+  for (const auto& entry : script) {
+    if (!entry.is_object()) throw Error(subject, "holds an entry that is no object with left, right or walk_to");
+    if (out.then_walk) throw Error(subject, "walk_to is no last entry");
+    if (entry.contains("walk_to")) {
+      const auto place = three_numbers(entry["walk_to"]);
+      if (!place || entry.size() != 1) throw Error(subject, "walk_to: is no [x, z, heading]");
+      out.then_walk = Eigen::Vector3d(place->x(), place->y(), place->z() * M_PI / 180);
+      continue;
+    }
+    HandContacts contacts;
+    for (int side = 0; side < 2; ++side) {
+      const char* name = side == 0 ? "left" : "right";
+      if (!entry.contains(name) || entry[name].is_null() || entry[name] == "none") continue;
+      const auto point = entry[name].is_string() ? contact_on(chair, entry[name].get<std::string>(), side)
+                                                 : three_numbers(entry[name]);
+      if (!point) throw Error(subject, std::string(name) + ": neither a part of the chair nor [x, y, z]");
+      contacts[static_cast<size_t>(side)] = point;
+    }
+    out.contacts.push_back(contacts);
+  }
+  return out;
+}
+
+}  // namespace inhabit::interact

@@ -1,0 +1,27 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "inhabit/interact/chair.h"
+#include "inhabit/interact/live_person.h"
+
+namespace inhabit::interact {
+
+/// A series of contacts, each reached for once the one before was held, and where the person goes in the end.
+struct ContactScript {
+  std::vector<HandContacts> contacts;
+  std::optional<Eigen::Vector3d> then_walk;  ///< x, z in metres, heading in radians from +Z towards +X
+};
+
+/// A file of contacts, JSON (docs/interaction.md): [{"left": "armrest", "right": [x, y, z]}, ..., {"walk_to": [x, z,
+/// degrees]}], a part of the chair by name (contact_on) or a point in metres; "none", null or no entry leave a hand
+/// free; walk_to may be the last entry. Throws Error(path, ...), and what contact_on throws.
+ContactScript read_contact_script(const std::string& path, const Chair& chair);
+
+/// The same from memory; `subject` names the source in errors.
+ContactScript parse_contact_script(std::string_view text, const std::string& subject, const Chair& chair);
+
+}  // namespace inhabit::interact
