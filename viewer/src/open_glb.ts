@@ -1,6 +1,10 @@
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { Motion, Opened, Part } from './opened';
 
+// Not three.js's GLTFLoader: it would add 66 KiB (18 compressed) to each page that is written, a tenth of an empty one's program, and replace
+// less than half of this file, for what is shown are joints sampled over time and plain meshes. It takes ':' and '.' out of the names of
+// joints, fetches textures, which the page's content policy forbids, and believes an index beyond the vertices.
+
 const RATE = 30; // frames a second at which animations are sampled
 const MOST_SECONDS = 3600;
 const GREY: [number, number, number] = [0.75, 0.73, 0.7];
