@@ -2,7 +2,7 @@ import type { Scene } from 'three';
 import { Data } from './data';
 import { Bodies, Person, Shape } from './person';
 
-/** Still, see-through copies of each person along the way, made when they are first asked for. */
+/** Still, see-through copies of each person along the path, made when they are first asked for. */
 export class Ghosts {
   on = false;
   private readonly copies: { of: Person; ghost: Person; at: number }[] = [];

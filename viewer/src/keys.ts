@@ -49,7 +49,7 @@ export class Keys {
 
   constructor(data: Data, bodies: Bodies, readonly of: Person, spans: HTMLElement, begin: number, end: number) {
     const { keys = [], collides = [], rate, frames } = of.data_;
-    const share = (frame: number) => (100 * (of.start + frame / rate - begin)) / (end - begin);
+    const percent = (frame: number) => (100 * (of.start + frame / rate - begin)) / (end - begin);
     const mark = (from: number, to: number, color: number, kind: string, title: string) => {
       const i = document.createElement('i');
       i.className = kind;
@@ -61,9 +61,9 @@ export class Keys {
     };
     collides.forEach(([first, inside, where], k) => {
       const last = collides[k + 1]?.[0] ?? frames - 1;
-      if (inside) mark(share(first), share(last), collisionColor, 'collision', where ? `The body is inside the scene: ${where}` : 'The body is inside the scene');
+      if (inside) mark(percent(first), percent(last), collisionColor, 'collision', where ? `The body is inside the scene: ${where}` : 'The body is inside the scene');
     });
-    for (const key of keys) mark(share(key), share(key), keyColor, 'key', `Key frame ${key}`);
+    for (const key of keys) mark(percent(key), percent(key), keyColor, 'key', `Key frame ${key}`);
     // Keys close together would hide the motion between them, and every copy holds the whole motion.
     const apart = Math.max(rate / 2, frames / maxCopies);
     let last = -Infinity;

@@ -9,8 +9,8 @@ export function quaternionsOf(values: ArrayLike<number>, matrices: boolean): Flo
     const at = (k: number) => values[i * width + k];
     if (!matrices) {
       const angle = Math.hypot(at(0), at(1), at(2));
-      const share = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
-      out.set([Math.cos(angle / 2), share * at(0), share * at(1), share * at(2)], i * 4);
+      const factor = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
+      out.set([Math.cos(angle / 2), factor * at(0), factor * at(1), factor * at(2)], i * 4);
       continue;
     }
     const [a, b, c] = [at(0), at(4), at(8)];
@@ -50,9 +50,9 @@ export function pointsUpright(points: Float32Array) {
   for (let i = 0; i < points.length; i += 3) [points[i + 1], points[i + 2]] = [points[i + 2], -points[i + 1]];
 }
 
-/** The same of global rotations (T, J, 4), of which every `stride`-th is turned. */
+/** The same of global rotations (T, J, 4), of which every `stride`-th is rotated. */
 export function rotationsUpright(wxyz: Float32Array, stride: number) {
-  const h = Math.SQRT1_2; // a quarter turn about -x, from the left
+  const h = Math.SQRT1_2; // -90 degrees about x, from the left
   for (let i = 0; i < wxyz.length; i += 4 * stride) {
     const [w, x, y, z] = wxyz.subarray(i, i + 4);
     wxyz.set([h * (w + x), h * (x - w), h * (y + z), h * (z - y)], i);

@@ -410,15 +410,15 @@ export class MotionPage {
     focus.y = Math.max(ground + 0.75, Math.min(focus.y, ground + 1.1)) * 0.95;
   }
 
-  /** First view: the whole way if it is short, the first person otherwise. */
+  /** First view: the whole path if it is short, the first person otherwise. */
   private lookFirst(nearest: number) {
     this.pose();
     this.setFocus();
-    const way = this.extent.getSize(new Vector3()).setY(0).length() * 0.36 + 0.85;
-    const wanders = Math.max(nearest, way) >= 3.2;
+    const radius = this.extent.getSize(new Vector3()).setY(0).length() * 0.36 + 0.85;
+    const wanders = Math.max(nearest, radius) >= 3.2;
     this.setFollowing(wanders);
     this.stage.frame(wanders ? this.focus : new Vector3(this.middle.x, this.ground + 0.82, this.middle.z),
-      Math.min(3.2, Math.max(nearest, way)), this.heading());
+      Math.min(3.2, Math.max(nearest, radius)), this.heading());
   }
 
   /** @returns whether walls are still fading. */

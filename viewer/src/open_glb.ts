@@ -229,7 +229,7 @@ function motionOf(nodes: Nodes, joints: number[], name: string): Motion {
   return { name, rate: RATE, names: order.map((i) => nodes.name(i) || `joint ${i}`), parents, joints: places, ...rigid(places, rotations, parents, frames) };
 }
 
-/** Rotations and bones, where bones keep their lengths and turn with their joints. */
+/** Rotations and bones, where bones keep their lengths and rotate with their joints. */
 function rigid(places: Float32Array, rotations: Float32Array, parents: number[], frames: number) {
   const count = parents.length;
   const offsets = new Float32Array(count * 3);

@@ -51,7 +51,7 @@ function objectsOf(arrays: Arrays, frames: number): Motion['objects'] {
   if (!poses || poses.shape.length !== 3 || poses.shape[0] !== frames || poses.shape[1] !== names.length || poses.shape[2] !== 6) return undefined;
   return names.map((name, o) => {
     const of = (from: number) => Float32Array.from({ length: frames * 3 }, (_, i) => poses.values[(Math.floor(i / 3) * names.length + o) * 6 + from + (i % 3)]);
-    return { name, places: of(0), turns: quaternionsOf(of(3), false) };
+    return { name, places: of(0), rotations: quaternionsOf(of(3), false) };
   });
 }
 
@@ -90,9 +90,9 @@ function ownMotion(arrays: Arrays, name: string, rate: number): Motion {
   if (arrays.get('up')?.words?.[0] === 'z') {
     pointsUpright(joints);
     if (rotations) rotationsUpright(rotations, names.length);
-    for (const { places, turns } of objects ?? []) {
+    for (const { places, rotations: own } of objects ?? []) {
       pointsUpright(places);
-      rotationsUpright(turns, 1);
+      rotationsUpright(own, 1);
     }
   }
   return { name, rate, names, parents, joints, rotations, offsets, actions: actionsOf(arrays), objects };

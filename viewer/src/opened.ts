@@ -15,7 +15,7 @@ export interface Motion {
   rotations?: Float32Array; // (T, J, 4) w x y z
   offsets?: Float32Array; // (J, 3), with rotations
   actions?: PersonData['actions'];
-  objects?: { name: string; places: Float32Array; turns: Float32Array }[];
+  objects?: { name: string; places: Float32Array; rotations: Float32Array }[];
 }
 
 /** A mesh, or points where there are no faces. */
@@ -87,7 +87,7 @@ export function withOpened(data: Data, { motions, parts, notes }: Opened): Data 
       Object.assign(person, { body, rotations: arrays.add(rotations), trans: arrays.add(trans), offsets: arrays.add(offsets) });
     }
     if (objects?.length) {
-      person.objects = objects.map(({ name: called, places, turns }) => ({ name: called, places: arrays.add(places), turns: arrays.add(turns) }));
+      person.objects = objects.map(({ name: called, places, rotations: own }) => ({ name: called, places: arrays.add(places), turns: arrays.add(own) }));
     }
     return person;
   });

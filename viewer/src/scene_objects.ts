@@ -85,18 +85,18 @@ export class SceneObjects {
 /** How an object moves away from where it is in the first frame. */
 class ObjectMotion {
   private readonly places: Float32Array;
-  private readonly turns: Float32Array; // w x y z
+  private readonly rotations: Float32Array; // w x y z
   private readonly back = new THREE.Matrix4();
   private readonly from = new THREE.Vector3();
   private readonly to = new THREE.Vector3();
-  private readonly turn = new THREE.Quaternion();
+  private readonly rotation = new THREE.Quaternion();
   private readonly next = new THREE.Quaternion();
   private readonly pose = new THREE.Matrix4();
   private readonly one = new THREE.Vector3(1, 1, 1);
 
   constructor(data: Data, source: ObjectMotionData, private readonly start: number, private readonly rate: number) {
     this.places = data.floats(source.places);
-    this.turns = data.floats(source.turns);
+    this.rotations = data.floats(source.turns);
     this.back.copy(this.poseAt(0)).invert();
   }
 
@@ -109,9 +109,9 @@ class ObjectMotion {
     const at = Math.min(Math.max(frame, 0), last);
     const i = Math.floor(at);
     const n = Math.min(i + 1, last);
-    const quaternion = (q: THREE.Quaternion, k: number) => q.set(this.turns[k * 4 + 1], this.turns[k * 4 + 2], this.turns[k * 4 + 3], this.turns[k * 4]).normalize();
+    const quaternion = (q: THREE.Quaternion, k: number) => q.set(this.rotations[k * 4 + 1], this.rotations[k * 4 + 2], this.rotations[k * 4 + 3], this.rotations[k * 4]).normalize();
     this.from.fromArray(this.places, i * 3).lerp(this.to.fromArray(this.places, n * 3), at - i);
-    quaternion(this.turn, i).slerp(quaternion(this.next, n), at - i);
-    return this.pose.compose(this.from, this.turn, this.one);
+    quaternion(this.rotation, i).slerp(quaternion(this.next, n), at - i);
+    return this.pose.compose(this.from, this.rotation, this.one);
   }
 }
