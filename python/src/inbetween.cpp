@@ -67,7 +67,7 @@ constexpr const char* kInbetweenRun =
     "'left_hand' or 'right_hand', is at this place (metres) between these seconds after the first key; of a target "
     "that "
     "is\n"
-    "gone through both are the same. Contacts that nobody reaches, key poses inside the scene and keys that no way "
+    "gone through both are the same. Contacts that nobody reaches, key poses inside the scene and keys that no path "
     "leads "
     "to\n"
     "are warned of (warnings.warn).\n"

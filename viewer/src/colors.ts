@@ -36,8 +36,8 @@ export const css = (color: number) => '#' + color.toString(16).padStart(6, '0');
 /** Futures: hues and tones about the prediction's blue, neighbours far apart. */
 export function futureColor(i: number): number {
   if (i === 0) return roleColor.future;
-  const part = (i * 0.618034) % 1;
-  return new Color().setHSL((160 + 140 * part) / 360, 0.62, 0.42 + 0.24 * ((i * 0.381966) % 1)).getHex();
+  const fraction = (i * 0.618034) % 1;
+  return new Color().setHSL((160 + 140 * fraction) / 360, 0.62, 0.42 + 0.24 * ((i * 0.381966) % 1)).getHex();
 }
 
 const intentionTones = ['#e9a23b', '#3f9e97', '#c9533f', '#7d6bc0', '#86b04a', '#d873a5', '#4d88d8', '#94704f', '#c9b92f', '#5c6b7a', '#41b5d1', '#a63d77'];

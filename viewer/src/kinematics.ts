@@ -50,9 +50,9 @@ export function pointsUpright(points: Float32Array) {
   for (let i = 0; i < points.length; i += 3) [points[i + 1], points[i + 2]] = [points[i + 2], -points[i + 1]];
 }
 
-/** The same of global rotations (T, J, 4), of which every `stride`-th is turned. */
+/** The same of global rotations (T, J, 4), of which every `stride`-th is rotated. */
 export function rotationsUpright(wxyz: Float32Array, stride: number) {
-  const h = Math.SQRT1_2; // 90 degrees about -x, from the left
+  const h = Math.SQRT1_2; // -90 degrees about x, from the left
   for (let i = 0; i < wxyz.length; i += 4 * stride) {
     const [w, x, y, z] = wxyz.subarray(i, i + 4);
     wxyz.set([h * (w + x), h * (x - w), h * (y + z), h * (z - y)], i);

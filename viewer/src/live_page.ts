@@ -220,7 +220,7 @@ export class LivePage {
   }
 
   private addPointer(view: HTMLElement) {
-    // Before the camera's own listener: who drags a handle does not turn the camera.
+    // Before the camera's own listener: who drags a handle does not orbit.
     view.addEventListener('pointerdown', (event) => {
       if (event.button !== 0) return;
       const hand = this.picks.handle(event.clientX, event.clientY);
@@ -234,7 +234,7 @@ export class LivePage {
     view.addEventListener('pointermove', (event) => {
       const { down } = this;
       if (down && down.hand >= 0) this.drag(down.hand, event, true);
-      else if (down?.at) this.turn(down.at, event);
+      else if (down?.at) this.rotate(down.at, event);
       else if (event.buttons === 0) {
         const hit = this.picks.handle(event.clientX, event.clientY) < 0 ? this.picks.hit(event.clientX, event.clientY) : undefined;
         view.classList.toggle('over', !hit || this.isChair(hit.object));
@@ -272,7 +272,7 @@ export class LivePage {
     return to && Math.hypot(to.x - at.x, to.z - at.z) > 0.15 ? Math.atan2(to.x - at.x, to.z - at.z) : NaN;
   }
 
-  private turn(at: Vector3, event: PointerEvent) {
+  private rotate(at: Vector3, event: PointerEvent) {
     const heading = this.headingTo(at, event);
     this.showMark(at);
     this.arrow.visible = !Number.isNaN(heading);

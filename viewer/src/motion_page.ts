@@ -414,11 +414,11 @@ export class MotionPage {
   private lookFirst(nearest: number) {
     this.pose();
     this.setFocus();
-    const reach = this.extent.getSize(new Vector3()).setY(0).length() * 0.36 + 0.85;
-    const wanders = Math.max(nearest, reach) >= 3.2;
+    const radius = this.extent.getSize(new Vector3()).setY(0).length() * 0.36 + 0.85;
+    const wanders = Math.max(nearest, radius) >= 3.2;
     this.setFollowing(wanders);
     this.stage.frame(wanders ? this.focus : new Vector3(this.middle.x, this.ground + 0.82, this.middle.z),
-      Math.min(3.2, Math.max(nearest, reach)), this.heading());
+      Math.min(3.2, Math.max(nearest, radius)), this.heading());
   }
 
   /** @returns whether walls are still fading. */

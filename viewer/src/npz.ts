@@ -48,7 +48,7 @@ async function unzipped(bytes: Uint8Array<ArrayBuffer>, wanted: (name: string) =
     const start = head + 30 + view.getUint16(head + 26, true) + view.getUint16(head + 28, true);
     if (start + packed > bytes.length) throw new Error('its archive is cut short');
     const content = bytes.subarray(start, start + packed);
-    if (method !== 0 && method !== 8) throw new Error('its archive is packed in a way that is not known');
+    if (method !== 0 && method !== 8) throw new Error('its archive is packed by a method that is not known');
     files.set(name, method === 0 ? content.slice() : await inflated(content, size));
   }
   return files;

@@ -130,7 +130,7 @@ export class Stage {
     this.controls.update();
   }
 
-  /** Turns the camera about what it looks at by angles (radians), and brings it nearer by a factor. */
+  /** Orbits what the camera looks at by angles (radians), and brings it nearer by a factor. */
   orbit(across: number, up: number, factor: number) {
     const { camera, controls } = this;
     const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
@@ -151,7 +151,7 @@ export class Stage {
     this.grid.visible = this.shade.visible = on;
   }
 
-  /** Moves the camera along so that it keeps looking at `target`; moves by that `fraction` of its distance. */
+  /** Moves the camera along so that it keeps looking at `target`; by a `fraction` of the distance. */
   follow(target: THREE.Vector3, fraction: number) {
     this.move.copy(target).sub(this.controls.target).multiplyScalar(fraction);
     this.controls.target.add(this.move);

@@ -237,7 +237,7 @@ async function objectsAndPeople(context) {
   const [start, stool] = [await at(page, 'box_0'), await at(page, 'stool_1')];
   await page.evaluate('inhabit.setTime(59 / 30)');
   const end = await at(page, 'box_0');
-  // 90 degrees about (1, 2) takes what lies at z + 0.1 to x + 0.1.
+  // A rotation by 90 degrees about (1, 2) takes what lies at z + 0.1 to x + 0.1.
   assert.ok(distance(start.middle, [1, 0.25, 2.1]) < 0.01, `it starts at ${start.middle}`);
   assert.ok(distance(end.middle, [2.1, 0.25, 2]) < 0.01, `it ends at ${end.middle}`);
   assert.deepEqual((await at(page, 'stool_1')).middle, stool.middle);
