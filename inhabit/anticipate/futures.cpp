@@ -110,28 +110,19 @@ Tensor seq2seq_future(const Networks& networks, const Tensor& past, int64_t fram
   return networks.scale.from_network(network->forward(networks.scale.to_network(past), frames));
 }
 
-namespace {
-
-/// @param next some frames of all that is known so far (B, t, F), standardised
-Tensor going_on(const FeatureScale& scale, const Tensor& past, int64_t frames,
-                const std::function<Tensor(const Tensor& known)>& next) {
-  const torch::NoGradGuard no_gradients;
-  Tensor all = scale.to_network(past);
-  while (all.size(1) < past.size(1) + frames) all = torch::cat({all, next(all)}, 1);
-  return scale.from_network(all.slice(1, past.size(1), past.size(1) + frames));
-}
-
-}  // namespace
-
 Tensor ltd_future(const Networks& networks, const Tensor& past, int64_t frames) {
-  return going_on(networks.scale, past, frames, [network = networks.ltd](const Tensor& known) mutable {
-    return network->forward(known.slice(1, known.size(1) - network->past));
-  });
+  const torch::NoGradGuard no_gradients;
+  nn::TrajectoryGraph network = networks.ltd;
+  Tensor all = networks.scale.to_network(past);
+  while (all.size(1) < past.size(1) + frames)
+    all = torch::cat({all, network->forward(all.slice(1, all.size(1) - network->past))}, 1);
+  return networks.scale.from_network(all.slice(1, past.size(1), past.size(1) + frames));
 }
 
 Tensor hisrep_future(const Networks& networks, const Tensor& past, int64_t frames) {
-  return going_on(networks.scale, past, frames,
-                  [network = networks.hisrep](const Tensor& known) mutable { return network->forward(known); });
+  const torch::NoGradGuard no_gradients;
+  nn::MotionAttention network = networks.hisrep;
+  return networks.scale.from_network(network->continued(networks.scale.to_network(past), frames));
 }
 
 }  // namespace inhabit::anticipate

@@ -96,6 +96,10 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("training.rate_floor", config.training.schedule.floor);
   visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
   visit("baselines.ltd_blocks", config.baselines.ltd_blocks);
+  visit("baselines.hisrep_query", config.baselines.hisrep_query);
+  visit("baselines.hisrep_future", config.baselines.hisrep_future);
+  visit("baselines.hisrep_hidden", config.baselines.hisrep_hidden);
+  visit("baselines.hisrep_blocks", config.baselines.hisrep_blocks);
 };
 
 void check_convolution(const std::optional<PointVoxelSpec>& spec, const ConfigCheck& check) {
@@ -257,6 +261,10 @@ void validate(const Config& c, const std::string& subject) {
   check_schedule(check, t.schedule);
   check.within("baselines.ltd_hidden", c.baselines.ltd_hidden, 1, 4096);
   check.within("baselines.ltd_blocks", c.baselines.ltd_blocks, 1, 64);
+  check.within("baselines.hisrep_query", c.baselines.hisrep_query, 2, 10000);
+  check.within("baselines.hisrep_future", c.baselines.hisrep_future, 1, 10000);
+  check.within("baselines.hisrep_hidden", c.baselines.hisrep_hidden, 1, 4096);
+  check.within("baselines.hisrep_blocks", c.baselines.hisrep_blocks, 1, 64);
   check.within("abstraction levels", static_cast<double>(c.abstraction.size()), 1, 16);
   check.holds(c.abstraction.size() == c.propagation.size(), "as many levels up as down");
   for (const AbstractionSpec& spec : c.abstraction) {

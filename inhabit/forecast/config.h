@@ -77,7 +77,7 @@ struct Config {
   /// How the networks are trained. Defaults are the paper's (4.2).
   struct Training {
     int contact_steps = 0;         ///< optimiser steps of stage contact; 0: 50 epochs
-    int motion_steps = 0;          ///< of stages motion, no_contact and ltd; 0: 50 epochs
+    int motion_steps = 0;          ///< of stages motion, no_contact, ltd and hisrep; 0: 50 epochs
     int adapt_steps = 0;           ///< of stage adapt; 0: 10 epochs
     int hypotheses_steps = 6000;   ///< of stage hypotheses; 0: 50 epochs
     int contact_batch = 4;         ///< windows of a step of stage contact
@@ -96,10 +96,14 @@ struct Config {
     bool operator==(const Training&) const = default;  ///< compares all settings
   } training;                                          ///< not looked at in use
 
-  /// Sizes of what the networks are compared with.
+  /// Sizes of what the networks are compared with, by default their authors'.
   struct Baselines {
-    int ltd_hidden = 128;  ///< LTD's width (the original: 256)
-    int ltd_blocks = 6;    ///< its residual blocks (the original: 12)
+    int ltd_hidden = 256;     ///< LTD's width
+    int ltd_blocks = 12;      ///< its residual blocks
+    int hisrep_query = 10;    ///< HisRep: frames that are compared with earlier ones
+    int hisrep_future = 10;   ///< frames predicted at a time
+    int hisrep_hidden = 256;  ///< width
+    int hisrep_blocks = 12;   ///< residual blocks
 
     bool operator==(const Baselines&) const = default;  ///< compares all sizes
   } baselines;                                          ///< not looked at in use

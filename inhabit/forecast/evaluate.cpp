@@ -52,6 +52,10 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
     out.push_back({"LTD", [ltd = model.ltd](const Windows& w, uint64_t) mutable {
                      return ltd->forward(w.past.flatten(2)).view_as(w.truth);
                    }});
+  if (!model.hisrep.is_empty())
+    out.push_back({"HisRep", [hisrep = model.hisrep](const Windows& w, uint64_t) mutable {
+                     return hisrep->continued(w.past.flatten(2), w.truth.size(1)).view_as(w.truth);
+                   }});
   const auto add = [&](const std::string& name, Contacts kind, const auto& contacts) {
     if (const Motion motion = motion_of(model, kind))
       out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});

@@ -9,6 +9,13 @@ nn::TrajectoryGraph make_ltd(const Config& c) {
   return nn::TrajectoryGraph(3 * c.joints, c.past, c.future, c.baselines.ltd_hidden, c.baselines.ltd_blocks);
 }
 
+nn::MotionAttention make_hisrep(const Config& c) {
+  const Config::Baselines& b = c.baselines;
+  if (b.hisrep_query + b.hisrep_future > c.past)
+    throw Error("baselines.hisrep_query", "and hisrep_future are longer together than what is observed");
+  return nn::MotionAttention(3 * c.joints, b.hisrep_query, b.hisrep_future, b.hisrep_hidden, b.hisrep_blocks);
+}
+
 SafeTensors model_header(const Config& config) { return nn::model_content(kSystem, to_json(config)); }
 
 void save_networks(const std::string& path, const Networks& networks, bool half) {
@@ -19,6 +26,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   if (!networks.articulated.is_empty()) nn::collect_parameters(*networks.articulated, "articulated_net.", content);
   if (!networks.hypotheses.is_empty()) nn::collect_parameters(*networks.hypotheses, "hypotheses_net.", content);
   if (!networks.ltd.is_empty()) nn::collect_parameters(*networks.ltd, "ltd_net.", content);
+  if (!networks.hisrep.is_empty()) nn::collect_parameters(*networks.hisrep, "hisrep_net.", content);
   write_safetensors(path, content, half);
 }
 
@@ -39,8 +47,9 @@ Networks load_networks(const std::string& path) {
   n.articulated = file.network("articulated_net.", [&] { return ArticulatedNetwork(n.config); });
   n.hypotheses = file.network("hypotheses_net.", [&] { return HypothesesNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
+  n.hisrep = file.network("hisrep_net.", [&] { return make_hisrep(n.config); });
   if (n.contact.is_empty() && n.motion.is_empty() && n.no_contact.is_empty() && n.articulated.is_empty() &&
-      n.ltd.is_empty())
+      n.ltd.is_empty() && n.hisrep.is_empty())
     throw Error(path, "holds no network");
   return n;
 }

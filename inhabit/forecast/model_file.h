@@ -5,6 +5,7 @@
 #include "inhabit/forecast/hypotheses.h"
 #include "inhabit/forecast/network.h"
 #include "inhabit/io/safetensors.h"
+#include "inhabit/nn/motion_attention.h"
 #include "inhabit/nn/trajectory_graph.h"
 
 namespace inhabit::forecast {
@@ -18,6 +19,7 @@ struct Networks {
   ArticulatedNetwork articulated{nullptr};  ///< stage two where config.decoder is "articulated", "articulated_net."
   HypothesesNetwork hypotheses{nullptr};    ///< ways to go on beside the one of `articulated`, "hypotheses_net."
   nn::TrajectoryGraph ltd{nullptr};         ///< LTD, which knows nothing of the scene, "ltd_net."
+  nn::MotionAttention hisrep{nullptr};      ///< HisRep, neither, "hisrep_net."
 
   /// Whether there are a contact network and one that moves the person by what it predicts.
   bool complete() const { return !contact.is_empty() && !(motion.is_empty() && articulated.is_empty()); }
@@ -25,6 +27,9 @@ struct Networks {
 
 /// A new LTD network of the config's sizes: joints (B, P, 3 J) -> (B, T, 3 J).
 nn::TrajectoryGraph make_ltd(const Config& config);
+
+/// A new HisRep of the config's sizes, of 3 J coordinates. Throws Error where it needs more frames than the past has.
+nn::MotionAttention make_hisrep(const Config& config);
 
 /// What files of this system say they are of.
 inline constexpr const char* kSystem = "contact-forecast";

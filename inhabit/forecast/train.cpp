@@ -29,14 +29,25 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   if (asked == std::vector<std::string>{"both"}) asked = {"contact", "motion"};
   if (asked == std::vector<std::string>{"all"}) {
     asked = usual;
-    asked.emplace_back("ltd");
+    asked.insert(asked.end(), {"ltd", "hisrep"});
   }
   std::vector<std::string> names =
-      is_articulated(config) ? chosen_stages(asked, {"contact", "motion", "hypotheses", "ltd"}, usual)
-                             : chosen_stages(asked, {"contact", "motion", "no_contact", "adapt", "ltd"}, usual);
+      is_articulated(config)
+          ? chosen_stages(asked, {"contact", "motion", "hypotheses", "ltd", "hisrep"}, usual)
+          : chosen_stages(asked, {"contact", "motion", "no_contact", "adapt", "ltd", "hisrep"}, usual);
   if (among(names, "hypotheses") && config.articulated.hypotheses == 0)
     throw Error("articulated.hypotheses", "is 0: there are none to be trained");
   return names;
+}
+
+bool same_ltd(const Config& a, const Config& b) {
+  return a.baselines.ltd_hidden == b.baselines.ltd_hidden && a.baselines.ltd_blocks == b.baselines.ltd_blocks;
+}
+
+bool same_hisrep(const Config& a, const Config& b) {
+  Config::Baselines same = a.baselines;
+  same.ltd_hidden = b.baselines.ltd_hidden, same.ltd_blocks = b.baselines.ltd_blocks;
+  return same == b.baselines;
 }
 
 /// Copies the weights of a network of the same sizes; says nothing where the file has none.
@@ -69,7 +80,8 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
   keep(start.no_contact, "no_contact_net.", {"no_contact"});
   if (start.config.articulated.hypotheses == config.articulated.hypotheses)
     keep(start.hypotheses, "hypotheses_net.", {"hypotheses", "motion"});
-  if (start.config.baselines == config.baselines) keep(start.ltd, "ltd_net.", {"ltd"});
+  if (same_ltd(start.config, config)) keep(start.ltd, "ltd_net.", {"ltd"});
+  if (same_hisrep(start.config, config)) keep(start.hisrep, "hisrep_net.", {"hisrep"});
 }
 
 /// The networks of a run, stage by stage, and where the weights of each come from.
@@ -127,8 +139,13 @@ class Stages {
     }
     if (name == "ltd") {
       model_.ltd = make_ltd(config_);
-      adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
-      return ltd_task(model_, data_, validation_, run_.device);
+      if (same_ltd(start_.config, config_)) adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
+      return baseline_task(name, model_, data_, validation_, run_.device);
+    }
+    if (name == "hisrep") {
+      model_.hisrep = make_hisrep(config_);
+      if (same_hisrep(start_.config, config_)) adopt(model_.hisrep, start_.hisrep, "hisrep_net.", run_.from);
+      return baseline_task(name, model_, data_, validation_, run_.device);
     }
     const Networks before = earlier_stages(name);
     if (keeps_predictions(name)) take_contact_network(name, before);

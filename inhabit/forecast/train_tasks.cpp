@@ -213,14 +213,20 @@ TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validat
   return task;
 }
 
-TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
+                        torch::Device device) {
   const Config& config = model.config;
-  auto forecast = [network = model.ltd, &config, device](const torch::Tensor& past) mutable {
-    return network->forward(past.to(device).flatten(2)).unflatten(2, {config.joints, 3});
+  const bool ltd = name == "ltd";
+  auto forecast = [ltd, graph = model.ltd, attention = model.hisrep, &config,
+                   device](const torch::Tensor& past) mutable {
+    const torch::Tensor known = past.to(device).flatten(2);
+    const torch::Tensor next = ltd ? graph->forward(known) : attention->continued(known, config.future);
+    return next.unflatten(2, {config.joints, 3});
   };
   TrainTask task;
-  task.module = model.ltd.ptr();
-  task.networks = {{"ltd_net.", model.ltd.ptr()}};
+  task.module = ltd ? std::static_pointer_cast<torch::nn::Module>(model.ltd.ptr())
+                    : std::static_pointer_cast<torch::nn::Module>(model.hisrep.ptr());
+  task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
   task.prepare = batches(
       [&, source = no_contacts(config)](const TrainStep& step) {

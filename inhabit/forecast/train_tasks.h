@@ -24,7 +24,8 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
 /// none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
 TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
 
-/// LTD: mean joint error in the world.
-TrainTask ltd_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+/// LTD or HisRep: mean joint error in the world. @param name "ltd" or "hisrep"
+TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
+                        torch::Device device);
 
 }  // namespace inhabit::forecast

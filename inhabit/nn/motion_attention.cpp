@@ -53,4 +53,10 @@ Tensor MotionAttentionImpl::forward(const Tensor& past) {
   return torch::matmul(corrected, to_dct).slice(2, query).transpose(1, 2);
 }
 
+Tensor MotionAttentionImpl::continued(const Tensor& past, int64_t frames) {
+  Tensor all = past;
+  while (all.size(1) < past.size(1) + frames) all = torch::cat({all, forward(all)}, 1);
+  return all.slice(1, past.size(1), past.size(1) + frames);
+}
+
 }  // namespace inhabit::nn

@@ -12,6 +12,9 @@ struct MotionAttentionImpl : ResidualGraphImpl {
   /// (B, P, K) -> (B, T, K), P at least M + T
   torch::Tensor forward(const torch::Tensor& past);
 
+  /// `frames` that follow, T at a time, each time after all that is known by then: (B, P, K) -> (B, frames, K)
+  torch::Tensor continued(const torch::Tensor& past, int64_t frames);
+
   /// How much each earlier subsequence counts, (B, P - M - T + 1), which sum to 1.
   torch::Tensor attention(const torch::Tensor& past);
 

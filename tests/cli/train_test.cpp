@@ -17,6 +17,8 @@ namespace {
 
 using nlohmann::json;
 
+const std::string kSmallBaselines =
+    "baselines.ltd_hidden=16 baselines.ltd_blocks=2 baselines.hisrep_hidden=16 baselines.hisrep_blocks=2";
 const std::string kShipped = INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors";
 
 std::map<std::string, torch::Tensor> of_network(const SafeTensors& file, const std::string& prefix) {
@@ -38,13 +40,15 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors";
   const CommandResult r = run_command("train forecast --stage all --data " + data + " --out " + model +
                                       " --set decoder=recurrent training.contact_steps=2 training.motion_steps=4"
-                                      " training.adapt_steps=2 training.contact_batch=2 training.motion_batch=2");
+                                      " training.adapt_steps=2 training.contact_batch=2 training.motion_batch=2"
+                                      " " +
+                                      kSmallBaselines);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const SafeTensors trained = read_safetensors(model);
   const SafeTensors shipped = read_safetensors(kShipped);
   EXPECT_EQ(trained.metadata.at("system"), shipped.metadata.at("system"));
   EXPECT_THAT(trained.metadata.at("config"), ::testing::HasSubstr("\"preset\":\"compact\""));
-  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "ltd_net."})
+  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "ltd_net.", "hisrep_net."})
     EXPECT_GT(of_network(trained, network).size(), 10U) << network;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 
@@ -57,7 +61,7 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
       for (const auto& [name, value] : line.at("losses").items()) EXPECT_TRUE(value.is_number()) << name;
   }
   EXPECT_EQ(last_step, (std::map<std::string, int64_t>{
-                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"ltd", 4}, {"adapt", 2}}));
+                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"ltd", 4}, {"hisrep", 4}, {"adapt", 2}}));
 
   const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
   EXPECT_EQ(f.exit_code, 0) << f.err;
@@ -65,8 +69,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   // A stage of its own keeps what the file holds of the others.
   ASSERT_EQ(run_command("train forecast --stage motion --set decoder=recurrent training.contact_steps=2 "
                         "training.motion_steps=4 training.adapt_steps=2"
-                        " training.contact_batch=2 training.motion_batch=2 --seed 9 --data " +
-                        data + " --out " + model)
+                        " training.contact_batch=2 training.motion_batch=2 " +
+                        kSmallBaselines + " --seed 9 --data " + data + " --out " + model)
                 .exit_code,
             0);
   const SafeTensors after = read_safetensors(model);
@@ -76,13 +80,25 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
       torch::equal(after.tensors.at("motion_net.x_enc.weight"), trained.tensors.at("motion_net.x_enc.weight")));
   ASSERT_EQ(run_command("train forecast --stage contact --set decoder=recurrent training.contact_steps=2 "
                         "training.motion_steps=4 training.adapt_steps=2"
-                        " training.contact_batch=2 training.motion_batch=2 --data " +
-                        data + " --out " + model)
+                        " training.contact_batch=2 training.motion_batch=2 " +
+                        kSmallBaselines + " --data " + data + " --out " + model)
                 .exit_code,
             0);
   const SafeTensors last = read_safetensors(model);
   for (const auto& [name, tensor] : of_network(after, "motion_net."))
     EXPECT_TRUE(torch::equal(last.tensors.at(name), tensor)) << name;
+
+  // A baseline of another size than that of --from begins anew; the other networks come along.
+  const std::string larger = folder / "larger.safetensors";
+  const CommandResult l =
+      run_command("train forecast --stage ltd --from " + model + " --data " + data + " --out " + larger +
+                  " --set decoder=recurrent training.motion_steps=1 " + kSmallBaselines + " baselines.ltd_hidden=24");
+  ASSERT_EQ(l.exit_code, 0) << l.err;
+  const SafeTensors grown = read_safetensors(larger);
+  for (const char* network : {"contact_net.", "motion_net.", "hisrep_net."})
+    for (const auto& [name, tensor] : of_network(last, network))
+      EXPECT_TRUE(torch::equal(grown.tensors.at(name), tensor)) << name;
+  EXPECT_EQ(grown.tensors.at("ltd_net.in.bias").size(0), 24);
 }
 
 TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
@@ -174,7 +190,7 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
   bad.expect(data + out + " --resume", {"m.safetensors.checkpoint.safetensors", "no such file"});
   bad.expect(data + out + " --set decoder=recurrent --stage adapt",
              {"m.safetensors", "lacks the contact or the motion network"});
-  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, hypotheses, ltd"});
+  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, hypotheses, ltd, hisrep"});
   bad.expect(data + out + " --stage motion", {"m.safetensors", "lacks the contact network"});
   bad.expect(data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "there is no folder"});
 

@@ -78,6 +78,8 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
   model.no_contact->eval();
   model.ltd = make_ltd(model.config);
   model.ltd->eval();
+  model.hisrep = make_hisrep(model.config);
+  model.hisrep->eval();
 
   const Table table = evaluate(model, data);
   std::vector<std::string> methods;
@@ -87,15 +89,15 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
     for (const double v : row.path) EXPECT_GT(v, 0) << row.method;
     for (const double v : row.pose) EXPECT_GT(v, 0) << row.method;
   }
-  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "LTD", "w/o contact",
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "LTD", "HisRep", "w/o contact",
                                                "predicted contact", "w/ true contact"}));
   const std::string text = table_text(table);
   for (const std::string& method : methods) EXPECT_THAT(text, ::testing::HasSubstr(method));
   EXPECT_THAT(text, ::testing::HasSubstr("Path Error (mm)"));
   const nlohmann::json json = table_json(table);
-  EXPECT_EQ(json["rows"].size(), 6U);
+  EXPECT_EQ(json["rows"].size(), 7U);
   EXPECT_EQ(json["rows"][0]["path_error"]["2.0s"], table.rows[0].path[3]);
-  EXPECT_EQ(json["rows"][5]["pose_error"]["mean"], table.rows[5].pose[4]);
+  EXPECT_EQ(json["rows"][6]["pose_error"]["mean"], table.rows[6].pose[4]);
 }
 
 }  // namespace
