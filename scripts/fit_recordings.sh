@@ -18,7 +18,8 @@ fit() {
   local name=$1 rooms=$(($2 * ${ROOMS:-1}))
   shift 2
   [ -e "${2:-}" ] || { echo "$name: no recordings"; return; }
-  "$inhabit" synth fit --out "$out/$name$suffix" --rooms-per-clip "$rooms" "$@" "${extra[@]}"
+  # 1: recordings were skipped that make no clip (running has no floor to stand on for two seconds), which are named.
+  "$inhabit" synth fit --out "$out/$name$suffix" --rooms-per-clip "$rooms" "$@" "${extra[@]}" || [ $? -eq 1 ]
 }
 
 # Who is who: the text files of cmu/ and walking_extra/ name no subjects. By frame counts and postures, who is in
