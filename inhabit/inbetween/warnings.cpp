@@ -10,7 +10,8 @@ std::vector<std::string> warnings_of(const Result& result, const std::vector<std
   constexpr size_t kNamed = 5;
   constexpr double kMet = 0.03;
   std::vector<std::string> out;
-  const auto& inside = result.key_immersions;
+  std::vector<Immersion> inside = result.key_immersions;
+  std::stable_sort(inside.begin(), inside.end(), [](const auto& a, const auto& b) { return a.depth > b.depth; });
   if (!inside.empty()) {
     std::string where;
     for (size_t k = 0; k < std::min(inside.size(), kNamed); ++k)

@@ -6,9 +6,9 @@
 
 namespace inhabit::inbetween {
 
-/// What is to be said of a motion that was made all the same, a line each: key poses that are inside the scene, keys
-/// behind something that nobody gets around in time, contacts that nobody there could reach. @param contacts what each
-/// of Controls::contacts is called
+/// What is to be said of a motion that was made all the same, a line each: key poses that are inside the scene (the
+/// five deepest by name), keys behind something that nobody gets around in time, contacts that nobody there could
+/// reach. @param contacts what each of Controls::contacts is called
 std::vector<std::string> warnings_of(const Result& result, const std::vector<std::string>& contacts);
 
 }  // namespace inhabit::inbetween
