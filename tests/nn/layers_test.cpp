@@ -260,9 +260,9 @@ TEST(MotionAttention, GoesOnAsWhatWasMostAlikeDid) {
   EXPECT_EQ(network->forward(past).sizes(), (torch::IntArrayRef{3, 4, 9}));
   EXPECT_EQ(network->attention(past).sizes(), (torch::IntArrayRef{3, 31}));
   EXPECT_LT(largest_difference(network->attention(past).sum(1), torch::ones({3})), 1e-5);
-  const Tensor first = network->forward(past), two = network->continued(past, 7);
+  const Tensor once = network->forward(past), twice = network->continued(past, 7);
   EXPECT_LT(
-      largest_difference(two, torch::cat({first, network->forward(torch::cat({past, first}, 1)).slice(1, 0, 3)}, 1)),
+      largest_difference(twice, torch::cat({once, network->forward(torch::cat({past, once}, 1)).slice(1, 0, 3)}, 1)),
       1e-6)
       << "goes on after what it said itself";
   // Queries that are alike alone where they are the same: each frame tells which it is, of a period of 15.
