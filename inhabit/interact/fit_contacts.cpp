@@ -37,6 +37,7 @@ Clip fit_contacts(const Clip& motion, const Scene& scene) {
   const auto at = targets.accessor<double, 3>();
   refine::Options options;
   options.standard = true;
+  options.generated = true;
   options.keep_frames = {0};  // the pose that the person was given in
   options.name = "motion";
   for (int64_t side = 0; side < 2; ++side)

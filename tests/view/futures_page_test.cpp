@@ -88,6 +88,11 @@ TEST(FuturesPageInBrowser, StandSideBySideAndGoOverlaid) {
   const Example example(9);
   write_page(folder / "futures.html", futures_page(example.past, example.futures, example.labels));
 
+  Page in_room = futures_page(example.past, example.futures, example.labels);
+  const Scene room = floor_scene();
+  in_room.scene = &room;
+  write_page(folder / "in_room.html", in_room);
+
   Page intentions;
   intentions.recordings.emplace();
   for (int64_t c = 0; c < 3; ++c) {

@@ -32,7 +32,7 @@ export class Gallery {
   private readonly root = new THREE.Vector3();
 
   constructor(header: Header, private readonly people: Person[], private readonly stage: Stage, private readonly heading: number,
-    ground: number, begin: number, end: number, private readonly names: HTMLElement, private readonly changed: () => void) {
+    ground: number, begin: number, end: number, private readonly names: HTMLElement, apart: boolean, private readonly changed: () => void) {
     this.figures = people.filter((person) => isFigure(person.data_));
     this.canOverlay = this.figures.every((person) => person.data_.role === 'future');
     const recordings = stripsOfRecordings(header.recordings);
@@ -65,7 +65,7 @@ export class Gallery {
     this.watchPointer();
     stage.controls.addEventListener('start', this.taken);
     stage.controls.maxDistance = 150;
-    this.setApart(true);
+    this.setApart(apart || !this.canOverlay);
   }
 
   /** The camera is moved by hand. */

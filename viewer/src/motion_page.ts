@@ -81,8 +81,9 @@ export class MotionPage {
       scene.add(this.contacts.points.object);
     }
     if (figures) {
+      // In a room it matters where people go; no room is around figures side by side.
       this.gallery = new Gallery(header, this.people, this.stage, this.heading(), this.ground, begin, end, element('names'),
-        () => this.repose());
+        header.scene === undefined, () => this.repose());
     }
 
     const tracked = header.people.find((person) => person.tracks);
@@ -236,8 +237,8 @@ export class MotionPage {
     menu.toggle('spread', 's', () => this.setApart()).hidden = people.length < 2;
     if (people.length === 0) for (const id of ['follow', 'trails', 'ghosts']) element(id).hidden = true;
     if (gallery) {
-      press('spread', true);
-      this.stage.showGround(false);
+      press('spread', gallery.apart);
+      this.showSurroundings(!gallery.apart);
       for (const id of ['follow', 'trails', 'spread']) element(id).hidden = !gallery.canOverlay;
     }
     if (this.tags) {
@@ -290,7 +291,7 @@ export class MotionPage {
     const { gallery, people, middle } = this;
     if (gallery) {
       gallery.setApart(!gallery.apart);
-      this.stage.showGround(!gallery.apart && !this.room.hasFloor);
+      this.showSurroundings(!gallery.apart);
       this.resize();
       return gallery.apart;
     }
@@ -303,6 +304,11 @@ export class MotionPage {
       else person.group.position.set(0, 0, 0);
     });
     return this.apart;
+  }
+
+  private showSurroundings(on: boolean) {
+    this.stage.showGround(on && !this.room.hasFloor);
+    this.room.group.visible = on;
   }
 
   /** The list of objects has changed; an object that stands out now should be seen. */

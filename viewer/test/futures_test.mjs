@@ -25,6 +25,7 @@ const stripColors = (page, row, rows, parts) => page.evaluate(([i, n, k]) => {
 }, [row, rows, parts]);
 
 await withBrowser({ viewport: { width: 560, height: 400 } }, async (context) => {
+  let alone;
   {
     const { page, complaints } = await open(context, 'futures.html');
     assert.ok(Math.abs(await page.evaluate('inhabit.duration') - (1 + 49 / 25)) < 1e-6);
@@ -33,6 +34,7 @@ await withBrowser({ viewport: { width: 560, height: 400 } }, async (context) => 
 
     // Side by side: everyone in a cell of its own and kept there; the past leads each.
     const apart = await look(page, 2);
+    alone = apart.deviation;
     assert.ok(apart.deviation > 2, `the view is blank (deviation ${apart.deviation})`);
     const cells = await Promise.all(everyone.slice(1).map(async (i) => (await joints(page, i))[0]));
     cells.forEach((a, i) => cells.slice(0, i).forEach((b) => assert.ok(distance(a, b) > 1, 'figures stand in one place')));
@@ -85,6 +87,23 @@ await withBrowser({ viewport: { width: 560, height: 400 } }, async (context) => 
       const box = await page.locator(id).boundingBox();
       assert.ok(box.x >= 0 && box.x + box.width <= 361 && box.y >= 0 && box.y + box.height <= 681, `${id} is off the screen`);
     }
+    assert.deepEqual(complaints, []);
+    await page.close();
+  }
+  {
+    // In a room: where they go, in it; side by side without it, as if there were none.
+    const { page, complaints } = await open(context, 'in_room.html');
+    const pressed = () => page.getAttribute('#spread', 'aria-pressed');
+    assert.equal(await pressed(), 'false');
+    const inside = await look(page, 2);
+    (await joints(page, 9)).forEach((p, j) => assert.ok(distance(p, expected[j]) < 0.003, `joint ${j} is ${distance(p, expected[j])} m off`));
+    await page.click('#spread');
+    assert.equal(await pressed(), 'true');
+    const outside = await look(page, 2);
+    assert.ok(Math.abs(outside.deviation - alone) < 0.5, `the room is still seen: ${outside.deviation}, ${alone} without one`);
+    await page.click('#spread');
+    assert.ok((await look(page, 2)).deviation > 2);
+    assert.ok(Math.abs(inside.deviation - alone) > 1, `no room is seen: ${inside.deviation}, ${alone} without one`);
     assert.deepEqual(complaints, []);
     await page.close();
   }
