@@ -15,6 +15,18 @@ folder, most = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 24
 with open(os.path.join(folder, "dataset.json"), encoding="utf-8") as index:
     clips = json.load(index)["clips"][:most]
 anticipator = inhabit.Anticipator()
+
+
+def through(future, query):
+    """Whether the pelvis goes through a surface."""
+    root = np.ascontiguousarray(future.joints[:, 0])
+    step = np.diff(root, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    moved = length > 1e-4
+    hits = query.cast(np.ascontiguousarray(root[:-1][moved]), np.ascontiguousarray(step[moved]))
+    return bool(np.any(hits.distances <= length[moved]))
+
+
 kinds = {"as forecast": (False, False), "steered": (True, False), "steered, refined": (True, True)}
 rows = {name: [] for name in kinds}
 for entry in clips:
@@ -25,11 +37,12 @@ for entry in clips:
     start = int(walking[len(walking) // 2]) if len(walking) else 0
     if not 62 <= start <= len(root):
         continue
+    query = inhabit.SceneQuery(scene)
     for name, (steer, refine) in kinds.items():
         futures = anticipator.run(clip, scene if steer else None, start=start, samples=6, seconds=8, refine=refine, standard=True)
         for future in futures.clips:
             inside = np.mean(inhabit.collisions(future, scene)["depth"] > 0.02)
-            rows[name].append((inside, inside == 0, inhabit.score_skating([future], scene)["foot_skating"]))
-print(f"{len(rows['steered'])} futures      frames inside  futures never inside  skating")
+            rows[name].append((inside, inside == 0, through(future, query), inhabit.score_skating([future], scene)["foot_skating"]))
+print(f"{len(rows['steered'])} futures      frames inside  futures never inside  through something  skating")
 for name, values in rows.items():
-    print("{:18} {:13.3f} {:21.2f} {:8.3f}".format(name, *np.mean(values, axis=0)))
+    print("{:18} {:13.3f} {:21.2f} {:18.2f} {:8.3f}".format(name, *np.mean(values, axis=0)))

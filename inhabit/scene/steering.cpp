@@ -21,8 +21,12 @@ constexpr double kClearance = 0.35;            // metres that the root keeps fro
 constexpr double kAhead = 2, kDecision = 0.2;  // seconds that a choice looks ahead, and between two of them
 constexpr double kTurning = 0.8;               // seconds for which a rate that is tried goes on
 constexpr double kNearing = 0.15;              // seconds in which the rate follows what is chosen
-constexpr std::array<double, 11> kRates = {0, -20, 20, -45, 45, -70, 70, -95, 95, -120, 120};  // degrees a second
+constexpr std::array<double, 15> kRates = {0,   -20, 20,   -45, 45,   -70, 70,  // degrees a second
+                                           -95, 95,  -120, 120, -160, 160, -200, 200};
 constexpr double kRateCost = 0.004, kChangeCost = 0.004;  // of (rate / 45 degrees a second)^2, and of its change
+constexpr double kThrough = 0.1;                          // metres to what the root goes through
+constexpr double kDeeper = 0.05;                          // metres, of who starts nearer than that
+constexpr double kThroughCost = 4;                        // of each second from there on
 constexpr double kStandstill = 0.02;                      // metres in the time ahead: nobody walks
 
 /// Where the root goes, frame by frame, under a rotation that changes.
@@ -40,8 +44,8 @@ class Steering {
     double chosen = 0, rate = 0;
     for (int64_t t = 0; t + 1 < frames; ++t) {
       const auto i = static_cast<size_t>(t);
-      clear_ = clear_ || clearance(places[i]) > kClearance;
-      if (t % every == 0) chosen = clear_ ? choice(t, places[i], angles[i], rate) : 0;
+      kept_ = std::max(kept_, std::min(kClearance, clearance(places[i])));
+      if (t % every == 0) chosen = choice(t, places[i], angles[i], rate);
       rate += (chosen - rate) * std::min(1.0, seconds_ / kNearing);
       angles[i + 1] = angles[i] + rate * seconds_;
       places[i + 1] = places[i] + step(t, angles[i]);
@@ -72,11 +76,13 @@ class Steering {
       const double rate = degrees * kDegrees;
       Vector2d at = from;
       double rotated = angle, cost = 0;
+      bool through = false;
       for (int64_t k = t; k < end; ++k) {
         if (k - t < turning) rotated += rate * seconds_;
         at += step(k, rotated);
-        const double lacks = std::max(0.0, kClearance - clearance(at)) / kClearance;
-        cost += lacks * lacks * seconds_;
+        const double clear = clearance(at), lacks = std::max(0.0, kept_ - clear) / kClearance;
+        through = through || clear < std::min(kThrough, kept_ - kDeeper);
+        cost += (through ? kThroughCost : lacks * lacks) * seconds_;
       }
       const auto relative = [](double r) { return r / (45 * kDegrees) * (r / (45 * kDegrees)); };
       cost += kRateCost * relative(rate) + kChangeCost * relative(rate - now);
@@ -88,7 +94,7 @@ class Steering {
   std::vector<Vector2d> path_;
   double seconds_;  // of a frame
   const FreeSpace& floor_;
-  bool clear_ = false;  // has been clear of obstacles
+  double kept_ = -FreeSpace::kFarthest;  // metres that are kept: as many as there were so far, kClearance at most
 };
 
 }  // namespace

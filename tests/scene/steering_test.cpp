@@ -72,5 +72,33 @@ TEST(Steering, TurnsBackFromAWall) {
   EXPECT_LT(back.root_path().select(1, 2).max().item<double>(), start[2].item<double>() + 3 - 0.15);
 }
 
+/// A wall across +Z, so many metres ahead of where the walk starts.
+Scene with_wall(double ahead) {
+  Scene scene = floor_scene();
+  const Tensor start = walk().root_path()[0];
+  MeshBuilder wall;
+  wall.box({start[0].item<double>(), 1.2, start[2].item<double>() + ahead}, {4, 1.2, 0.02});
+  scene.meshes.push_back(wall.mesh("wall", {0.5F, 0.5F, 0.5F}));
+  return scene;
+}
+
+TEST(Steering, NobodyGoesThroughAThinWallAlthoughBehindItAllIsClear) {
+  const double z = walk().root_path()[0][2].item<double>();
+  for (const double ahead : {0.8, 1.2, 2.0})
+    EXPECT_LT(among(with_wall(ahead)).root_path().select(1, 2).max().item<double>(), z + ahead) << ahead;
+}
+
+TEST(Steering, WhoStartsNearSomethingGoesNoNearerAndThroughNothing) {
+  const Tensor start = walk().root_path()[0];
+  const double x = start[0].item<double>(), z = start[2].item<double>();
+  Scene scene = with_wall(1.5);
+  MeshBuilder box;  // the root starts 0.2 m beside it
+  box.box({x + 0.5, 0.5, z}, {0.3, 0.5, 0.3});
+  scene.meshes.push_back(box.mesh("box", {0.5F, 0.5F, 0.5F}));
+  const Clip around = among(scene);
+  EXPECT_LT(around.root_path().select(1, 2).max().item<double>(), z + 1.5);
+  EXPECT_GT(nearest_to(around, x + 0.5, z), 0.3 + 0.1);
+}
+
 }  // namespace
 }  // namespace inhabit
