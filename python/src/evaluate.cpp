@@ -10,6 +10,7 @@
 #include "inhabit/forecast/evaluate_contacts.h"
 #include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/evaluation_windows.h"
 #include "inhabit/interact/evaluate.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
@@ -78,14 +79,9 @@ std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds)
 
 std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double noise, bool refine) {
   const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  const inbetween::Data data(asked.data, asked.split, model.config, model.config.frames);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(model.config.frames) + " frames");
-  std::vector<inbetween::Window> windows;
-  for (const int64_t i : data.windows().spread(asked.windows > 0 ? asked.windows : 100))
-    windows.push_back(data.window(i));
-  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(noise > 0, refine);
-  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
-    methods.push_back(std::move(row));
+  const auto windows =
+      inbetween::windows_of_data(asked.data, asked.split, model.config, asked.windows > 0 ? asked.windows : 100);
+  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine}, noise > 0);
   inbetween::Evaluation how;
   how.keyframes = keyframes;
   how.seeds = asked.seeds;
@@ -120,9 +116,7 @@ std::string contacts_rows(const Asked& asked) {
 
 std::string detour_rows(const Asked& asked, bool refine) {
   const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(false, refine);
-  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
-    methods.push_back(std::move(row));
+  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine});
   inbetween::DetourEvaluation how;
   how.seeds = asked.seeds;
   how.seed = asked.seed;
