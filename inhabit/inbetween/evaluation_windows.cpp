@@ -13,8 +13,7 @@ namespace inhabit::inbetween {
 std::vector<Window> windows_of_data(const std::vector<std::string>& folders, const std::string& split,
                                     const Config& config, int64_t count) {
   const Data data(folders, split, config, config.frames);
-  if (data.size() == 0)
-    throw Error(folders.front(), "has no window of " + std::to_string(config.frames) + " frames in split " + split);
+  require_any_window(data.windows(), folders, split);
   std::vector<Window> out;
   for (const int64_t i : data.windows().spread(count)) out.push_back(data.window(i));
   return out;

@@ -1,6 +1,5 @@
 #include "inhabit/inbetween/methods.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "inhabit/error.h"

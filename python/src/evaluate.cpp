@@ -53,7 +53,7 @@ std::string rows_text(const Table& table, const ToJson& json) {
 std::string forecast_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
   const forecast::Data data(asked.data, asked.split, model.config, 30);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
+  require_any_window(data.windows(), asked.data, asked.split);
   return rows_text(forecast::evaluate(model, data, asked.progress, asked.parts),
                    [](const forecast::Table& t) { return table_json(t); });
 }
@@ -105,12 +105,10 @@ std::string interact_rows(const Asked& asked, double seconds) {
 
 std::string contacts_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  forecast::Config dense = model.config;
-  dense.points = forecast::kDensePoints;
   const forecast::Data data(asked.data, asked.split, model.config, 30);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
-  return rows_text(forecast::evaluate_contacts(model, data, forecast::Data(asked.data, asked.split, dense, 30),
-                                               asked.progress, asked.parts),
+  require_any_window(data.windows(), asked.data, asked.split);
+  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), 30);
+  return rows_text(forecast::evaluate_contacts(model, data, dense, asked.progress, asked.parts),
                    [](const ScoreTable& t) { return rows_json(t); });
 }
 
