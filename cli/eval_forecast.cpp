@@ -1,7 +1,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "inhabit/error.h"
 #include "inhabit/forecast/evaluate.h"
 #include "inhabit/forecast/evaluate_contacts.h"
 #include "inhabit/io/atomic_file.h"
@@ -48,12 +47,6 @@ inhabit::forecast::Networks model_of(const ForecastEvaluation& o) {
   return model;
 }
 
-void require_windows(const ForecastEvaluation& o, const inhabit::forecast::Data& data) {
-  if (data.size() == 0)
-    throw inhabit::Error(o.data.front(),
-                         "has no window of " + std::to_string(data.windows().frames()) + " frames in split " + o.split);
-}
-
 }  // namespace
 
 void add_eval_forecast(CLI::App& verb) {
@@ -67,7 +60,7 @@ void add_eval_forecast(CLI::App& verb) {
     const inhabit::MeasuredParts parts = measured_parts(*forecast, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
-    require_windows(*o, data);
+    inhabit::require_any_window(data.windows(), o->data, o->split);
     const inhabit::forecast::Table table = inhabit::forecast::evaluate(model, data, progress_of("windows"), parts);
     if (table.rows.empty()) return say_part(parts);
     if (!o->json.empty()) inhabit::write_atomically(o->json, table_json(table, o->intervals).dump(2) + "\n");
@@ -85,12 +78,11 @@ void add_eval_contacts(CLI::App& verb) {
     const inhabit::forecast::Networks model = model_of(*o);
     const inhabit::MeasuredParts parts = measured_parts(*contacts, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));
-    inhabit::forecast::Config dense = model.config;
-    dense.points = inhabit::forecast::kDensePoints;
     const inhabit::forecast::Data data(o->data, o->split, model.config, o->stride);
-    require_windows(*o, data);
-    const inhabit::ScoreTable table = inhabit::forecast::evaluate_contacts(
-        model, data, inhabit::forecast::Data(o->data, o->split, dense, o->stride), progress_of("windows"), parts);
+    inhabit::require_any_window(data.windows(), o->data, o->split);
+    const inhabit::forecast::Data dense(o->data, o->split, inhabit::forecast::dense_config(model.config), o->stride);
+    const inhabit::ScoreTable table =
+        inhabit::forecast::evaluate_contacts(model, data, dense, progress_of("windows"), parts);
     if (table.rows.empty()) return say_part(parts);
     if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table).dump(2) + "\n");
     parts.remove();

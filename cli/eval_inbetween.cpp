@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <sstream>
@@ -6,14 +5,11 @@
 #include "inhabit/error.h"
 #include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/evaluation_windows.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
-#include "inhabit/motion/canonical.h"
-#include "inhabit/motion/resample.h"
-#include "inhabit/motion/retarget.h"
 #include "inhabit/nn/used_settings.h"
-#include "inhabit/scene/floor.h"
 #include "inputs.h"
 #include "interrupted.h"
 #include "outputs.h"
@@ -26,21 +22,18 @@ namespace {
 
 using namespace inhabit;
 using inbetween::Layout;
-using inbetween::Method;
 
 /// The models that are measured, and what is done with them.
 struct ModelRows {
   std::vector<std::string> models, settings, rows;
-  std::vector<int> t_star;
-  inbetween::Options options;
-  bool refine = true;
+  inbetween::MeasuredModels measured;
 };
 
 void add_model_rows(CLI::App& verb, ModelRows& o) {
   verb.add_option("--model", o.models, "Model files, rows each (default: the one that ships)");
-  verb.add_option("--steps", o.options.steps, "Evaluations of the denoiser (default: the model's own)")
+  verb.add_option("--steps", o.measured.options.steps, "Evaluations of the denoiser (default: the model's own)")
       ->check(CLI::Range(1, 1000));
-  add_sampler(verb, o.options.sampler);
+  add_sampler(verb, o.measured.options.sampler);
   add_settings(verb, o.settings);
   verb.add_option(
           "--row", o.rows,
@@ -49,58 +42,29 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
           "obstacles; may be repeated")
       ->check(not_empty);
   verb.add_flag_callback(
-      "--no-refine", [&o] { o.refine = false; }, "Leave away the interpolations after the refinement that ours has");
-}
-
-/// Rows of a model with settings, further ones than all rows have: of the configuration, and `detours` of how it is
-/// asked.
-void add_rows(std::vector<Method>& methods, const std::string& name, inbetween::Networks networks, const ModelRows& o,
-              std::vector<std::string> settings) {
-  inbetween::Options options = o.options;
-  const bool plain = settings.empty();
-  bool other_detours = false;
-  std::erase_if(settings, [&](const std::string& setting) {
-    if (!setting.starts_with("detours=")) return false;
-    options.detours = inbetween::detours_named(setting.substr(8));
-    return other_detours = true;
-  });
-  set_used(networks.config, settings);
-  for (Method& row : inbetween::model_rows(name, networks, options, plain || other_detours))
-    methods.push_back(std::move(row));
+      "--no-refine", [&o] { o.measured.refine = false; },
+      "Leave away the interpolations after the refinement that ours has");
 }
 
 /// "NAME: KEY=VALUE ...".
-std::pair<std::string, std::vector<std::string>> named_settings(const std::string& row) {
+inbetween::OtherSettings other_settings(const std::string& row) {
   const size_t colon = row.find(": ");
   if (colon == std::string::npos || colon == 0) throw Error("--row " + row, "is not 'NAME: KEY=VALUE ...'");
   std::istringstream rest(row.substr(colon + 2));
-  std::vector<std::string> settings;
-  for (std::string setting; rest >> setting;) settings.push_back(setting);
-  return {row.substr(0, colon), settings};
+  inbetween::OtherSettings out = {row.substr(0, colon), {}};
+  for (std::string setting; rest >> setting;) out.settings.push_back(setting);
+  return out;
 }
 
-/// The interpolations, then the models as they are and with each row's settings. @param config becomes the last
-/// model's. @param noisy the keys are
-std::vector<Method> methods_of(ModelRows& o, inbetween::Config& config, bool noisy = false) {
+/// Reads the models. Windows are as the last one's configuration has them.
+inbetween::Config read_models(ModelRows& o) {
   if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
-  std::vector<Method> methods;
-  if (!o.options.key_groups.defined())  // they know whole poses only
-    methods = inbetween::interpolation_rows(noisy, o.refine);
   for (const std::string& file : o.models) {
-    inbetween::Networks networks = inbetween::load_networks(model_file(file, ""));
-    set_used(networks.config, o.settings);
-    config = networks.config;
-    if (!o.t_star.empty() && config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
-    for (const int t_star : o.t_star.empty() ? std::vector<int>{config.t_star} : o.t_star) {
-      networks.config.t_star = t_star;
-      add_rows(methods, row_name(networks.config), networks, o, {});
-      for (const std::string& row : o.rows) {
-        const auto [name, settings] = named_settings(row);
-        add_rows(methods, row_name(networks.config) + ", " + name, networks, o, settings);
-      }
-    }
+    o.measured.networks.emplace_back(file, inbetween::load_networks(model_file(file, "")));
+    set_used(o.measured.networks.back().second.config, o.settings);
   }
-  return methods;
+  for (const std::string& row : o.rows) o.measured.others.push_back(other_settings(row));
+  return o.measured.networks.back().second.config;
 }
 
 struct InbetweenOptions {
@@ -114,47 +78,26 @@ struct InbetweenOptions {
   inbetween::Evaluation evaluation;
 };
 
-/// Windows of motion files in one scene, at most `count`, on the standard skeleton with the floor at y = 0.
 std::vector<inbetween::Window> windows_of_files(const InbetweenOptions& o, const inbetween::Config& config,
                                                 Notes& notes) {
-  const Scene given = read_scene(o.scene, notes);
-  std::vector<inbetween::Window> out;
-  for (const std::string& file : o.motions) {
-    Clip clip = resample(retarget(read_motion(file, o.reading, notes), file), config.rate, file);
-    Scene scene = given.empty() ? assumed_floor(clip) : given;
-    const double floor = floor_under(clip, SceneQuery(scene));
-    clip = transformed(clip, {0, {0, -floor, 0}});
-    const auto there = std::make_shared<const Scene>(raised(scene, -floor));
-    for (int64_t t = 0; t + config.frames <= clip.frames(); t += config.frames)
-      out.push_back({file + " " + std::to_string(t), slice(clip, t, t + config.frames), {}, there});
-  }
-  if (out.empty()) throw Error(o.motions.front(), "has no window of " + std::to_string(config.frames) + " frames");
-  const auto count = static_cast<size_t>(o.windows);
-  if (out.size() <= count) return out;
-  std::vector<inbetween::Window> spread;
-  for (size_t i = 0; i < count; ++i) spread.push_back(out[i * out.size() / count]);
-  return spread;
-}
-
-std::vector<inbetween::Window> windows_of_data(const InbetweenOptions& o, const inbetween::Config& config) {
-  const inbetween::Data data(o.data, o.split, config, config.frames);
-  if (data.size() == 0)
-    throw Error(o.data.front(), "has no window of " + std::to_string(config.frames) + " frames in split " + o.split);
-  std::vector<inbetween::Window> out;
-  for (const int64_t i : data.windows().spread(o.windows)) out.push_back(data.window(i));
-  return out;
+  const Scene scene = read_scene(o.scene, notes);
+  std::vector<std::pair<std::string, Clip>> recordings;
+  for (const std::string& file : o.motions) recordings.emplace_back(file, read_motion(file, o.reading, notes));
+  return inbetween::windows_of_recordings(recordings, scene, config, o.windows);
 }
 
 void eval_inbetween(InbetweenOptions& o) {
   if (o.data.empty() == o.motions.empty()) throw Error("eval inbetween", "needs either --data or --motion");
   if (!o.json.empty()) require_writable(o.json);
   if (!o.motions.empty()) o.evaluation.truth = false;
-  if (!o.joints.empty()) o.rows.options.key_groups = inbetween::key_groups(o.joints);
-  o.evaluation.key_joints = inbetween::key_joints_of(o.rows.options.key_groups);
-  inbetween::Config config;
-  const std::vector<Method> methods = methods_of(o.rows, config, o.evaluation.noise > 0);
+  inbetween::MeasuredModels& models = o.rows.measured;
+  if (!o.joints.empty()) models.options.key_groups = inbetween::key_groups(o.joints);
+  o.evaluation.key_joints = inbetween::key_joints_of(models.options.key_groups);
+  const inbetween::Config config = read_models(o.rows);
+  const auto methods = inbetween::evaluation_rows(models, o.evaluation.noise > 0);
   Notes notes;
-  const auto windows = o.motions.empty() ? windows_of_data(o, config) : windows_of_files(o, config, notes);
+  const auto windows = o.motions.empty() ? inbetween::windows_of_data(o.data, o.split, config, o.windows)
+                                         : windows_of_files(o, config, notes);
   const inbetween::MotionAutoencoder features =
       inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
   o.evaluation.progress = progress_of("windows filled");
@@ -163,7 +106,7 @@ void eval_inbetween(InbetweenOptions& o) {
   if (!o.json.empty()) write_atomically(o.json, table_json(table).dump(1) + "\n");
   o.evaluation.parts.remove();
   say(notes);
-  const Layout layout = o.evaluation.truth || o.layout == Layout::collisions ? o.layout : Layout::recordings;
+  const Layout layout = layout_for(table, o.layout);
   std::printf("%s", table_text(table, layout).c_str());
   if (!o.evaluation.against.empty()) std::printf("\n%s", table_text(table, layout, /*differences=*/true).c_str());
 }
@@ -201,7 +144,8 @@ void add_eval_inbetween(CLI::App& verb) {
       ->check(whole_over_zero)
       ->capture_default_str();
   inbetween
-      ->add_option("--t-star", o->rows.t_star, "T* of noise-aware models, rows each (default: the one of training)")
+      ->add_option("--t-star", o->rows.measured.t_star,
+                   "T* of noise-aware models, rows each (default: the one of training)")
       ->check(CLI::Range(1, 1000));
   inbetween->add_option("--seeds", o->evaluation.seeds, "Runs with different seeds")
       ->check(CLI::Range(1, 1000))
@@ -263,8 +207,8 @@ void add_eval_detour(CLI::App& verb) {
     const MeasuredParts parts = measured_parts(*detour, o->shard, o->json);
     const GoesOnLater later(kept_of(parts));
     o->evaluation.parts = parts;
-    inbetween::Config config;
-    const std::vector<inbetween::Method> methods = methods_of(o->rows, config);
+    const inbetween::Config config = read_models(o->rows);
+    const std::vector<inbetween::Method> methods = inbetween::evaluation_rows(o->rows.measured);
     const auto rooms = inbetween::blocked_rooms((o->rooms + 1) / 2, config.frames, config.rate, o->evaluation.seed);
     o->evaluation.progress = progress_of("runs");
     const auto scores = inbetween::evaluate_detour(rooms, methods, o->evaluation);

@@ -34,25 +34,18 @@ struct InbetweenArguments {
   inbetween::Options options;
 };
 
-/// Key frames of one file at other times than it has them.
-Clip keys_at_other_times(InbetweenArguments& o, const Clip& clip) {
-  if (o.keys.empty())
-    throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
-  const std::vector<int64_t> frames = inbetween::listed_frames(o.keys, clip.frames());
-  std::vector<Clip> poses;
-  poses.reserve(frames.size());
-  for (const int64_t frame : frames) poses.push_back(slice(clip, frame, frame + 1));
-  inbetween::PosesInTime in_time =
-      inbetween::poses_at_times(poses, o.times, clip.rate, std::vector<std::string>(frames.size(), o.motions[0]));
-  o.options.keys = in_time.keys;
-  return in_time.clip;
-}
-
 /// The motion whose key frames are given, with them in o.options.keys.
 Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   if (o.motions.size() == 1) {
     Clip clip = read_motion(o.motions[0], o.reading, notes);
-    if (!o.times.empty()) return keys_at_other_times(o, clip);
+    if (!o.times.empty()) {
+      if (o.keys.empty())
+        throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
+      inbetween::PosesInTime in_time =
+          inbetween::frames_at_times(clip, inbetween::listed_frames(o.keys, clip.frames()), o.times, o.motions[0]);
+      o.options.keys = in_time.keys;
+      return in_time.clip;
+    }
     try {
       o.options.keys = inbetween::key_frames(o.keys.empty() ? "ends" : o.keys, clip.frames(), o.options.seed);
     } catch (const Error& e) {

@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "inhabit/error.h"
-#include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/motion/plausible.h"
 #include "progress.h"
@@ -58,8 +57,7 @@ inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOption
 std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,
                                         inhabit::Notes& notes) {
   inhabit::Notes own;
-  std::vector<inhabit::Clip> clips = inhabit::read_clips(path, reading, &own);
-  if (inhabit::extension_of(path) != "npz") clips.resize(1);
+  std::vector<inhabit::Clip> clips = inhabit::read_samples(path, reading, &own);
   for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
   return clips;
 }

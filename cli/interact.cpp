@@ -1,19 +1,18 @@
-#include <spdlog/fmt/fmt.h>
-
-#include <filesystem>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/contact_area.h"
 #include "inhabit/interact/contact_script.h"
+#include "inhabit/interact/contacts_page.h"
 #include "inhabit/interact/interaction_page.h"
 #include "inhabit/interact/standing_place.h"
+#include "inhabit/interact/warnings.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/shipped_model.h"
-#include "inhabit/scene/sampling.h"
 #include "inputs.h"
 #include "numbers.h"
 #include "outputs.h"
@@ -44,42 +43,6 @@ std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interac
 
 /// x, z and heading in degrees.
 Eigen::Vector3d place_of(const std::vector<double>& at) { return {at[0], at[1], at[2] * M_PI / 180}; }
-
-/// Contacts painted on the scene: a heap about each, for both hands together.
-Page contacts_page(const std::vector<HandContacts>& drawn, const interact::Chair& chair, const Scene& scene) {
-  Page page;
-  page.title = "Contacts on " + chair.name;
-  page.note = "Red: where hands are proposed to touch.";
-  page.scene = &scene;
-  std::mt19937_64 random(1);
-  const torch::Tensor points = sample_points(Scene{chair.name, {chair.mesh}, {}}, 6000, random);
-  torch::Tensor near = torch::zeros({1, 2, points.size(0)});
-  for (const HandContacts& contacts : drawn)
-    for (int64_t side = 0; side < 2; ++side)
-      if (const auto& c = contacts[static_cast<size_t>(side)]) {
-        const torch::Tensor far = (points - torch::tensor({c->x(), c->y(), c->z()}, torch::kFloat32)).norm(2, {1});
-        near[0][side] = torch::max(near[0][side], (1 - far / 0.05).clamp_min(0));
-      }
-  page.contacts = PageContacts{points, near, {"left hand", "right hand"}, 30, 0};
-  return page;
-}
-
-/// Says that nobody sat down, and of contacts that no hand left for. @param who "sample 2: "
-void warn_of_what_failed(const interact::Result& r, const std::string& who, double seconds) {
-  if (!r.seated)
-    std::fprintf(stderr, "inhabit: warning: %snobody sits on %s within %g s\n", who.c_str(), r.chair.name.c_str(),
-                 seconds);
-  size_t wanted = 0, begun = 0;
-  for (size_t k = 0; k < r.contacts.size(); ++k) {
-    const auto& [left, right] = r.contacts[k];
-    const auto& [left_error, right_error] = r.contact_error[k];
-    if (left || right) ++wanted;
-    if ((left && left_error) || (right && right_error)) ++begun;
-  }
-  if (begun < wanted)
-    std::fprintf(stderr, "inhabit: warning: %sof %zu contacts %zu were begun within %g s\n", who.c_str(), wanted, begun,
-                 seconds);
-}
 
 }  // namespace
 
@@ -170,8 +133,11 @@ void add_interact(CLI::App& app) {
           if (errors[static_cast<size_t>(side)])
             std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
                         100 * *errors[static_cast<size_t>(side)]);
-    for (size_t i = 0; i < results.size(); ++i)
-      warn_of_what_failed(results[i], results.size() > 1 ? fmt::format("sample {}: ", i + 1) : "", o->options.seconds);
+    for (size_t i = 0; i < results.size(); ++i) {
+      const std::string who = results.size() > 1 ? "sample " + std::to_string(i + 1) + ": " : "";
+      for (const std::string& warning : interact::warnings_of(results[i], o->options.seconds))
+        std::fprintf(stderr, "inhabit: warning: %s%s\n", who.c_str(), warning.c_str());
+    }
     std::vector<Clip> motions;
     motions.reserve(results.size());
     // From a file on its own skeleton: what follows on it.
@@ -212,19 +178,10 @@ void add_contacts(CLI::App& app) {
     const interact::Chair chair = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, options);
     const std::vector<HandContacts> drawn = interactor.draw_contacts(chair, o->samples, o->seed);
     say(notes);
-    if (page) {
-      write_page(o->out, contacts_page(drawn, chair, scene));
-    } else {
-      nlohmann::json list = nlohmann::json::array();
-      for (const HandContacts& contacts : drawn) {
-        nlohmann::json entry;
-        for (int side = 0; side < 2; ++side)
-          if (const auto& c = contacts[static_cast<size_t>(side)])
-            entry[side == 0 ? "left" : "right"] = {c->x(), c->y(), c->z()};
-        list.push_back(entry.is_null() ? nlohmann::json::object() : entry);
-      }
-      write_atomically(o->out, list.dump(1) + "\n");
-    }
+    if (page)
+      write_page(o->out, interact::contacts_page(drawn, chair, scene));
+    else
+      write_atomically(o->out, interact::contacts_json(drawn).dump(1) + "\n");
     std::printf("%s: %zu contacts on %s\n", o->out.c_str(), drawn.size(), chair.name.c_str());
   });
 }

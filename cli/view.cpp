@@ -1,5 +1,3 @@
-#include "inhabit/view/page.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -8,9 +6,9 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/view/file_cards.h"
 #include "inputs.h"
 #include "verbs.h"
-#include "view_cards.h"
 
 namespace {
 
@@ -27,7 +25,7 @@ void write_cards(const ViewArguments& given, const std::vector<std::string>& pat
   if (!given.scene.file.empty()) throw inhabit::Error("--scene", "is for motions, not for a page of cards");
   inhabit::Notes notes;
   inhabit::CardsPage page;
-  page.cards = cards_of(paths, given.reading, notes);
+  page.cards = inhabit::cards_of(paths, given.reading, notes);
   const std::filesystem::path first = std::filesystem::path(paths.front()).lexically_normal();
   page.title = given.title;
   if (page.title.empty()) {
@@ -58,7 +56,7 @@ void add_view(CLI::App& app) {
     if (inhabit::extension_of(options->out) != "html")
       throw inhabit::Error(options->out, "is no name of a page: .html");
     const std::vector<std::string>& motions = options->motions;
-    if (std::any_of(motions.begin(), motions.end(), is_shown_as_cards)) return write_cards(*options, motions);
+    if (std::any_of(motions.begin(), motions.end(), inhabit::is_shown_as_cards)) return write_cards(*options, motions);
     if (motions.empty() && options->scene.file.empty()) {
       inhabit::write_empty_page(options->out, options->title, options->note);
       std::printf("%s: empty, to drop files on\n", options->out.c_str());
@@ -68,7 +66,7 @@ void add_view(CLI::App& app) {
     inhabit::Page page;
     for (const std::string& path : motions) {
       const std::string name = std::filesystem::path(path).stem().string();
-      std::vector<inhabit::Clip> clips = read_for_view(path, options->reading, notes);
+      std::vector<inhabit::Clip> clips = inhabit::read_for_view(path, options->reading, notes);
       for (size_t k = 0; k < clips.size(); ++k) {
         inhabit::PagePerson person;
         person.clip = std::move(clips[k]);

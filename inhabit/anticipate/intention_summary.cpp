@@ -107,7 +107,7 @@ nlohmann::json summary_json(const IntentionSummary& summary, const std::vector<S
       row["actions"].push_back({{"name", action}, {"fraction", fraction}});
     if (label.segments > 0)
       row["representative"] = {
-          {"recording", recordings[label.recording].name}, {"first", label.first}, {"last", label.last}};
+          {"recording", shown_name(recordings[label.recording])}, {"first", label.first}, {"last", label.last}};
     out.push_back(row);
   }
   return {{"labels", out}};

@@ -59,16 +59,4 @@ Tensor released_labels(const Tensor& poses, const IntentionClusters& clusters) {
   return nearest_centre(clusters.encoder->encode(label_views(poses)), clusters.codes);
 }
 
-double normalised_mutual_information(const Tensor& a, const Tensor& b) {
-  if (a.numel() == 0 || a.sizes() != b.sizes()) throw Error("labels", "are of different frames, or of none");
-  const int64_t width = b.max().item<int64_t>() + 1;
-  const auto entropy = [&](const Tensor& ids) {
-    const Tensor counts = torch::bincount(ids).to(torch::kFloat64), p = counts / counts.sum();
-    return -(p * p.clamp_min(1e-300).log()).sum().item<double>();
-  };
-  const double of_a = entropy(a), of_b = entropy(b), joint = entropy(a * width + b);
-  if (of_a + of_b <= 0) return 1;
-  return 2 * (of_a + of_b - joint) / (of_a + of_b);
-}
-
 }  // namespace inhabit::anticipate

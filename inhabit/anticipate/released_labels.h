@@ -22,8 +22,4 @@ IntentionClusters cluster_released(const std::vector<torch::Tensor>& sequences, 
 /// Label of every frame (T) int64.
 torch::Tensor released_labels(const torch::Tensor& poses, const IntentionClusters& clusters);
 
-/// Normalised mutual information of two labellings (N) int64 of the same frames, in [0, 1]: 2 I(a, b) / (H(a) + H(b)).
-/// Of two that never change 1.
-double normalised_mutual_information(const torch::Tensor& a, const torch::Tensor& b);
-
 }  // namespace inhabit::anticipate

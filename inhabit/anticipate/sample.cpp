@@ -29,6 +29,11 @@ std::map<std::string, std::vector<size_t>> by_action(const std::vector<Sequence>
 
 }  // namespace
 
+std::string shown_name(const Sequence& recording) {
+  const bool trained_on = recording.split.empty() || recording.split == "train";
+  return recording.name + (trained_on ? "" : " (" + recording.split + ")");
+}
+
 std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, const std::string& split,
                                    const Skeleton& skeleton, double rate) {
   std::vector<Sequence> out;
@@ -37,7 +42,7 @@ std::vector<Sequence> sequences_of(const std::vector<ActionMotion>& motions, con
     if (motion.split != split || motion.clip.frames() <= stride) continue;
     const Tensor joints = on_skeleton(motion.clip, skeleton).joints;
     out.push_back(
-        {motion.name, motion.action, joint_features(joints.slice(0, 0, c10::nullopt, stride)), joints, stride});
+        {motion.name, motion.action, joint_features(joints.slice(0, 0, c10::nullopt, stride)), joints, stride, split});
   }
   return out;
 }

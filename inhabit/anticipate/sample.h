@@ -14,7 +14,11 @@ struct Sequence {
   torch::Tensor features;     ///< (T, F) metres and radians, on the model's bones
   torch::Tensor joints = {};  ///< (T', 22, 3) world, at `stride` times the rate; undefined: those of the features
   int64_t stride = 1;         ///< frames of `joints` in one of `features`
+  std::string split = {};     ///< "train", "val" or "test"; empty: of no data set
 };
+
+/// What people read of a recording: its name and, where it is not trained on, its split: "walking_3 (test)".
+std::string shown_name(const Sequence& recording);
 
 /// The recordings of one split on the bones of `skeleton`. Clips come at `rate` or a whole multiple of it: at
 /// kDatabaseStride times the rate the score's database has the words that begin in every such frame.

@@ -66,4 +66,9 @@ std::vector<int64_t> WindowSet::spread(int64_t count) const {
   return out;
 }
 
+void require_any_window(const WindowSet& windows, const std::vector<std::string>& folders, const std::string& split) {
+  if (windows.size() == 0)
+    throw Error(folders.front(), "has no window of " + std::to_string(windows.frames()) + " frames in split " + split);
+}
+
 }  // namespace inhabit

@@ -61,4 +61,7 @@ class WindowSet {
   std::vector<Place> places_;
 };
 
+/// For evaluations, which need a window: throws Error(first folder, ...) where `split` of `folders` has none.
+void require_any_window(const WindowSet& windows, const std::vector<std::string>& folders, const std::string& split);
+
 }  // namespace inhabit

@@ -99,6 +99,12 @@ std::vector<Estimate> cells_of(const Tensor& counts) {
 
 }  // namespace
 
+Config dense_config(const Config& config) {
+  Config dense = config;
+  dense.points = kDensePoints;
+  return dense;
+}
+
 ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data& dense, const Progress& progress,
                              const MeasuredParts& parts) {
   torch::NoGradGuard no_grad;

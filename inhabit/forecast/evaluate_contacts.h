@@ -10,13 +10,15 @@ namespace inhabit::forecast {
 
 /// The scene points that true contacts are looked for among: as many as are kept of a scene.
 inline constexpr int kDensePoints = 20000;
+/// A model's configuration with kDensePoints scene points.
+Config dense_config(const Config& config);
 
 /// How good contact points are, against those of the true motion among kDensePoints scene points: precision and recall
 /// of "this joint touches in this frame", and the mean distance between contact points where both say so, in each
 /// second of the future. Rows are true maps at the model's N points, the same cut to its L coefficients, the last
 /// observed map kept, and what the contact network predicts (where there is one), each for feet (ankles and balls of
 /// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint.
-/// @param data windows with config.points scene points; @param dense the same windows with kDensePoints.
+/// @param data windows with config.points scene points; @param dense the same windows as dense_config has them.
 /// @param progress told how many windows are done; may be empty. @param parts of the windows: a part measures its own,
 /// and there are no rows where others are still to come.
 /// Throws Error where the data have no window or the model is not of the standard joints.

@@ -104,6 +104,10 @@ enum class Layout {
   collisions   ///< with and without tolerance
 };
 
+/// The layout that is asked for or, where the table has no truth, the one of what needs none (`collisions` needs none
+/// either).
+Layout layout_for(const Table& table, Layout asked);
+
 /// @param differences the rows' differences from the one that the table is against
 ScoreTable score_table(const Table& table, Layout layout = Layout::methods, bool differences = false);
 /// The table in a layout as text, with 95 % intervals behind means; its notes say what they are over.

@@ -104,6 +104,14 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   return out;
 }
 
+PosesInTime frames_at_times(const Clip& clip, const std::vector<int64_t>& frames, const std::vector<double>& seconds,
+                            const std::string& name) {
+  std::vector<Clip> poses;
+  poses.reserve(frames.size());
+  for (const int64_t frame : frames) poses.push_back(slice(clip, frame, frame + 1));
+  return poses_at_times(poses, seconds, clip.rate, std::vector<std::string>(frames.size(), name));
+}
+
 torch::Tensor key_groups(const std::string& joints, const Skeleton& file) {
   if (joints.empty()) return torch::ones({kKeyGroups});
   torch::Tensor groups = torch::zeros({kKeyGroups});

@@ -37,6 +37,11 @@ struct PosesInTime {
 PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate,
                            const std::vector<std::string>& names);
 
+/// The same of frames of one clip, in the order of `frames`, which stand at other times than the clip has them.
+/// @param name what errors call the clip
+PosesInTime frames_at_times(const Clip& clip, const std::vector<int64_t>& frames, const std::vector<double>& seconds,
+                            const std::string& name);
+
 /// Groups of a frame's features; a partial key constrains a group as a whole or not at all: root translation, root
 /// orientation, body rotations, then the position of each standard joint.
 inline constexpr int64_t kRootTranslationGroup = 0,  ///< features [0, 3)

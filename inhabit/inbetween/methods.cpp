@@ -2,13 +2,32 @@
 
 #include <utility>
 
+#include "inhabit/error.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/interpolate_around.h"
 #include "inhabit/inbetween/key_smoother.h"
+#include "inhabit/nn/used_settings.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/refine_generated.h"
 
 namespace inhabit::inbetween {
+namespace {
+
+/// Rows of a model with settings, further ones than all its rows have.
+std::vector<Method> rows_with(const std::string& name, Networks networks, Options options,
+                              std::vector<std::string> settings) {
+  const bool plain = settings.empty();
+  bool other_detours = false;
+  std::erase_if(settings, [&](const std::string& setting) {
+    if (!setting.starts_with("detours=")) return false;
+    options.detours = detours_named(setting.substr(8));
+    return other_detours = true;
+  });
+  set_used(networks.config, settings);
+  return model_rows(name, networks, std::move(options), plain || other_detours);
+}
+
+}  // namespace
 
 std::string row_name(const Config& c) {
   std::string without;
@@ -118,6 +137,24 @@ std::vector<Method> model_rows(const std::string& name, const Networks& networks
   out.push_back(model_method(name + ", raw", model, options));
   options.stage = Stage::finished;
   out.push_back(model_method(name, model, options));
+  return out;
+}
+
+std::vector<Method> evaluation_rows(const MeasuredModels& models, bool noisy) {
+  std::vector<Method> out;
+  if (!models.options.key_groups.defined()) out = interpolation_rows(noisy, models.refine);
+  const auto add = [&](const std::string& name, const Networks& networks, const std::vector<std::string>& settings) {
+    for (Method& row : rows_with(name, networks, models.options, settings)) out.push_back(std::move(row));
+  };
+  for (auto [file, networks] : models.networks) {
+    if (!models.t_star.empty() && networks.config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+    for (const int t_star : models.t_star.empty() ? std::vector<int>{networks.config.t_star} : models.t_star) {
+      networks.config.t_star = t_star;
+      const std::string name = row_name(networks.config);
+      add(name, networks, {});
+      for (const OtherSettings& other : models.others) add(name + ", " + other.name, networks, other.settings);
+    }
+  }
   return out;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "inhabit/inbetween/sample.h"
@@ -50,5 +51,28 @@ std::vector<Method> interpolation_rows(bool noisy, bool refine);
 /// Rows of a model: what it starts from ("NAME, input", where it has that and `input`), what its network says ("NAME,
 /// raw"), and the refined motion that it gives in the end ("NAME").
 std::vector<Method> model_rows(const std::string& name, const Networks& networks, Options options, bool input = true);
+
+/// Other settings that a model is measured with.
+struct OtherSettings {
+  std::string name;                   ///< of their rows, behind the model's
+  std::vector<std::string> settings;  ///< of its configuration, as set_used takes them, and "detours=NAME", as
+                                      ///< detours_named takes it: Options::detours
+};
+
+/// The models that an evaluation measures, and how.
+struct MeasuredModels {
+  std::vector<std::pair<std::string, Networks>> networks;  ///< each behind its file's name, for errors
+  std::vector<OtherSettings> others = {};                  ///< each model has further rows with these
+  std::vector<int> t_star = {};  ///< T* of noise-aware models, with rows for each; empty: the one that a model has
+  Options options = {};          ///< what windows are filled with; keys and seed are the evaluation's
+  bool refine = true;            ///< interpolations have rows after the refinement that ours has, too
+};
+
+/// All rows of an evaluation: the interpolations, which know whole poses only and are left away where the options have
+/// partial keys; then those of each model as it is and with each of the other settings. "NAME, input" is the same with
+/// settings of the configuration and has no further row for them.
+/// @param noisy the keys are. Throws Error naming the file where T* is asked for of a model that was not trained on
+/// noisy keys, and naming a setting that is not one of how a model is used.
+std::vector<Method> evaluation_rows(const MeasuredModels& models, bool noisy = false);
 
 }  // namespace inhabit::inbetween

@@ -87,6 +87,10 @@ std::vector<std::string> notes_of(const Table& table, Layout layout, bool differ
 
 }  // namespace
 
+Layout layout_for(const Table& table, Layout asked) {
+  return table.truth || asked == Layout::collisions ? asked : Layout::recordings;
+}
+
 ScoreTable score_table(const Table& table, Layout layout, bool differences) {
   std::set<std::string> choices, methods;
   for (const Scores& row : table.rows) {

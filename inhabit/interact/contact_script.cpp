@@ -51,4 +51,16 @@ ContactScript parse_contact_script(std::string_view text, const std::string& sub
   return out;
 }
 
+nlohmann::json contacts_json(const std::vector<HandContacts>& contacts) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const HandContacts& hands : contacts) {
+    nlohmann::json entry = nlohmann::json::object();
+    for (int side = 0; side < 2; ++side)
+      if (const auto& c = hands[static_cast<size_t>(side)])
+        entry[side == 0 ? "left" : "right"] = {c->x(), c->y(), c->z()};
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
 }  // namespace inhabit::interact

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,5 +24,8 @@ ContactScript read_contact_script(const std::string& path, const Chair& chair);
 
 /// The same from memory; `subject` names the source in errors.
 ContactScript parse_contact_script(std::string_view text, const std::string& subject, const Chair& chair);
+
+/// Contacts as such a file has them: points in metres, no entry for a hand that is free.
+nlohmann::json contacts_json(const std::vector<HandContacts>& contacts);
 
 }  // namespace inhabit::interact

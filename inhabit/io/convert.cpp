@@ -32,9 +32,7 @@ std::string convert_motion(const std::string& in, const std::string& out, const 
     body = read_smpl_model(given.body);
     options.body = &body;
   }
-  // Of an .fbx, .dae or .glb the first: others may be of other skeletons and lengths.
-  std::vector<Clip> clips = read_clips(in, options, notes);
-  if (extension_of(in) != "npz") clips.resize(1);
+  std::vector<Clip> clips = read_samples(in, options, notes);
   for (Clip& clip : clips) {
     clip.file = {};
     if (given.retarget) clip = retarget(clip, in);

@@ -130,6 +130,12 @@ std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& opt
   return {read_clip(path, options, notes)};
 }
 
+std::vector<Clip> read_samples(const std::string& path, const ClipReadOptions& options, Notes* notes) {
+  std::vector<Clip> clips = read_clips(path, options, notes);
+  if (extension_of(path) != "npz") clips.resize(1);
+  return clips;
+}
+
 bool is_clip_file(const std::string& path) {
   const std::string extension = extension_of(path);
   if (extension == "npz" || extension == "npy") return holds_clip(read_npz(path));

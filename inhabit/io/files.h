@@ -21,6 +21,10 @@ Clip read_clip(const std::string& path, const ClipReadOptions& options = {}, Not
 /// people and animations of an .fbx, .dae, .glb or .gltf.
 std::vector<Clip> read_clips(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
 
+/// The motions of a file that can be treated as one: all samples of an .npz, which share a skeleton and a length; of
+/// other files the first motion alone, as others may be of other skeletons and lengths.
+std::vector<Clip> read_samples(const std::string& path, const ClipReadOptions& options = {}, Notes* notes = nullptr);
+
 /// True where read_clip would try the file: known extension, and for .npz, .npy, .fbx, .dae, .glb and .gltf
 /// that it holds motion (reads it to see).
 bool is_clip_file(const std::string& path);

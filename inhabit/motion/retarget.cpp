@@ -482,4 +482,12 @@ Clip retarget(const Clip& source, const std::string& subject) {
   return out;
 }
 
+Clip retarget_if_known(const Clip& source, const std::string& subject) {
+  try {
+    return retarget(source, subject);
+  } catch (const Error&) {
+    return source;
+  }
+}
+
 }  // namespace inhabit

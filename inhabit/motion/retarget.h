@@ -22,4 +22,8 @@ namespace inhabit {
 /// mapped, or bones without length.
 Clip retarget(const Clip& source, const std::string& subject);
 
+/// The same where the skeleton can be mapped; the motion as it is where it cannot. So pages show a body where they can,
+/// and a bare skeleton otherwise.
+Clip retarget_if_known(const Clip& source, const std::string& subject);
+
 }  // namespace inhabit

@@ -10,6 +10,7 @@
 #include "inhabit/forecast/evaluate_contacts.h"
 #include "inhabit/inbetween/detour.h"
 #include "inhabit/inbetween/evaluate.h"
+#include "inhabit/inbetween/evaluation_windows.h"
 #include "inhabit/interact/evaluate.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/shipped_model.h"
@@ -52,7 +53,7 @@ std::string rows_text(const Table& table, const ToJson& json) {
 std::string forecast_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
   const forecast::Data data(asked.data, asked.split, model.config, 30);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
+  require_any_window(data.windows(), asked.data, asked.split);
   return rows_text(forecast::evaluate(model, data, asked.progress, asked.parts),
                    [](const forecast::Table& t) { return table_json(t); });
 }
@@ -78,14 +79,9 @@ std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds)
 
 std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double noise, bool refine) {
   const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  const inbetween::Data data(asked.data, asked.split, model.config, model.config.frames);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(model.config.frames) + " frames");
-  std::vector<inbetween::Window> windows;
-  for (const int64_t i : data.windows().spread(asked.windows > 0 ? asked.windows : 100))
-    windows.push_back(data.window(i));
-  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(noise > 0, refine);
-  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
-    methods.push_back(std::move(row));
+  const auto windows =
+      inbetween::windows_of_data(asked.data, asked.split, model.config, asked.windows > 0 ? asked.windows : 100);
+  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine}, noise > 0);
   inbetween::Evaluation how;
   how.keyframes = keyframes;
   how.seeds = asked.seeds;
@@ -109,20 +105,16 @@ std::string interact_rows(const Asked& asked, double seconds) {
 
 std::string contacts_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  forecast::Config dense = model.config;
-  dense.points = forecast::kDensePoints;
   const forecast::Data data(asked.data, asked.split, model.config, 30);
-  if (data.size() == 0) throw asked.nothing("window of " + std::to_string(data.windows().frames()) + " frames");
-  return rows_text(forecast::evaluate_contacts(model, data, forecast::Data(asked.data, asked.split, dense, 30),
-                                               asked.progress, asked.parts),
+  require_any_window(data.windows(), asked.data, asked.split);
+  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), 30);
+  return rows_text(forecast::evaluate_contacts(model, data, dense, asked.progress, asked.parts),
                    [](const ScoreTable& t) { return rows_json(t); });
 }
 
 std::string detour_rows(const Asked& asked, bool refine) {
   const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  std::vector<inbetween::Method> methods = inbetween::interpolation_rows(false, refine);
-  for (inbetween::Method& row : inbetween::model_rows(inbetween::row_name(model.config), model, {}))
-    methods.push_back(std::move(row));
+  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine});
   inbetween::DetourEvaluation how;
   how.seeds = asked.seeds;
   how.seed = asked.seed;

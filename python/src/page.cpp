@@ -38,15 +38,6 @@ std::string framed(const std::string& html) {
   return "<iframe srcdoc=\"" + text + "\" style=\"width:100%;height:600px;border:0\" allowfullscreen></iframe>";
 }
 
-/// A clip on the standard body where its skeleton can be mapped to it, as it is (a bare skeleton) otherwise.
-Clip shown(const Clip& clip, const std::string& name) {
-  try {
-    return retarget(clip, name);
-  } catch (const Error&) {
-    return clip;
-  }
-}
-
 /// What a page is made of, which the page looks at while it is written.
 struct Shown {
   Page page;
@@ -58,7 +49,7 @@ Page page_of_clips(const std::vector<Clip>& clips, const std::vector<std::string
   for (size_t i = 0; i < clips.size(); ++i) {
     PagePerson person;
     person.name = i < names.size() ? names[i] : "motion " + std::to_string(i + 1);
-    person.clip = shown(clips[i], person.name);
+    person.clip = retarget_if_known(clips[i], person.name);
     person.tracks = interact::label_tracks(person.clip);
     page.people.push_back(std::move(person));
   }

@@ -74,6 +74,8 @@ TEST(AnticipateSequences, AreOfOneSplitOnTheModelsBones) {
   ASSERT_EQ(sequences.size(), 2U) << "one frame has no motion";
   EXPECT_EQ(sequences[1].name, "w2");
   EXPECT_EQ(sequences[1].action, "walk");
+  EXPECT_EQ(shown_name(sequences[1]), "w2");
+  EXPECT_EQ(shown_name(sequences_of(motions, "test", large, 25).front()), "w1 (test)");
   const Tensor own = joint_features(motions[2].clip.joints);
   EXPECT_TRUE(torch::allclose(sequences[1].features.slice(1, 0, 65), own.slice(1, 0, 65) * 1.2, 1e-3, 1e-4));
   EXPECT_TRUE(torch::allclose(sequences[1].features.select(1, 65), own.select(1, 65), 1e-3, 1e-4)) << "turns are turns";

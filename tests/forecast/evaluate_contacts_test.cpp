@@ -23,11 +23,9 @@ TEST(EvaluateContacts, TrueMapsAreRightAndTheLastMapIsLeftBehind) {
   const TempFolder folder;
   Networks model;
   model.config = preset("compact");
-  Config dense = model.config;
-  dense.points = kDensePoints;
   const std::vector<std::string> walkers = {write_walkers(folder / "walkers")};
-  const ScoreTable table =
-      evaluate_contacts(model, Data(walkers, "all", model.config, 30), Data(walkers, "all", dense, 30));
+  const ScoreTable table = evaluate_contacts(model, Data(walkers, "all", model.config, 30),
+                                             Data(walkers, "all", dense_config(model.config), 30));
   ASSERT_EQ(table.columns.size(), 6U);
   ASSERT_EQ(table.rows.size(), 6U);  // no contact network: three sources
   const auto* real = row_of(table, "true, N = 1500", "feet on the floor");

@@ -350,6 +350,11 @@ TEST(EvaluateInbetween, OfNoisyRecordingsTakesNoTruth) {
   const std::string text = table_text(table, Layout::recordings);
   EXPECT_THAT(text, AllOf(HasSubstr("Acc. (m/s2)"), HasSubstr("Frames, exact"), HasSubstr("MPJE Key")));
   EXPECT_THAT(text, testing::Not(testing::AnyOf(HasSubstr("MPJE All"), HasSubstr("FID"))));
+  EXPECT_EQ(layout_for(table, Layout::methods), Layout::recordings);
+  EXPECT_EQ(layout_for(table, Layout::collisions), Layout::collisions);
+  Table known = table;
+  known.truth = true;
+  EXPECT_EQ(layout_for(known, Layout::methods), Layout::methods);
 }
 
 TEST(EvaluateInbetween, CountsCollisionsWithoutToleranceToo) {

@@ -1,9 +1,10 @@
-// Protects what --keyframes and --joints mean: which frames are keys, which of the 201 features a partial key gives,
-// and what is refused.
+// Protects what --keyframes, --times and --joints mean: which frames are keys, where they stand, which of the 201
+// features a partial key gives, and what is refused.
 #include "inhabit/inbetween/keyframes.h"
 
 #include <gmock/gmock.h>
 
+#include "forecast/walker.h"
 #include "refusal_of.h"
 
 namespace inhabit::inbetween {
@@ -53,6 +54,29 @@ TEST(KeyFrames, RefusesWhatGivesNoKeys) {
   EXPECT_THAT(refused("random:half"), HasSubstr("probability"));
   for (const char* text : {"", "0,,5", "1,2,", "first", "99999999999999999999", "3 4", "every"})
     EXPECT_THAT(refused(text), HasSubstr("are none of")) << text;
+}
+
+TEST(FramesAtTimes, StandWhereTheyAreWantedAndThePoseBeforeFillsTheRest) {
+  const Clip clip = walker(40, 1, 0.5, 1);
+  const PosesInTime slow = frames_at_times(clip, {0, 10, 30}, {2, 2.5, 4}, "walk.bvh");
+  EXPECT_THAT(slow.keys, ElementsAre(0, 15, 60));
+  EXPECT_FALSE(slow.standard) << "on the clip's own skeleton";
+  EXPECT_EQ(slow.clip.rate, 30);
+  ASSERT_EQ(slow.clip.frames(), 61);
+  for (const auto& [at, frame] : {std::pair(0, 0), {14, 0}, {15, 10}, {59, 10}, {60, 30}})
+    EXPECT_TRUE(slow.clip.joints[at].allclose(clip.joints[frame], 0, 1e-5)) << at;
+  const PosesInTime back = frames_at_times(clip, {30, 0}, {0, 1}, "walk.bvh");
+  EXPECT_TRUE(back.clip.joints[0].allclose(clip.joints[30], 0, 1e-5)) << "in the order of the list";
+}
+
+TEST(FramesAtTimes, RefuseTimesThatDoNotFit) {
+  const Clip clip = walker(40, 1);
+  const auto refused = [&](const std::vector<double>& seconds) {
+    return refusal_of([&] { frames_at_times(clip, {0, 10}, seconds, "walk.bvh"); });
+  };
+  EXPECT_THAT(refused({0, 1, 2}), HasSubstr("3 are named for 2 poses"));
+  EXPECT_THAT(refused({1, 1.01}), HasSubstr("are not in order, a frame or more apart"));
+  EXPECT_THAT(refused({0, 3601}), HasSubstr("more than 55 minutes apart"));
 }
 
 TEST(GivenGroups, NameJointsAndTheRootsPath) {

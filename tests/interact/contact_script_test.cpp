@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "inhabit/interact/contact_area.h"
 #include "interact/sitter.h"
@@ -25,6 +26,16 @@ TEST(ContactScript, HoldsPartsPointsAndAPlaceToWalkTo) {
   EXPECT_FALSE(script.contacts[1][0] || script.contacts[1][1]);
   EXPECT_TRUE(script.then_walk->isApprox(Eigen::Vector3d(1, 2, M_PI / 2)));
   EXPECT_FALSE(parse_contact_script("[{}]", "s.json", chair).then_walk);
+}
+
+TEST(ContactScript, ReadsWhatContactsAreWrittenAs) {
+  const Chair chair = find_chair(seat_scene(), "chair_0");
+  const nlohmann::json text = contacts_json({{Eigen::Vector3d(0.5, 0.25, -1), std::nullopt}, {}});
+  EXPECT_EQ(text.dump(), R"([{"left":[0.5,0.25,-1.0]},{}])");
+  const ContactScript script = parse_contact_script(text.dump(), "s.json", chair);
+  ASSERT_EQ(script.contacts.size(), 2U);
+  EXPECT_EQ(*script.contacts[0][0], Eigen::Vector3d(0.5, 0.25, -1));
+  EXPECT_FALSE(script.contacts[0][1] || script.contacts[1][0] || script.contacts[1][1]);
 }
 
 TEST(ContactScript, SaysWhatIsWrong) {

@@ -79,6 +79,9 @@ TEST(AssimpMotion, SeveralPeopleOfAGlbAreReadOneByOne) {
   const bool first = both[0].skeleton.names[0] == "pelvis";
   EXPECT_LT(farthest(both[first ? 0 : 1].joints.select(1, 0), walk.joints.select(1, 0)), 1e-5);
   EXPECT_LT(farthest(both[first ? 1 : 0].joints.select(1, 0), apart.joints.select(1, 0)), 1e-5);
+  const std::vector<Clip> alone = read_samples(folder / "two.glb");
+  ASSERT_EQ(alone.size(), 1U) << "people of other skeletons are no samples of one motion";
+  EXPECT_TRUE(alone[0].joints.equal(both[0].joints));
   Notes notes;
   read_clip(folder / "two.glb", {}, &notes);
   EXPECT_THAT(notes, testing::Contains(HasSubstr("one of 2 motions")));

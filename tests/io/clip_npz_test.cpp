@@ -4,6 +4,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/io/files.h"
 #include "inhabit/math/rotation.h"
 #include "refusal_of.h"
 #include "shared.h"
@@ -238,6 +239,9 @@ TEST(ClipsNpz, MotionsWrittenTogetherComeBackBitByBit) {
   const std::vector<Clip> back = read_clips_npz(folder / "futures.npz");
   ASSERT_EQ(back.size(), 3U);
   for (size_t s = 0; s < 3; ++s) expect_same(back[s], clips[s]);
+  const std::vector<Clip> samples = read_samples(folder / "futures.npz");
+  ASSERT_EQ(samples.size(), 3U);
+  for (size_t s = 0; s < 3; ++s) expect_same(samples[s], clips[s]);
   const Npz arrays = read_npz(folder / "futures.npz");
   EXPECT_EQ(arrays.tensors.at("joints").sizes(), (std::vector<int64_t>{3, T, 22, 3}));
   EXPECT_EQ(arrays.tensors.at("root_path").sizes(), (std::vector<int64_t>{3, T, 3}));

@@ -187,6 +187,19 @@ TEST(Retarget, RefusesBonesWithoutLengthAndForeignSkeletons) {
   EXPECT_THROW(retarget(source, "car.bvh"), Error);
 }
 
+TEST(Retarget, IfKnownLeavesForeignSkeletonsAsTheyAre) {
+  const Clip person = standard_motion();
+  EXPECT_TRUE(retarget_if_known(person, "person").joints.equal(retarget(person, "person").joints));
+  Clip chain;
+  chain.skeleton.names = {"a", "b", "c"};
+  chain.skeleton.parents = {-1, 0, 1};
+  chain.skeleton.offsets = torch::ones({3, 3});
+  chain.joints = torch::rand({4, 3, 3});
+  const Clip same = retarget_if_known(chain, "chain");
+  EXPECT_EQ(same.skeleton.names, chain.skeleton.names);
+  EXPECT_TRUE(same.joints.equal(chain.joints));
+}
+
 TEST(Retarget, EveryCmuClipIsMetWithinTwoCentimetres) {
   const std::string folder = shared_folder();
   if (folder.empty()) GTEST_SKIP() << "no recordings beside the project";

@@ -1,4 +1,4 @@
-#include "view_cards.h"
+#include "inhabit/view/file_cards.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -14,11 +14,10 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/view/charts.h"
-#include "inputs.h"
 
+namespace inhabit {
 namespace {
 
-using namespace inhabit;
 namespace fs = std::filesystem;
 
 constexpr size_t kMostCards = 200;
@@ -150,13 +149,7 @@ std::vector<Clip> read_for_view(const std::string& path, const ClipReadOptions& 
   Notes own;
   std::vector<Clip> clips = read_clips(path, reading, &own);
   for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
-  for (Clip& clip : clips) {
-    try {
-      clip = retarget(clip, path);
-    } catch (const Error&) {
-      continue;
-    }
-  }
+  for (Clip& clip : clips) clip = retarget_if_known(clip, path);
   return clips;
 }
 
@@ -170,3 +163,5 @@ std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const Clip
   }
   return cards;
 }
+
+}  // namespace inhabit
