@@ -6,6 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/pickle.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/lower_case.h"
 #include "inhabit/motion/human36m_joints.h"
 
 namespace fs = std::filesystem;
@@ -24,8 +25,7 @@ ImportedMotion positions_motion(const torch::Tensor& given, const std::string& s
 /// "walking" of "WalkDog 1", "Walking" and "walking_2".
 std::string action_of(std::string name) {
   name.resize(std::min(name.find_first_of(" _"), name.size()));
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return name;
+  return lower_case(name);
 }
 
 }  // namespace

@@ -101,15 +101,11 @@ void read_h36m(const fs::path& folder, Reader& reader) {
 void read_native(const std::string& folder, double rate, Reader& reader) {
   const Dataset data = open_dataset(folder);
   for (const DatasetClip& entry : data.clips) {
-    try {
-      const Clip clip = load_clip(data, entry);
-      std::string action = "motion";
-      if (clip.action.defined() && !data.actions.empty())
-        action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
-      reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, entry.file), entry.file)});
-    } catch (const Error& e) {
-      reader.note(std::string("left out: ") + e.what());
-    }
+    const Clip clip = load_clip(data, entry);
+    std::string action = "motion";
+    if (clip.action.defined() && !data.actions.empty())
+      action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
+    reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, entry.file), entry.file)});
   }
 }
 

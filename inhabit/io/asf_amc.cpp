@@ -8,6 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
+#include "inhabit/lower_case.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -32,12 +33,6 @@ struct Acclaim {
   bool radians = false;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // the root's rest position, file units
 };
-
-std::string lower(std::string_view word) {
-  std::string out(word);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
 
 // Angles about x, y, z; the first axis of the order is applied first: "XYZ" is Rz Ry Rx.
 Eigen::Quaterniond rotation_of(const Eigen::Vector3d& radians, const std::string& order) {
@@ -65,7 +60,7 @@ std::string read_order(const TextLines& lines, std::string_view word) {
 }
 
 std::string read_dof(const TextLines& lines, std::string_view word) {
-  std::string dof = lower(word);
+  std::string dof = lower_case(word);
   const bool known =
       dof == "l" || (dof.size() == 2 && (dof[0] == 'r' || dof[0] == 't') && dof[1] >= 'x' && dof[1] <= 'z');
   if (!known) lines.fail(in_quotes(word) + " is no degree of freedom");
@@ -78,7 +73,7 @@ void read_bone(TextLines& lines, Acclaim& out) {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::Zero();
   double length = 0;
   for (std::string_view line; lines.next_filled(line);) {
-    const std::string key = lower(next_word(line));
+    const std::string key = lower_case(next_word(line));
     if (key == "end") {
       if (bone.name.empty()) lines.fail("a bone has no name");
       if (direction.norm() > 0) bone.tip = direction.normalized() * length;
@@ -135,14 +130,14 @@ Acclaim parse_asf(std::string_view text, const std::string& name) {
   for (std::string_view line; lines.next_filled(line);) {
     if (line.front() == '#') continue;
     if (line.front() == ':') {
-      section = lower(next_word(line));
+      section = lower_case(next_word(line));
       continue;
     }
     const std::string_view whole = line;
-    const std::string key = lower(next_word(line));
+    const std::string key = lower_case(next_word(line));
     if (section == ":units") {
       if (key == "length") out.length = lines.real(next_word(line));
-      if (key == "angle") out.radians = lower(next_word(line)).substr(0, 3) == "rad";
+      if (key == "angle") out.radians = lower_case(next_word(line)).substr(0, 3) == "rad";
       if (!(out.length > 0)) lines.fail("the unit of length must be positive");
     } else if (section == ":root") {
       if (key == "order") {
@@ -258,7 +253,7 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
     std::string_view words = line;
     const std::string_view first = next_word(words);
     if (first.front() == ':') {
-      const std::string key = lower(first);
+      const std::string key = lower_case(first);
       if (key == ":degrees") angle = M_PI / 180;
       if (key == ":radians") angle = 1;
       if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(words)), rate_known = true;
@@ -332,7 +327,7 @@ std::string find_asf(const std::string& amc_path) {
   }
   std::vector<std::string> found;
   for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator(); it.increment(error))
-    if (lower(it->path().extension().string()) == ".asf") found.push_back(it->path().string());
+    if (lower_case(it->path().extension().string()) == ".asf") found.push_back(it->path().string());
   if (found.size() == 1) return found.front();
   throw Error(amc_path, found.empty()
                             ? "no .asf skeleton lies beside it"

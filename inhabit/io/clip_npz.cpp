@@ -8,6 +8,7 @@
 #include "inhabit/io/joint_array.h"
 #include "inhabit/io/source_motion.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/lower_case.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/human36m_joints.h"
 
@@ -135,8 +136,7 @@ std::string text_of(const Npz& npz, const char* name) {
 }
 
 std::string gender_of(const Npz& npz) {
-  std::string text = text_of(npz, "gender");
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string text = lower_case(text_of(npz, "gender"));
   if (text == "f" || text.find("female") != std::string::npos) return "female";
   return text == "m" || text.find("male") != std::string::npos ? "male" : "neutral";
 }

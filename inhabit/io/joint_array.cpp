@@ -2,30 +2,44 @@
 
 #include <array>
 
+#include "inhabit/lower_case.h"
+
 namespace inhabit {
 namespace {
 
 constexpr std::array kNames = {"keypoints", "positions", "poses_3d",     "joint_positions", "joints_3d",
                                "joints3d",  "pose_3d",   "keypoints_3d", "keypoints3d",     "poses3d",
                                "kpts",      "kpts_3d",   "arr_0",        "joints_pos",      "joint_position"};
+// Of these, rows of numbers may be anything: features, rotations.
+constexpr std::array kVagueNames = {"xyz", "motion", "motions", "pred", "preds", "prediction", "predictions", "output"};
 constexpr int64_t kLeast = 5, kMost = 256;  // joints of a person's skeleton
 
 bool flattened(const torch::Tensor& t) {
   return t.dim() == 2 && t.size(1) % 3 == 0 && t.size(1) / 3 >= kLeast && t.size(1) / 3 <= kMost;
 }
 
-bool is_joints(const torch::Tensor& t) {
-  const bool rows = (t.dim() == 3 || t.dim() == 4) && t.size(-1) == 3 && t.size(-2) >= kLeast && t.size(-2) <= kMost;
-  return rows || flattened(t);
+bool rows_of_joints(const torch::Tensor& t) {
+  return (t.dim() == 3 || t.dim() == 4) && t.size(-1) == 3 && t.size(-2) >= kLeast && t.size(-2) <= kMost;
+}
+
+/// The array of that name, whatever its case; empty where there is none that is `accepted`.
+std::string named(const Npz& npz, const std::string& name, bool (*accepted)(const torch::Tensor&)) {
+  for (const auto& [key, tensor] : npz.tensors)
+    if (lower_case(key) == name && accepted(tensor)) return key;
+  return "";
 }
 
 }  // namespace
 
 std::string joint_array_name(const Npz& npz) {
   if (npz.has("joints")) return "joints";
+  const auto any = [](const torch::Tensor& t) { return rows_of_joints(t) || flattened(t); };
+  std::string found = named(npz, "joints", any);
   for (const char* name : kNames)
-    if (npz.has(name) && is_joints(npz.tensors.at(name))) return name;
-  return "";
+    if (found.empty()) found = named(npz, name, any);
+  for (const char* name : kVagueNames)
+    if (found.empty()) found = named(npz, name, rows_of_joints);
+  return found;
 }
 
 Npz with_joint_array(const Npz& npz) {

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cctype>
 #include <utility>
 
+#include "inhabit/lower_case.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit {
@@ -34,9 +34,7 @@ std::string object_of_mesh(const std::string& mesh_name) {
 bool is_floor(const std::string& mesh_name) {
   const size_t dot = mesh_name.rfind('.');
   const bool numbered = dot != std::string::npos && is_number(mesh_name.substr(dot + 1));
-  std::string object = numbered ? mesh_name.substr(0, dot) : mesh_name;
-  std::transform(object.begin(), object.end(), object.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string object = lower_case(numbered ? mesh_name.substr(0, dot) : mesh_name);
   return object == "floor" || object == "rug" || object == "ground" || object == "carpet";
 }
 

@@ -30,6 +30,25 @@ TEST(JointArray, HasAnyUsualNameAndShape) {
     }
 }
 
+TEST(JointArray, HasNamesInAnyCaseAndVagueOnesWhereTheShapeSaysJoints) {
+  const torch::Tensor joints = standing(7);
+  for (const char* name : {"Joints", "KEYPOINTS", "xyz", "motion", "pred", "Predictions"}) {
+    Npz npz;
+    npz.tensors[name] = joints;
+    ASSERT_TRUE(holds_clip(npz)) << name;
+    EXPECT_TRUE(torch::equal(clip_from_npz(npz, name).joints, joints)) << name;
+  }
+  for (const char* name : {"xyz", "motion", "pred"}) {
+    Npz features;  // 6D rotations of 22 joints and a root: as many as those of 45 joints
+    features.tensors[name] = torch::rand({7, 135});
+    EXPECT_FALSE(holds_clip(features)) << name;
+  }
+  Npz both;
+  both.tensors["motion"] = standing(7) + 1;
+  both.tensors["joints"] = joints;
+  EXPECT_TRUE(torch::equal(clip_from_npz(both, "both").joints, joints)) << "joints go first";
+}
+
 TEST(JointArray, SeveralMotionsLead) {
   Npz npz;
   npz.tensors["keypoints"] = torch::stack({standing(7), standing(7) + 1, standing(7) + 2});

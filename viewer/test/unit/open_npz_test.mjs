@@ -37,6 +37,12 @@ test('joints have any of the names that networks and data sets give them', () =>
   }
 });
 
+test('names have any case, and vague ones are joints where their shape says so', () => {
+  for (const name of ['Joints', 'KEYPOINTS', 'xyz', 'motion', 'pred', 'Predictions'])
+    near(read({ [name]: array(frames(standing)) }).motions[0], frames(standing));
+  assert.throws(() => read({ motion: array(frames(standing).map((frame) => frame.flat())) }), /holds no motion/);
+});
+
 test('rotations go before positions, and rows of a few numbers are no joints', () => {
   const still = array(frames(standing).map(() => Array(66).fill(0)));
   assert.ok(read({ poses: still, keypoints: array(frames(standing)) }).motions[0].rotations);
