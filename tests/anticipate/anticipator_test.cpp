@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "anticipate/small_networks.h"
+#include "at_once.h"
 #include "inhabit/math/rotation.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -53,6 +54,16 @@ TEST(IntentionAnticipator, GivesClipsThatAreValidAndLabelled) {
     EXPECT_EQ(future.rotations.sizes(), (torch::IntArrayRef{30, 22, 3}));
   }
   EXPECT_GT(largest(a.futures[0].joints - a.futures[1].joints), 1e-4);
+}
+
+TEST(IntentionAnticipator, ServesSeveralThreadsAtOnce) {
+  const IntentionAnticipator anticipator(gentle());
+  const Clip clip = person("walk", 40);
+  const auto run = [&] { return anticipator.run(clip, {}, {-1, 3, 1.2, 1, "walk"}).futures; };
+  const std::vector<Clip> expected = run();
+  for (const std::vector<Clip>& found : at_once(4, run))
+    for (size_t i = 0; i < expected.size(); ++i)
+      EXPECT_LT(largest_difference(found[i].joints, expected[i].joints), 1e-5) << i;
 }
 
 TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {

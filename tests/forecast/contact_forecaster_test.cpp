@@ -5,8 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <thread>
-
+#include "at_once.h"
 #include "forecast/walker.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
@@ -102,6 +101,15 @@ TEST(ContactForecaster, RefusesAPastOfAnotherShapeAndFilesThatLackANetwork) {
   networks.motion = nullptr;
   save_networks(folder / "contact.safetensors", networks);
   EXPECT_THROW(ContactForecaster::load(folder / "contact.safetensors"), Error);
+}
+
+TEST(ForecastClip, ServesSeveralThreadsAtOnce) {
+  const ContactForecaster forecaster(untrained());
+  const Clip clip = walker(120, 1, 0, 1);
+  const Scene scene = scanned_room(4000);
+  const auto run = [&] { return forecaster.run(clip, scene, {60, 0, 1, true, "walk"}).prediction.joints; };
+  const torch::Tensor expected = run();
+  for (const torch::Tensor& found : at_once(4, run)) EXPECT_LT(largest(found - expected), 1e-5F);
 }
 
 TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {

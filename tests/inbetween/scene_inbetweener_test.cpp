@@ -5,8 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <thread>
-
+#include "at_once.h"
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
@@ -196,11 +195,8 @@ TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
   const Clip clip = walker(61, 1);
   const Options r = request("every:30", 61);
   const Tensor expected = inbetweener.run(clip, floor_scene(), r).motion.joints;
-  std::vector<Tensor> found(4);
-  std::vector<std::thread> threads;
-  for (Tensor& out : found) threads.emplace_back([&] { out = inbetweener.run(clip, floor_scene(), r).motion.joints; });
-  for (std::thread& thread : threads) thread.join();
-  for (const Tensor& out : found) EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
+  for (const Tensor& out : at_once(4, [&] { return inbetweener.run(clip, floor_scene(), r).motion.joints; }))
+    EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
 }
 
 /// A wall across the path ahead, and a block to its left.

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "at_once.h"
 #include "chair_scene.h"
 #include "inhabit/interact/contact_area.h"
 #include "inhabit/scene/query.h"
@@ -64,6 +65,15 @@ TEST(ChairInteractor, BonesKeepTheirLengthsAndTheSameIsTheSame) {
   }
   EXPECT_EQ(result.motion.action.size(0), 30);
   EXPECT_TRUE(torch::equal(interactor().run(start, scene, options).motion.joints, result.motion.joints));
+}
+
+TEST(ChairInteractor, ServesSeveralThreadsAtOnce) {
+  const Scene scene = armchair_scene();
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  const Options options = on_chair({});
+  const auto run = [&] { return interactor().run(start, scene, options).motion.joints; };
+  const Tensor expected = run();
+  for (const Tensor& found : at_once(4, run)) EXPECT_LT(largest_difference(found, expected), 1e-5);
 }
 
 TEST(ChairInteractor, AFloorOfAnyHeightIsTheFloor) {
