@@ -39,6 +39,7 @@ Clip fit_contacts(const Clip& motion, const Scene& scene) {
   options.standard = true;
   options.generated = true;
   options.keep_frames = {0};  // the pose that the person was given in
+  options.keep_joints = {0};  // they sit where they sat
   options.name = "motion";
   for (int64_t side = 0; side < 2; ++side)
     for (int64_t t = 0; t < motion.frames();) {
