@@ -8,7 +8,9 @@
 #include <limits>
 
 #include "anticipate/small_networks.h"
+#include "at_once.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -89,6 +91,24 @@ TEST(IntentionAnticipator, IsTheSameForTheSameSeedHoweverManyAreDrawn) {
     EXPECT_GT(largest(few.futures[s].joints - other.futures[s].joints), 1e-3);
   }
   EXPECT_TRUE(torch::equal(few.labels, many.labels.slice(0, 0, 2)));
+}
+
+TEST(IntentionAnticipator, IsTheSameInSeveralThreadsAtOnce) {
+  const IntentionAnticipator anticipator(gentle());
+  const Clip clip = person("walk", 30);
+  Scene room = floor_scene();
+  MeshBuilder block;
+  block.box({0, 0.5, 2.2}, {0.3, 0.5, 0.3});  // in the walker's way, so that futures are steered
+  room.meshes.push_back(block.mesh("block", {1, 1, 1}));
+  Options options{-1, 2, 0.8, 7, "walk"};
+  options.refine = true;
+  const auto joints = [&] {
+    const Result a = anticipator.run(clip, room, options);
+    return torch::stack({a.futures[0].joints, a.futures[1].joints});
+  };
+  const Tensor expected = joints();
+  for (const Tensor& found : four_at_once(joints))
+    EXPECT_TRUE(torch::allclose(found, expected, 0, 1e-4)) << largest(found - expected);
 }
 
 TEST(IntentionAnticipator, StartIsTheFirstForecastFrameOfTheClip) {

@@ -5,14 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <thread>
-
+#include "at_once.h"
 #include "forecast/walker.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/scene/sampling.h"
+#include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -151,6 +151,19 @@ TEST(ForecastClip, MovesAlongWithClipAndScene) {
   EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, rotation) + shift)), 5e-3F);
   const Clip again = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"}).prediction;
   EXPECT_LT(largest(again.joints - (torch::matmul(refined.prediction.joints, rotation) + shift)), 0.02F);
+}
+
+TEST(ForecastClip, IsTheSameInSeveralThreadsAtOnce) {
+  const ContactForecaster forecaster(untrained());
+  const Clip clip = walker(40, 1.2, 0.4, 1);
+  Scene scene = scanned_room(2000);
+  MeshBuilder block;
+  block.box({1.1, 0.5, 2.2}, {0.3, 0.5, 0.3});  // that refining keeps the person out of
+  scene.meshes.push_back(block.mesh("block", {1, 1, 1}));
+  const auto forecast = [&] { return forecaster.run(clip, scene, {-1, 500, 1, true, "walk"}).prediction.joints; };
+  const torch::Tensor expected = forecast();
+  for (const torch::Tensor& found : four_at_once(forecast))
+    EXPECT_TRUE(torch::allclose(found, expected, 0, 1e-4)) << largest(found - expected);
 }
 
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {

@@ -5,8 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <thread>
-
+#include "at_once.h"
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
@@ -195,12 +194,9 @@ TEST(SceneInbetweener, ServesSeveralThreadsAtOnce) {
   const SceneInbetweener inbetweener(networks());
   const Clip clip = walker(61, 1);
   const Options r = request("every:30", 61);
-  const Tensor expected = inbetweener.run(clip, floor_scene(), r).motion.joints;
-  std::vector<Tensor> found(4);
-  std::vector<std::thread> threads;
-  for (Tensor& out : found) threads.emplace_back([&] { out = inbetweener.run(clip, floor_scene(), r).motion.joints; });
-  for (std::thread& thread : threads) thread.join();
-  for (const Tensor& out : found) EXPECT_TRUE(torch::allclose(out, expected, 0, 1e-5));
+  const auto filled = [&] { return inbetweener.run(clip, floor_scene(), r).motion.joints; };
+  const Tensor expected = filled();
+  for (const Tensor& found : four_at_once(filled)) EXPECT_TRUE(torch::allclose(found, expected, 0, 1e-5));
 }
 
 /// A wall across the path ahead, and a block to its left.

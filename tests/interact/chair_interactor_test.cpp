@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "at_once.h"
 #include "chair_scene.h"
 #include "inhabit/interact/contact_area.h"
 #include "inhabit/scene/query.h"
@@ -64,6 +65,16 @@ TEST(ChairInteractor, BonesKeepTheirLengthsAndTheSameIsTheSame) {
   }
   EXPECT_EQ(result.motion.action.size(0), 30);
   EXPECT_TRUE(torch::equal(interactor().run(start, scene, options).motion.joints, result.motion.joints));
+}
+
+TEST(ChairInteractor, IsTheSameInSeveralThreadsAtOnce) {
+  const Scene scene = armchair_scene();
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  const Options options = on_chair({contact_on(find_chair(scene, "armchair_0"), "armrest", 0), std::nullopt});
+  const auto joints = [&] { return interactor().run(start, scene, options).motion.joints; };
+  const Tensor expected = joints();
+  for (const Tensor& found : four_at_once(joints))
+    EXPECT_TRUE(torch::allclose(found, expected, 0, 1e-4)) << largest(found - expected);
 }
 
 TEST(ChairInteractor, AFloorOfAnyHeightIsTheFloor) {
