@@ -2,9 +2,12 @@ include(CMakePackageConfigHelpers)
 install(TARGETS inhabit inhabit_dependencies EXPORT inhabitTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(TARGETS inhabit_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
 install(TARGETS inhabit_verbs RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/inhabit COMPONENT runtime)
-# What users include; not how it is done inside: kernels, packed layers, how TinyGLTF and Embree are built in.
-install(DIRECTORY inhabit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.h"
-  REGEX "(_kernel|/fast_[a-z_]*|/inbetween/(fill_window|residual_sample)|/serve/(hub|http_session|live_session)|/(pickle_machine|pickle_globals|tiny_gltf_config|work_stages|embree|instance_pool|row_layers|vector_exp|mish|grid_conv|parallel_chunks|each_person|one_blas_thread|import_frames|simd))[.]h$" EXCLUDE)
+file(STRINGS cmake/public_headers.txt INHABIT_HEADERS REGEX "^inhabit/")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS cmake/public_headers.txt)
+foreach(header IN LISTS INHABIT_HEADERS)
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT dev)
+endforeach()
 install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "training" EXCLUDE PATTERN "*.safetensors" PATTERN "*.md")
 install(DIRECTORY blender DESTINATION ${CMAKE_INSTALL_DATADIR}/inhabit COMPONENT runtime FILES_MATCHING PATTERN "*.py")
 # The node wants the helper beside it.

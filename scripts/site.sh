@@ -6,7 +6,8 @@ cd "$(dirname "$0")/.."
 scripts/dependencies.sh site
 rm -rf build/site
 mkdir -p build/site
-doxygen docs/Doxyfile 2> build/site/warnings.txt
+headers=$(grep '^inhabit/' cmake/public_headers.txt | tr '\n' ' ')
+{ cat docs/Doxyfile; echo "INPUT += $headers"; } | doxygen - 2> build/site/warnings.txt
 if grep -E 'warning:|error:' build/site/warnings.txt; then exit 1; fi
 rm build/site/warnings.txt
 # Doxygen is silent about names in a namespace or file that has no comment of its own: it leaves them out.

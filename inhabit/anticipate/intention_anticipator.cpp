@@ -14,6 +14,7 @@
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/parallel_chunks.h"
 #include "inhabit/refine/refine_clip.h"
+#include "inhabit/refine/scene_terms.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/steering.h"
@@ -97,6 +98,8 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
   if (!options.standard) out.on_source.resize(out.futures.size());
   const int64_t first = options.start < 0 ? clip.frames() : options.start;
   const std::optional<FreeSpace> floor = floor_around(scene, out.past);
+  std::optional<refine::SharedSurroundings> surroundings;
+  if (options.refine) surroundings.emplace(scene);
   std::mutex counting;
   int64_t done = 0;
   nn::parallel_chunks(options.samples, [&](int64_t s) {
@@ -106,7 +109,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
     Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
     if (floor) whole = steered(whole, *floor);
     out.futures[i] = slice(whole, 1, whole.frames());
-    if (options.refine) out.futures[i] = refine::refine_continuation(out.past, out.futures[i], scene);
+    if (surroundings) out.futures[i] = refine::refine_continuation(out.past, out.futures[i], *surroundings);
     if (!options.standard) out.on_source[i] = going_on(clip, first, slice(whole, 0, 1), out.futures[i]);
     const std::lock_guard<std::mutex> lock(counting);
     if (options.progress) options.progress(++done, options.samples);

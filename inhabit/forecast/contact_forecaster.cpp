@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "inhabit/body/fit.h"
 #include "inhabit/error.h"
@@ -14,6 +15,7 @@
 #include "inhabit/nn/instance_pool.h"
 #include "inhabit/nn/one_blas_thread.h"
 #include "inhabit/refine/refine_clip.h"
+#include "inhabit/refine/scene_terms.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/sampling.h"
 
@@ -140,11 +142,13 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
     return out;
   }
   const int64_t end = options.start < 0 ? clip.frames() : options.start;
+  std::optional<refine::SharedSurroundings> surroundings;
+  if (options.refine) surroundings.emplace(out.scene);
   const auto finish = [&](const torch::Tensor& joints, Clip& prediction, Clip& on_source) {
     // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
     const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), joints}));
     prediction = slice(whole, 1, whole.frames());
-    if (options.refine) prediction = refine::refine_continuation(out.past, prediction, out.scene);
+    if (surroundings) prediction = refine::refine_continuation(out.past, prediction, *surroundings);
     if (!options.standard) on_source = going_on(clip, end, slice(whole, 0, 1), prediction);
   };
   finish(out.forecast.joints, out.prediction, out.on_source);

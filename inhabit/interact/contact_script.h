@@ -13,7 +13,7 @@ namespace inhabit::interact {
 
 /// A series of contacts, each reached for once the one before was held, and where the person goes in the end.
 struct ContactScript {
-  std::vector<HandContacts> contacts;
+  std::vector<HandContacts> contacts;        ///< in the order in which they are reached for, world
   std::optional<Eigen::Vector3d> then_walk;  ///< x, z in metres, heading in radians from +Z towards +X
 };
 

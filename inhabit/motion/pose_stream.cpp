@@ -1,5 +1,7 @@
 #include "inhabit/motion/pose_stream.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 
 #include "inhabit/body/skeleton.h"
@@ -16,13 +18,12 @@ constexpr int kMostPeople = 10000;
 /// What is implausible() of the poses that are kept; nothing where joints were never seen.
 std::string doubt_of(const PoseWindow& window) {
   constexpr double kRate = 10;
-  std::string out;
   try {
     const Clip clip = window.clip(kRate, static_cast<int64_t>(window.seconds() * kRate) + 1);
-    for (const std::string& each : implausible(clip, MotionSource::stream)) out += (out.empty() ? "" : "; ") + each;
+    return fmt::format("{}", fmt::join(implausible(clip, MotionSource::stream), "; "));
   } catch (const Error&) {  // said by who makes the result
+    return "";
   }
-  return out;
 }
 
 }  // namespace

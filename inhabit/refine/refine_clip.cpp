@@ -134,11 +134,11 @@ Problem part_of(const Problem& problem, const Trajectory& from, int64_t first, i
 
 class Refinement {
  public:
-  Refinement(Clip clip, const Scene& scene, const Options& options)
+  Refinement(Clip clip, const Surroundings& surroundings, const Options& options)
       : clip_(std::move(clip)),
         options_(options),
         belief_(options.generated ? kGenerated : kRecorded),
-        surroundings_(scene),
+        surroundings_(surroundings),
         balls_(body_balls(builtin_body(), clip_.betas)) {}
 
   Result run() {
@@ -397,7 +397,7 @@ class Refinement {
   Clip clip_;
   const Options& options_;
   const Belief& belief_;
-  Surroundings surroundings_;
+  const Surroundings& surroundings_;
   std::vector<BodyBall> balls_;
   Problem problem_;
   Levels levels_;
@@ -449,7 +449,8 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   for (const int joint : options.keep_joints)
     if (joint < 0 || joint >= kStandardJoints) throw Error("keep", "there is no joint " + std::to_string(joint));
   const Clip standard = retarget(clip, options.name);
-  Result out = Refinement(standard, rooms_looking_in(scene, standard.root_path()), options).run();
+  const Surroundings surroundings(rooms_looking_in(scene, standard.root_path()));
+  Result out = Refinement(standard, surroundings, options).run();
   if (!options.standard) {
     std::vector<int64_t> all(static_cast<size_t>(clip.frames()));
     std::iota(all.begin(), all.end(), 0);
@@ -461,7 +462,7 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   return out;
 }
 
-Clip refine_continuation(const Clip& past, const Clip& future, const Scene& scene) {
+Clip refine_continuation(const Clip& past, const Clip& future, const SharedSurroundings& surroundings) {
   const Clip before = slice(past, std::max<int64_t>(0, past.frames() - kBefore), past.frames());
   Clip whole = future;
   whole.joints = torch::cat({before.joints, future.joints});
@@ -470,11 +471,11 @@ Clip refine_continuation(const Clip& past, const Clip& future, const Scene& scen
   Options options;
   options.generated = true;
   options.foot_change = kSoftFoot;
-  options.standard = true;
-  options.name = "the continuation";
   options.keep_frames.resize(static_cast<size_t>(before.frames()));
   std::iota(options.keep_frames.begin(), options.keep_frames.end(), 0);
-  return slice(refine(whole, scene, options).clip, before.frames(), whole.frames());
+  const Clip standard = retarget(whole, "the continuation");
+  const Clip refined = Refinement(standard, surroundings.around(standard.root_path()), options).run().clip;
+  return slice(refined, before.frames(), whole.frames());
 }
 
 }  // namespace inhabit::refine

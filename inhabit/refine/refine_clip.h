@@ -10,6 +10,8 @@
 
 namespace inhabit::refine {
 
+class SharedSurroundings;
+
 /// A point of the body that is at a place in frames [first, last].
 struct GivenContact {
   int joint = 0;                                     ///< of the standard skeleton
@@ -63,6 +65,7 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options = {})
 /// A network's continuation of observed poses, refined as generated motion: it goes on from the last ten frames
 /// of them, which stay as they are. On the standard skeleton.
 /// @param past, future on one skeleton, at one rate, with rotations
-Clip refine_continuation(const Clip& past, const Clip& future, const Scene& scene);
+/// @param surroundings of the scene, empty or not, which all continuations in it share (scene_terms.h)
+Clip refine_continuation(const Clip& past, const Clip& future, const SharedSurroundings& surroundings);
 
 }  // namespace inhabit::refine

@@ -259,6 +259,14 @@ Surroundings::Surroundings(const Scene& scene) {
 
 Surroundings::~Surroundings() = default;
 
+const Surroundings& SharedSurroundings::around(const torch::Tensor& path) const {
+  const std::vector<size_t> turned = rooms_.turned_for(path);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = made_.find(turned);
+  if (known != made_.end()) return known->second;
+  return made_.try_emplace(turned, turned_inside_out(scene_, turned)).first->second;
+}
+
 std::vector<double> Surroundings::floor_under(const Track& places) const {
   constexpr double kAbove = 0.3, kJustAbove = 0.05, kBelow = 1;
   std::vector<double> out(places.size(), std::nan(""));

@@ -1,9 +1,12 @@
 #pragma once
+#include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/refine/trajectory.h"
+#include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/scene/scene.h"
 
@@ -40,6 +43,24 @@ class Surroundings {
 
  private:
   std::unique_ptr<SceneQuery> floor_, solid_;
+};
+
+/// The Surroundings of several motions in one scene: those that have the same are given the same, made once. Safe to
+/// use from several threads.
+class SharedSurroundings {
+ public:
+  /// @param scene later changes of it are not seen
+  explicit SharedSurroundings(const Scene& scene) : scene_(scene), rooms_(scene) {}
+
+  /// The scene around a motion whose pelvis goes along `path` (T, 3), its rooms looking in (rooms_looking_in). Lives as
+  /// long as this does.
+  const Surroundings& around(const torch::Tensor& path) const;
+
+ private:
+  Scene scene_;
+  Rooms rooms_;
+  mutable std::mutex mutex_;
+  mutable std::map<std::vector<size_t>, Surroundings> made_;  // by the meshes that are turned inside out
 };
 
 }  // namespace inhabit::refine

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "inhabit/lower_case.h"
@@ -56,22 +57,59 @@ Scene obstacles_of(const Scene& scene, const std::string& without) {
 }
 
 Scene rooms_looking_in(Scene scene, const torch::Tensor& people) {
-  for (Mesh& mesh : scene.meshes) {
+  const std::vector<size_t> turned = Rooms(scene).turned_for(people);
+  return turned_inside_out(std::move(scene), turned);
+}
+
+Scene turned_inside_out(Scene scene, const std::vector<size_t>& meshes) {
+  for (const size_t m : meshes) {
+    torch::Tensor& faces = scene.meshes[m].faces;
+    faces = faces.index_select(1, torch::tensor({0, 2, 1})).contiguous();
+  }
+  return scene;
+}
+
+/// A mesh as large as a room.
+struct Rooms::Room {
+  size_t number = 0;        // among the scene's meshes
+  Scene alone;              // it and nothing else
+  torch::Tensor low, high;  // (3) corners of its box
+  std::once_flag asked;
+  std::unique_ptr<SceneQuery> query;
+
+  bool holds_most_of(const torch::Tensor& people) {
+    const auto most_of = [](const torch::Tensor& flags) {
+      return flags.to(torch::kFloat32).mean().item<double>() > 0.5;
+    };
+    if (!most_of(torch::logical_and(people > low, people < high).all(1))) return false;
+    std::call_once(asked, [&] { query = std::make_unique<SceneQuery>(alone); });
+    return most_of(query->inside(people));
+  }
+};
+
+Rooms::Rooms(const Scene& scene) {
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    const Mesh& mesh = scene.meshes[m];
     if (mesh.vertices.numel() == 0 || mesh.faces.numel() == 0) continue;
     const auto [lower, upper] = box_of(mesh);
     if (!((upper - lower).array() > Eigen::Array3f(1.5F, 1.8F, 1.5F)).all()) continue;
     const auto row = [](const Eigen::Vector3f& p) { return torch::tensor({p.x(), p.y(), p.z()}); };
-    const torch::Tensor low = row(lower), high = row(upper);
-    const auto most_of = [](const torch::Tensor& flags) {
-      return flags.to(torch::kFloat32).mean().item<double>() > 0.5;
-    };
-    if (!most_of(torch::logical_and(people > low, people < high).all(1))) continue;
-    Scene alone;
-    alone.meshes.push_back(mesh);
-    if (most_of(SceneQuery(alone).inside(people)))
-      mesh.faces = mesh.faces.index_select(1, torch::tensor({0, 2, 1})).contiguous();
+    auto room = std::make_unique<Room>();
+    room->number = m;
+    room->alone.meshes.push_back(mesh);
+    room->low = row(lower);
+    room->high = row(upper);
+    rooms_.push_back(std::move(room));
   }
-  return scene;
+}
+
+Rooms::~Rooms() = default;
+
+std::vector<size_t> Rooms::turned_for(const torch::Tensor& people) const {
+  std::vector<size_t> out;
+  for (const std::unique_ptr<Room>& room : rooms_)
+    if (room->holds_most_of(people)) out.push_back(room->number);
+  return out;
 }
 
 Scene without_ground(Scene scene, double floor) {

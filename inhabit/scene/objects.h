@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,25 @@ Scene obstacles_of(const Scene& scene, const std::string& without = "");
 /// those of a scaled cube do, holds all that is in it; where that is most of `people`, (N, 3) places of pelvises, it is
 /// turned inside out, and holds nothing (scene/solid.h).
 Scene rooms_looking_in(Scene scene, const torch::Tensor& people);
+
+/// The scene with meshes, by their numbers, turned inside out.
+Scene turned_inside_out(Scene scene, const std::vector<size_t>& meshes);
+
+/// What rooms_looking_in() asks of a scene, for several groups of people: it is made once, when it is first needed.
+/// Safe to use from several threads.
+class Rooms {
+ public:
+  /// @param scene later changes of it are not seen
+  explicit Rooms(const Scene& scene);
+  ~Rooms();
+
+  /// Numbers of the meshes that are turned inside out for `people`, (N, 3) places of pelvises; ascending.
+  std::vector<size_t> turned_for(const torch::Tensor& people) const;
+
+ private:
+  struct Room;
+  std::vector<std::unique_ptr<Room>> rooms_;
+};
 
 /// The scene without the floor of a scan, which has no name: faces that look up from under 4 cm over `floor`, and
 /// points under that.

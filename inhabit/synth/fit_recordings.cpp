@@ -1,3 +1,5 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -128,7 +130,7 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
     if (notes.empty())
       skipped +=
           pieces.empty() ? "no 2 s of it are on a flat floor and without leaps" : "no room could be fitted around it";
-    for (const std::string& doubt : notes) skipped += (&doubt == notes.data() ? "" : "; ") + doubt;
+    skipped += fmt::format("{}", fmt::join(notes, "; "));
     notes.clear();
   }
   for (std::string& doubt : notes) doubt.insert(0, recording.file + ": ");

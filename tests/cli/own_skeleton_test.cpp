@@ -1,6 +1,6 @@
-// Protects what an animator gives and gets back: `inbetween`, `forecast` and `anticipate` write on the file's skeleton,
-// with its names, rate, unit and axes, exact at keys; --standard writes the standard 22 joints. Places are worked out
-// from the files alone (plain_kinematics.h).
+// Protects what an animator gives and gets back: `inbetween`, `forecast`, `anticipate` and `refine` write on the file's
+// skeleton, with its names, rate, unit and axes, exact at keys; --standard writes the standard 22 joints. Places are
+// worked out from the files alone (plain_kinematics.h).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -67,6 +67,42 @@ TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
     EXPECT_LT((again.joints - arrays.joints).slice(1, body).norm(2, {2}).max().item<double>(), 1e-3);
     const Places shown = places_in_glb(read_whole_file(folder / "own.glb"));
     EXPECT_NEAR(shown.at("Hips")[60].y(), 0.9, 0.1) << "metres, +Y up";
+  }
+}
+
+TEST(OwnSkeleton, RefinedMotionKeepsNamesRateUnitAxesAndWhatIsKept) {
+  const TempFolder folder;
+  for (const bool world_root : {false, true}) {
+    AnimatorFile file;
+    file.world_root = world_root;
+    file.unit = world_root ? 1 : 10;
+    file.z_up = !world_root;
+    file.order = world_root ? "ZXY" : "XZY";
+    const std::string text = file.text(), in = folder / "walk.bvh";
+    write_atomically(in, text);
+    const CommandResult r =
+        run_command("refine " + in + " --keep 0,60 -o " + folder / "own.bvh" + " -o " + folder / "own.npz");
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const std::string own = read_whole_file(folder / "own.bvh");
+    EXPECT_EQ(hierarchy(own), hierarchy(text));
+    EXPECT_THAT(own, HasSubstr("Frames: 121\nFrame Time: 0.0166666667"));
+    const Places given = places_in_bvh(text), found = places_in_bvh(own);
+    double between = 0;
+    for (const size_t kept : {0, 60}) EXPECT_LT(apart(given, found, kept, kept), 0.01 * file.unit) << kept;
+    for (size_t f = 0; f < 121; ++f) between = std::max(between, apart(given, found, f, f));
+    EXPECT_GT(between, 1 * file.unit) << "other frames are refined";
+    const Clip read = read_clip(in), arrays = read_clip(folder / "own.npz");
+    EXPECT_EQ(arrays.skeleton.names, read.skeleton.names);
+    EXPECT_EQ(arrays.skeleton.parents, read.skeleton.parents);
+    EXPECT_LT((arrays.skeleton.offsets - read.skeleton.offsets).abs().max().item<double>(), 1e-5) << "bones";
+    EXPECT_EQ(arrays.rate, 60);
+    for (const int64_t kept : {0, 60})
+      EXPECT_TRUE(torch::equal(arrays.rotations[kept], read.rotations[kept])) << "bit by bit, " << kept;
+    for (const char* name : {"Jaw", "LeftArmTwist", "LeftHandIndex1", "RightHandThumb2"}) {
+      const int joint = read.skeleton.find(name);
+      EXPECT_LT((arrays.rotations - read.rotations).select(1, joint).abs().max().item<double>(), 1e-5)
+          << name << " is no standard joint: it is left as it is";
+    }
   }
 }
 

@@ -15,9 +15,11 @@
 #include "inhabit/metrics/foot_skating.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/refine/scene_terms.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/terms.h"
 #include "inhabit/refine/trajectory.h"
+#include "inhabit/scene/shapes.h"
 #include "largest.h"
 #include "refusal_of.h"
 #include "shared.h"
@@ -173,6 +175,31 @@ TEST(Refine, NobodyIsInsideAnything) {
   const CollisionMeter meter(builtin_body(), scene);
   const Clip out = refine(input, scene).clip;
   EXPECT_LT(meter.measure(out).penetration(), 0.01);
+}
+
+TEST(Refine, ContinuationsThatShareTheirSceneAreAsEachAlone) {
+  const Clip clip = walk(), past = slice(clip, 0, 30);
+  Clip here = slice(noisy(clip, 0.5), 30, 60), away = here;
+  away.trans = here.trans + torch::tensor({6.F, 0.F, 0.F});  // out of the room
+  away.joints = here.joints + torch::tensor({6.F, 0.F, 0.F});
+  const Tensor middle = here.joints.select(1, 0).mean(0);
+  const double x = middle[0].item<double>(), z = middle[2].item<double>();
+  MeshBuilder walls, block;
+  walls.box({x, 1.5, z}, {3, 1.5, 3});  // looks outwards: it is turned around who is in it, and no other
+  block.box({x + 0.3, 0.5, z}, {0.2, 0.5, 0.2});
+  Scene scene = floor_scene();
+  scene.meshes.push_back(walls.mesh("room", {1, 1, 1}));
+  scene.meshes.push_back(block.mesh("block", {1, 1, 1}));
+  const SharedSurroundings shared(scene);
+  for (const Clip& future : {here, away, here}) {
+    const Clip alone = refine_continuation(past, future, SharedSurroundings(scene)),
+               together = refine_continuation(past, future, shared);
+    EXPECT_EQ(together.frames(), 30);
+    EXPECT_TRUE(torch::equal(together.joints, alone.joints));
+    EXPECT_TRUE(torch::equal(together.rotations, alone.rotations));
+  }
+  EXPECT_EQ(&shared.around(here.root_path()), &shared.around(past.root_path())) << "made once";
+  EXPECT_NE(&shared.around(here.root_path()), &shared.around(away.root_path()));
 }
 
 // The table of docs/refinement.md.

@@ -55,6 +55,12 @@ TEST(Objects, ARoomThatPeopleAreInLooksIn) {
   EXPECT_FALSE(inside[1].item<bool>());
   EXPECT_TRUE(inside[2].item<bool>()) << "a wardrobe is solid for who goes through it now and then";
   EXPECT_TRUE(torch::equal(rooms_looking_in(turned, people).meshes[0].faces, turned.meshes[0].faces));
+  const Rooms rooms(scene);
+  for (int again = 0; again < 2; ++again) {
+    EXPECT_EQ(rooms.turned_for(people), std::vector<size_t>{0});
+    EXPECT_EQ(rooms.turned_for(people.slice(0, 2)), (std::vector<size_t>{0, 1}));
+    EXPECT_TRUE(rooms.turned_for(people + 20).empty());
+  }
 }
 
 TEST(Objects, TheGroundOfAScanIsWhatLooksUpFromTheFloor) {
