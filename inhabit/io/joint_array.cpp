@@ -1,13 +1,17 @@
 #include "inhabit/io/joint_array.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 
 namespace inhabit {
 namespace {
 
-constexpr std::array kNames = {"keypoints", "positions", "poses_3d",     "joint_positions", "joints_3d",
-                               "joints3d",  "pose_3d",   "keypoints_3d", "keypoints3d",     "poses3d",
-                               "kpts",      "kpts_3d",   "arr_0",        "joints_pos",      "joint_position"};
+// In lower case; of several in one file the first counts.
+constexpr std::array kNames = {"joints",         "keypoints", "positions", "poses_3d",     "joint_positions",
+                               "joints_3d",      "joints3d",  "pose_3d",   "keypoints_3d", "keypoints3d",
+                               "poses3d",        "kpts",      "kpts_3d",   "arr_0",        "joints_pos",
+                               "joint_position", "xyz",       "motion",    "pred"};
 constexpr int64_t kLeast = 5, kMost = 256;  // joints of a person's skeleton
 
 bool flattened(const torch::Tensor& t) {
@@ -19,12 +23,19 @@ bool is_joints(const torch::Tensor& t) {
   return rows || flattened(t);
 }
 
+std::string in_lower_case(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name;
+}
+
 }  // namespace
 
 std::string joint_array_name(const Npz& npz) {
   if (npz.has("joints")) return "joints";
-  for (const char* name : kNames)
-    if (npz.has(name) && is_joints(npz.tensors.at(name))) return name;
+  for (const char* usual : kNames)
+    for (const auto& [name, array] : npz.tensors)
+      if (in_lower_case(name) == usual && is_joints(array)) return name;
   return "";
 }
 

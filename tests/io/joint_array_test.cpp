@@ -21,7 +21,8 @@ torch::Tensor standing(int64_t frames) {
 
 TEST(JointArray, HasAnyUsualNameAndShape) {
   const torch::Tensor joints = standing(7);
-  for (const char* name : {"joints", "keypoints", "positions", "poses_3d", "joint_positions", "joints3d", "arr_0"})
+  for (const char* name : {"joints", "keypoints", "positions", "poses_3d", "joint_positions", "joints3d", "arr_0",
+                           "xyz", "motion", "pred", "Joints", "XYZ", "poses_3D"})
     for (const torch::Tensor& as : {joints, joints.view({7, 66})}) {
       Npz npz;
       npz.tensors[name] = as;
@@ -43,13 +44,28 @@ TEST(JointArray, IsNoCloudAndACloudIsNone) {
     Npz cloud;
     cloud.tensors["positions"] = torch::rand({500, columns});
     EXPECT_FALSE(holds_clip(cloud)) << columns;
+    Npz points;
+    points.tensors["xyz"] = torch::rand({500, columns});
+    EXPECT_FALSE(holds_clip(points)) << columns;
     Npz nameless;
     nameless.tensors["arr_0"] = torch::rand({500, columns});
     EXPECT_FALSE(holds_clip(nameless)) << columns;
   }
   Npz clouds;  // of a depth camera
   clouds.tensors["positions"] = torch::rand({5, 4000, 3});
+  clouds.tensors["xyz"] = torch::rand({5, 4000, 3});
   EXPECT_FALSE(holds_clip(clouds));
+}
+
+TEST(JointArray, OfSeveralTheFirstUsualNameCounts) {
+  Npz npz;
+  npz.tensors["pred"] = standing(7) + 1;
+  npz.tensors["Keypoints"] = standing(7);
+  EXPECT_EQ(joint_array_name(npz), "Keypoints");
+  npz.tensors["Joints"] = standing(7);
+  EXPECT_EQ(joint_array_name(npz), "Joints");
+  npz.tensors["joints"] = standing(7);
+  EXPECT_EQ(joint_array_name(npz), "joints");
 }
 
 TEST(JointArray, IsLeftAloneBesideAPose) {

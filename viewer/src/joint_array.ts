@@ -2,9 +2,10 @@ import type { NumpyArray } from './npz';
 
 export type NpzArrays = Map<string, NumpyArray>;
 
-// Names of joint positions besides `joints`, and how many joints a person has (inhabit/io/joint_array.cpp).
-const NAMES = ['keypoints', 'positions', 'poses_3d', 'joint_positions', 'joints_3d', 'joints3d', 'pose_3d', 'keypoints_3d', 'keypoints3d', 'poses3d',
-  'kpts', 'kpts_3d', 'arr_0', 'joints_pos', 'joint_position'];
+// Names of joint positions in lower case, of which the first that is there counts, and how many joints a person has
+// (inhabit/io/joint_array.cpp).
+const NAMES = ['joints', 'keypoints', 'positions', 'poses_3d', 'joint_positions', 'joints_3d', 'joints3d', 'pose_3d', 'keypoints_3d', 'keypoints3d',
+  'poses3d', 'kpts', 'kpts_3d', 'arr_0', 'joints_pos', 'joint_position', 'xyz', 'motion', 'pred'];
 const LEAST = 5;
 const MOST = 256;
 
@@ -20,7 +21,9 @@ const isJoints = (array: NumpyArray) => {
 
 function nameOfJoints(arrays: NpzArrays): string | undefined {
   if (arrays.has('joints')) return 'joints';
-  return NAMES.find((name) => arrays.has(name) && isJoints(arrays.get(name)!));
+  for (const usual of NAMES)
+    for (const name of [...arrays.keys()].sort()) if (name.toLowerCase() === usual && isJoints(arrays.get(name)!)) return name;
+  return undefined;
 }
 
 /** The arrays with that of joint positions, whatever its name, as `joints`: (T, J, 3), or (S, T, J, 3) of several motions, also where

@@ -26,7 +26,7 @@ function near(motion, expected) {
 
 test('joints have any of the names that networks and data sets give them', () => {
   const names = ['joints', 'keypoints', 'positions', 'poses_3d', 'joint_positions', 'joints_3d', 'joints3d', 'pose_3d', 'poses3d', 'keypoints_3d',
-    'keypoints3d', 'kpts', 'kpts_3d', 'joints_pos', 'joint_position', 'arr_0'];
+    'keypoints3d', 'kpts', 'kpts_3d', 'joints_pos', 'joint_position', 'arr_0', 'xyz', 'motion', 'pred', 'Joints', 'XYZ', 'poses_3D'];
   for (const name of names) {
     const { motions, notes } = read({ [name]: array(frames(standing)) });
     assert.equal(motions.length, 1, name);
@@ -37,11 +37,16 @@ test('joints have any of the names that networks and data sets give them', () =>
   }
 });
 
+test('of several arrays of joints `joints` is read, and else the first of the usual names', () => {
+  near(read({ Joints: array(frames(standing, scaled(1.1))), joints: array(frames(standing)) }).motions[0], frames(standing));
+  near(read({ pred: array(frames(standing, scaled(1.1))), Keypoints: array(frames(standing)) }).motions[0], frames(standing));
+});
+
 test('rotations go before positions, and rows of a few numbers are no joints', () => {
   const still = array(frames(standing).map(() => Array(66).fill(0)));
   assert.ok(read({ poses: still, keypoints: array(frames(standing)) }).motions[0].rotations);
   assert.throws(() => read({ keypoints: array(frames(standing.slice(0, 4))) }), /holds no motion/);
-  assert.throws(() => read({ positions: array([[1, 2, 3], [4, 5, 6]]) }), /holds no motion/);
+  for (const name of ['positions', 'xyz', 'Joints']) assert.throws(() => read({ [name]: array([[1, 2, 3], [4, 5, 6]]) }), /holds no motion/);
   assert.throws(() => read({ positions: array([Array.from({ length: 300 }, () => [0, 1, 2])]) }), /holds no motion/);
 });
 
