@@ -196,7 +196,7 @@ void add_check(CLI::App& synth) {
     const Dataset dataset = inhabit::open_dataset(given->folder);
     if (dataset.split(given->split).empty())
       throw inhabit::Error(given->folder, "has no clips in split \"" + given->split + "\"");
-    const std::vector<Bar> bars = inhabit::check_motion(dataset, given->split);
+    const std::vector<Bar> bars = inhabit::check_motion(dataset, given->split, progress_of("clips"));
     bool pass = true;
     // No ScoreTable: every row has a unit, and so digits, of its own and ends in words.
     nlohmann::json out = nlohmann::json::array();

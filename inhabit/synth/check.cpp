@@ -37,11 +37,11 @@ Measures measure(const Dataset& dataset, const DatasetClip& entry, const BodyMod
 
 }  // namespace
 
-std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split) {
+std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split, const Progress& progress) {
   const std::vector<DatasetClip> clips = dataset.split(split);
   const BodyModel& body = builtin_body();
   std::vector<Measures> measures(clips.size());
-  each_item(static_cast<int64_t>(clips.size()), {}, [&](int64_t i) {
+  each_item(static_cast<int64_t>(clips.size()), progress, [&](int64_t i) {
     measures[static_cast<size_t>(i)] = measure(dataset, clips[static_cast<size_t>(i)], body);
   });
 

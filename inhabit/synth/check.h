@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "inhabit/data/native.h"
+#include "inhabit/progress.h"
 
 namespace inhabit {
 
@@ -26,6 +27,7 @@ struct Bar {
 /// The bars of generated motion over clips of `dataset` (of one split, or "all"): fraction of skating frames, speed,
 /// joint acceleration and jerk while walking (means over frames), and, as the worst of all clips, joint limits, depth
 /// in walls and furniture, distance of labelled hand contacts from the surface (of the point, and of the hand's skin).
-std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split = "all");
+/// @param progress counts clips; may be empty
+std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split = "all", const Progress& progress = {});
 
 }  // namespace inhabit

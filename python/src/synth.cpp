@@ -153,12 +153,14 @@ void add_synth(py::module_& m) {
       .def_property_readonly("passes", &Bar::pass, "Whether the value lies in the range.");
   m.def(
       "check_motion",
-      [](const Path& folder, const std::string& split) {
-        return released([&] { return check_motion(open_dataset(folder.string()), split); });
+      [](const Path& folder, const std::string& split, const py::object& progress) {
+        const Progress told = progress_of(progress);
+        return released([&] { return check_motion(open_dataset(folder.string()), split, told); });
       },
-      "folder"_a, "split"_a = "all",
-      "Measures a data set's motion: skating, speed, acceleration, jerk, joint limits, penetration, contacts. A list "
-      "of Bar.");
+      "folder"_a, "split"_a = "all", py::kw_only(), "progress"_a = py::none(),
+      "Measures a data set's motion: skating, speed, acceleration, jerk, joint limits, penetration, contacts. "
+      "progress(done,\n"
+      "all) is called after each clip. Returns a list of Bar.");
 }
 
 }  // namespace inhabit::python

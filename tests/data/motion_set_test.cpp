@@ -44,7 +44,12 @@ TEST(MotionSet, CmusSplitIsTheFoldersAndTheLastTrainingFiles) {
   std::ofstream(folder / "cmu/train/running/notes.txt") << "not a recording\n";
 
   Notes notes;
-  const auto motions = read_motion_set("cmu:" + folder / "cmu", 25, &notes);
+  std::vector<int64_t> told;
+  const auto motions = read_motion_set("cmu:" + folder / "cmu", 25, &notes, [&](int64_t done, int64_t all) {
+    told.push_back(done);
+    EXPECT_EQ(all, 9);
+  });
+  EXPECT_THAT(told, ::testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9)) << "files, the damaged one too";
   EXPECT_EQ(counts(motions), (std::map<std::string, int64_t>{{"walking train", 2},
                                                              {"walking val", 1},
                                                              {"walking test", 1},
@@ -96,7 +101,9 @@ TEST(MotionSet, NativeDataSetsKeepTheirSplitsAndMostFramesGiveTheAction) {
   const TempFolder folder;
   write_people(folder / "people", 30);
   Notes notes;
-  const auto motions = read_motion_set(folder / "people", 25, &notes);
+  int64_t told = 0;
+  const auto motions = read_motion_set(folder / "people", 25, &notes, [&](int64_t done, int64_t) { told = done; });
+  EXPECT_EQ(told, 8) << "clips";
   EXPECT_EQ(
       counts(motions),
       (std::map<std::string, int64_t>{
