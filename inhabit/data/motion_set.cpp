@@ -105,22 +105,19 @@ std::vector<ActionMotion> read_recordings(const std::vector<RecordingFile>& file
   return out;
 }
 
-std::vector<ActionMotion> read_native(const std::string& folder, double rate, Notes* notes, const Progress& progress) {
+std::vector<ActionMotion> read_native(const std::string& folder, double rate, const Progress& progress) {
   const Dataset data = open_dataset(folder);
   std::vector<ActionMotion> out;
   const auto all = static_cast<int64_t>(data.clips.size());
   for (int64_t i = 0; i < all; ++i) {
     if (progress) progress(i, all);
     const DatasetClip& entry = data.clips[static_cast<size_t>(i)];
-    try {
-      const Clip clip = load_clip(data, entry);
-      std::string action = "motion";
-      if (clip.action.defined() && !data.actions.empty())
-        action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
-      out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, entry.file), entry.file)});
-    } catch (const Error& e) {
-      add_note(notes, std::string("left out: ") + e.what());
-    }
+    const Clip clip = load_clip(data, entry);
+    std::string action = "motion";
+    if (clip.action.defined() && !data.actions.empty())
+      action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
+    const std::string path = data.folder + "/" + entry.file;
+    out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, path), path)});
   }
   if (progress) progress(all, all);
   return out;
@@ -137,7 +134,7 @@ std::vector<ActionMotion> read_motion_set(const std::string& source, double rate
   else if (named("h36m:"))
     out = read_recordings(h36m_files(source.substr(5), notes), rate, notes, progress);
   else
-    out = read_native(source, rate, notes, progress);
+    out = read_native(source, rate, progress);
   if (out.empty()) throw Error(source, "holds no motion that can be read");
   return out;
 }

@@ -1,5 +1,5 @@
 // Protects the data sets of actions: their layouts, their splits, their rates, and that what is missing or damaged is
-// named and left out.
+// named and left out, of a native data set refused.
 #include "inhabit/data/motion_set.h"
 
 #include <gmock/gmock.h>
@@ -130,10 +130,16 @@ TEST(MotionSet, NativeDataSetsKeepTheirSplitsAndMostFramesGiveTheAction) {
   EXPECT_EQ(mixed[0].action, "wave");
   EXPECT_EQ(mixed[1].action, "walk");
   EXPECT_EQ(mixed[2].action, "motion") << "none is annotated";
+}
 
-  fs::remove(folder / "mixed/clips/1.npz");
-  EXPECT_EQ(read_motion_set(folder / "mixed", 25, &notes).size(), 2U);
-  EXPECT_THAT(notes, Contains(HasSubstr("clips/1.npz")));
+TEST(MotionSet, AClipOfANativeDataSetThatCannotBeReadIsAnError) {
+  const TempFolder folder;
+  write_people(folder / "people", 30);
+  const auto refusal = [&] { return refusal_of([&] { read_motion_set(folder / "people", 25); }); };
+  std::ofstream(folder / "people/clips/1.npz") << "damaged";
+  EXPECT_THAT(refusal(), HasSubstr("people/clips/1.npz: "));
+  fs::remove(folder / "people/clips/1.npz");
+  EXPECT_THAT(refusal(), HasSubstr("people/clips/1.npz: "));
 }
 
 TEST(MotionSet, RefusesSourcesThatHoldNothing) {
