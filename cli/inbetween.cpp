@@ -134,6 +134,7 @@ void add_inbetween(CLI::App& app) {
     const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints, clip.skeleton);
     o->options.name = o->motions[0];
+    o->options.keys_name = o->times.empty() ? "--keyframes" : "--times";
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
                                         [](const std::string& out) { return extension_of(out) == "html"; });
     o->options.progress = progress_of("steps of the denoiser");

@@ -9,6 +9,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inputs.h"
 #include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -52,7 +53,7 @@ void add_intentions(CLI::App& app) {
     require_writable(o->out);
     if (!o->json.empty()) require_writable(o->json);
     Notes notes;
-    const auto motions = read_motion_set(o->data, config.rate, &notes);
+    const auto motions = read_motion_set(o->data, config.rate, &notes, progress_of("recordings"));
     const Skeleton skeleton = anticipate::training_skeleton(motions, o->data);
     auto recordings = anticipate::sequences_of(motions, "train", skeleton, config.rate);
     const anticipate::IntentionClusters clusters = anticipate::cluster_recordings(recordings, config, o->seed);

@@ -16,6 +16,7 @@
 #include "inputs.h"
 #include "numbers.h"
 #include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -122,7 +123,10 @@ void add_interact(CLI::App& app) {
     }
     o->options.draw_contacts = o->samples > 0;
     std::vector<interact::Result> results;
-    for (int i = 0; i < std::max(1, o->samples); ++i) {
+    const int samples = std::max(1, o->samples);
+    const Progress frames_of_all = progress_of("frames");
+    for (int i = 0; i < samples; ++i) {
+      o->options.progress = [=](int64_t done, int64_t all) { frames_of_all(i * all + done, samples * all); };
       results.push_back(interactor.run(start, scene, o->options));
       ++o->options.seed;
     }

@@ -2,6 +2,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/metrics/score_json.h"
+#include "progress.h"
 #include "score.h"
 
 using namespace inhabit;
@@ -46,13 +47,16 @@ void score_npss_of(Score& given) {
   if (truth.size() != files.size()) throw Error("--truth", "one file for each of --motion is needed");
   std::vector<ScoredClip> motions, came;
   size_t next = 0;
-  given.files = each_file(files, [&](const std::string& file) {
-    const std::string& its_truth = truth[next++];
-    const auto own = score_clips(given, file, given.reading, given.rate, 1);
-    const auto true_ones = score_clips(given, its_truth, given.reading, given.rate, 1);
-    motions.insert(motions.end(), own.begin(), own.end());
-    came.insert(came.end(), true_ones.begin(), true_ones.end());
-  });
+  given.files = each_file(
+      files,
+      [&](const std::string& file) {
+        const std::string& its_truth = truth[next++];
+        const auto own = score_clips(given, file, given.reading, given.rate, 1);
+        const auto true_ones = score_clips(given, its_truth, given.reading, given.rate, 1);
+        motions.insert(motions.end(), own.begin(), own.end());
+        came.insert(came.end(), true_ones.begin(), true_ones.end());
+      },
+      progress_of("files"));
   report_scores(given, {{"npss", score_npss(joints_of(motions), joints_of(came))}, {"sequences", motions.size()}});
 }
 

@@ -2,6 +2,7 @@
 #include "inhabit/inbetween/score_features.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/metrics/score_json.h"
+#include "progress.h"
 #include "score.h"
 
 using namespace inhabit;
@@ -38,7 +39,7 @@ void score_penetration_of(Score& given) {
   const Scene scene = read_scene(given.scene, given.notes);
   if (scene.meshes.empty()) throw Error(given.scene.file, "is a point cloud: where a body is inside it cannot be told");
   const auto clips = score_clips(given, given.motion, given.reading, given.rate);
-  report_scores(given, score_json(score_penetration(clips, scene), clips));
+  report_scores(given, score_json(score_penetration(clips, scene, progress_of("motions")), clips));
 }
 
 void score_fid_of(Score& given) {

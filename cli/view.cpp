@@ -45,8 +45,8 @@ void add_view(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("view", "Write a page that shows motions, and the scene they are in");
   verb->add_option(
       "motions", options->motions,
-      "Motion files; none: a page that others are dropped on. Or folders, training logs (.jsonl) and tables "
-      "of `eval --json`, a card each");
+      "Motion files; none: a page that others are dropped on. Or folders, training logs (.jsonl), and what "
+      "`eval --json` and `score --json` write, a card each");
   add_reading(*verb, options->reading, "the motions");
   add_scene(*verb, options->scene);
   verb->add_option("-o,--out", options->out, "The page (page.html)");

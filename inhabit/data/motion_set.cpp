@@ -15,10 +15,17 @@ namespace fs = std::filesystem;
 namespace inhabit {
 namespace {
 
-struct File {
+/// A file of one recording.
+struct RecordingFile {
   fs::path path;
   std::string action, split;
+  double tail = 0;         // fraction at its end that goes to another split
+  std::string tail_split;  // which that is
 };
+
+void add_note(Notes* notes, const std::string& text) {
+  if (notes != nullptr) notes->push_back(text);
+}
 
 /// Files ACTION_N.txt of one action, in order of N.
 std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& action) {
@@ -37,91 +44,99 @@ std::vector<fs::path> numbered_files(const fs::path& folder, const std::string& 
   return out;
 }
 
-class Reader {
- public:
-  Reader(double rate, Notes* notes) : rate_(rate), notes_(notes) {}
-
-  void note(const std::string& text) const {
-    if (notes_ != nullptr) notes_->push_back(text);
-  }
-  /// Adds the file; with `tail_split` the fraction `tail` at its end goes to that split.
-  void add(const File& file, double tail = 0, const std::string& tail_split = "") {
-    Clip clip;
-    try {
-      const std::string path = file.path.string();
-      clip = retarget(resample(read_clip(path), rate_, path), path);
-    } catch (const Error& e) {
-      return note(std::string("left out: ") + e.what());
-    }
-    const auto cut = static_cast<int64_t>(static_cast<double>(clip.frames()) * (1 - tail));
-    const std::string name = file.path.stem().string();
-    if (cut > 0) out.push_back({name, file.action, file.split, slice(clip, 0, cut)});
-    if (cut < clip.frames()) out.push_back({name, file.action, tail_split, slice(clip, cut, clip.frames())});
-  }
-
-  std::vector<ActionMotion> out;
-
- private:
-  double rate_;
-  Notes* notes_;
-};
-
-void read_cmu(const fs::path& folder, Reader& reader) {
+std::vector<RecordingFile> cmu_files(const fs::path& folder, Notes* notes) {
+  std::vector<RecordingFile> out;
   for (const char* action : {"basketball", "basketball_signal", "directing_traffic", "jumping", "running", "soccer",
                              "walking", "washwindow"}) {
     const auto train = numbered_files(folder / "train" / action, action),
                test = numbered_files(folder / "test" / action, action);
-    if (train.empty()) reader.note(std::string("no training file of ") + action);
+    if (train.empty()) add_note(notes, std::string("no training file of ") + action);
     if (test.empty())
-      reader.note(std::string("no test file of ") + action +
-                  (train.empty() ? "" : ": the last third of " + train.back().stem().string() + " is tested on"));
+      add_note(notes,
+               std::string("no test file of ") + action +
+                   (train.empty() ? "" : ": the last third of " + train.back().stem().string() + " is tested on"));
     for (size_t i = 0; i < train.size(); ++i) {
       const bool last = i + 1 == train.size();
-      reader.add({train[i], action, last && train.size() > 2 ? "val" : "train"}, last && test.empty() ? 1.0 / 3 : 0,
-                 "test");
+      out.push_back(
+          {train[i], action, last && train.size() > 2 ? "val" : "train", last && test.empty() ? 1.0 / 3 : 0, "test"});
     }
-    for (const fs::path& path : test) reader.add({path, action, "test"});
+    for (const fs::path& path : test) out.push_back({path, action, "test", 0, ""});
   }
+  return out;
 }
 
-void read_h36m(const fs::path& folder, Reader& reader) {
+std::vector<RecordingFile> h36m_files(const fs::path& folder, Notes* notes) {
+  std::vector<RecordingFile> out;
   for (const char* subject : {"S1", "S5", "S6", "S7", "S8", "S9", "S11"}) {
     const bool test = std::string(subject) == "S5";
     for (const char* action :
          {"directions", "discussion", "eating", "greeting", "phoning", "posing", "purchases", "sitting", "sittingdown",
           "smoking", "takingphoto", "waiting", "walking", "walkingdog", "walkingtogether"}) {
       const auto files = numbered_files(folder / subject, action);
-      if (files.empty()) reader.note(std::string("no file of ") + subject + " " + action);
+      if (files.empty()) add_note(notes, std::string("no file of ") + subject + " " + action);
       for (const fs::path& path : files)
-        reader.add({path, action, test ? "test" : "train"}, std::string(subject) == "S11" ? 0.2 : 0, "val");
+        out.push_back({path, action, test ? "test" : "train", std::string(subject) == "S11" ? 0.2 : 0, "val"});
     }
   }
+  return out;
 }
 
-void read_native(const std::string& folder, double rate, Reader& reader) {
+std::vector<ActionMotion> read_recordings(const std::vector<RecordingFile>& files, double rate, Notes* notes,
+                                          const Progress& progress) {
+  std::vector<ActionMotion> out;
+  const auto all = static_cast<int64_t>(files.size());
+  for (int64_t i = 0; i < all; ++i) {
+    if (progress) progress(i, all);
+    const RecordingFile& file = files[static_cast<size_t>(i)];
+    Clip clip;
+    try {
+      const std::string path = file.path.string();
+      clip = retarget(resample(read_clip(path), rate, path), path);
+    } catch (const Error& e) {
+      add_note(notes, std::string("left out: ") + e.what());
+      continue;
+    }
+    const auto cut = static_cast<int64_t>(static_cast<double>(clip.frames()) * (1 - file.tail));
+    const std::string name = file.path.stem().string();
+    if (cut > 0) out.push_back({name, file.action, file.split, slice(clip, 0, cut)});
+    if (cut < clip.frames()) out.push_back({name, file.action, file.tail_split, slice(clip, cut, clip.frames())});
+  }
+  if (progress) progress(all, all);
+  return out;
+}
+
+std::vector<ActionMotion> read_native(const std::string& folder, double rate, const Progress& progress) {
   const Dataset data = open_dataset(folder);
-  for (const DatasetClip& entry : data.clips) {
+  std::vector<ActionMotion> out;
+  const auto all = static_cast<int64_t>(data.clips.size());
+  for (int64_t i = 0; i < all; ++i) {
+    if (progress) progress(i, all);
+    const DatasetClip& entry = data.clips[static_cast<size_t>(i)];
     const Clip clip = load_clip(data, entry);
     std::string action = "motion";
     if (clip.action.defined() && !data.actions.empty())
       action = data.actions[static_cast<size_t>(std::get<0>(clip.action.mode()).item<int64_t>())];
-    reader.out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, entry.file), entry.file)});
+    const std::string path = data.folder + "/" + entry.file;
+    out.push_back({entry.file, action, entry.split, retarget(resample(clip, rate, path), path)});
   }
+  if (progress) progress(all, all);
+  return out;
 }
 
 }  // namespace
 
-std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes) {
-  Reader reader(rate, notes);
+std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes,
+                                          const Progress& progress) {
   const auto named = [&](const char* prefix) { return source.rfind(prefix, 0) == 0; };
+  std::vector<ActionMotion> out;
   if (named("cmu:"))
-    read_cmu(source.substr(4), reader);
+    out = read_recordings(cmu_files(source.substr(4), notes), rate, notes, progress);
   else if (named("h36m:"))
-    read_h36m(source.substr(5), reader);
+    out = read_recordings(h36m_files(source.substr(5), notes), rate, notes, progress);
   else
-    read_native(source, rate, reader);
-  if (reader.out.empty()) throw Error(source, "holds no motion that can be read");
-  return std::move(reader.out);
+    out = read_native(source, rate, progress);
+  if (out.empty()) throw Error(source, "holds no motion that can be read");
+  return out;
 }
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include "inhabit/io/read_options.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/progress.h"
 
 namespace inhabit {
 
@@ -21,9 +22,11 @@ struct ActionMotion {
 ///                third of its last training file to "test";
 ///   h36m:FOLDER  Human3.6M's, FOLDER/S1/ACTION_N.txt: S5 is "test", the others "train", of S11 the last fifth "val";
 ///   FOLDER       a native data set, with its own splits; a clip's action is the one most of its frames have.
-/// Files of the first two that are expected and missing, or damaged, are left out and named in `notes`.
-/// Throws Error naming the clip of a native data set that cannot be read, and Error(source, ...) where nothing is left.
-std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes = nullptr);
+/// Of cmu: and h36m: files that are expected and missing, or damaged, are left out and named in `notes`. A clip of a
+/// native data set that cannot be read is an error, as in every training: its index says what the set is.
+/// @param progress counts files; may be empty. Throws Error(source, ...) where nothing is left.
+std::vector<ActionMotion> read_motion_set(const std::string& source, double rate, Notes* notes = nullptr,
+                                          const Progress& progress = {});
 
 /// The recordings without those of "test", for choices that must not look at these: numbered within their action, those
 /// whose number modulo `folds` is `fold` are "left_out", of the others the next one in turn is "val" where the action

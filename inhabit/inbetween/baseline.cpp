@@ -59,7 +59,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
     whole[static_cast<size_t>(t)] = given[t][kBodyRotationsGroup] > 0 ? 1 : 0;
     rooted[static_cast<size_t>(t)] = given[t][kRootTranslationGroup] > 0 ? 1 : 0;
   }
-  if (whole.empty() || whole[0] == 0 || rooted[0] == 0) throw Error("key frames", "the first frame is no whole pose");
+  if (whole.empty() || whole[0] == 0 || rooted[0] == 0) throw Error("keys", "the first frame is no whole pose");
   Baseline out;
   out.pose_distance = distances_to(whole);
   out.root_distance = distances_to(rooted);

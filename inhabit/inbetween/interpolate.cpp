@@ -11,11 +11,11 @@ namespace inhabit::inbetween {
 namespace {
 
 void require_keys(const Clip& clip, const std::vector<int64_t>& keys) {
-  if (keys.size() < 2) throw Error("key frames", "are fewer than two");
+  if (keys.size() < 2) throw Error("keys", "are fewer than two");
   for (size_t k = 1; k < keys.size(); ++k)
-    if (keys[k] <= keys[k - 1]) throw Error("key frames", "are not in order");
+    if (keys[k] <= keys[k - 1]) throw Error("keys", "are not in order");
   if (keys.front() != 0 || keys.back() != clip.frames() - 1)
-    throw Error("key frames", "are not from the clip's first frame to its last");
+    throw Error("keys", "are not from the clip's first frame to its last");
 }
 
 /// The clip with another motion, and without what is known of the old one.

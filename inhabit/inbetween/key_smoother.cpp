@@ -43,7 +43,7 @@ KeySmoother::KeySmoother(int64_t frames, std::vector<int64_t> keys, const std::v
   Eigen::SparseMatrix<double> normal(frames, frames);
   normal.setFromTriplets(entries.begin(), entries.end());
   system_.compute(normal);
-  if (system_.info() != Eigen::Success) throw Error("key frames", "are too few to be smoothed");
+  if (system_.info() != Eigen::Success) throw Error("keys", "are too few to be smoothed");
 }
 
 MatrixXd KeySmoother::solved(const MatrixXd& second_differences, const MatrixXd& missed) const {

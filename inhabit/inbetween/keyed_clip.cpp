@@ -25,11 +25,11 @@ std::vector<int64_t> asked_keys(const Clip& clip, const Options& options) {
   if (clip.frames() < 2) throw Error(options.name, "has fewer than two frames");
   if (options.keys.empty()) return {0, clip.frames() - 1};
   const auto& keys = options.keys;
-  if (keys.size() < 2) throw Error("key frames", "fewer than two");
+  if (keys.size() < 2) throw Error(options.keys_name, "are fewer than two");
   if (keys.front() != 0 || keys.back() != clip.frames() - 1)
-    throw Error("key frames", "the first and the last frame must be among them");
+    throw Error(options.keys_name, "the first and the last frame must be among them");
   for (size_t i = 1; i < keys.size(); ++i)
-    if (keys[i] <= keys[i - 1]) throw Error("key frames", "are not in order");
+    if (keys[i] <= keys[i - 1]) throw Error(options.keys_name, "are not in order");
   return keys;
 }
 

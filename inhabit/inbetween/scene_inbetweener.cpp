@@ -229,7 +229,8 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   std::vector<std::vector<FillWindow>> windows;
   int64_t done_before = 0, all = 0;
   for (const std::vector<int64_t>& keys : passes) {
-    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, noisy ? kRedone : 0, clip.rate / c.rate));
+    windows.push_back(fill_windows(keys, c.frames, kOverlap, kLeastOverlap, noisy ? kRedone : 0, clip.rate / c.rate,
+                                   options.keys_name));
     all += static_cast<int64_t>(windows.back().size()) * steps;
   }
   Options asking = options;

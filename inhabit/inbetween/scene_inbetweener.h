@@ -47,6 +47,7 @@ struct Options {
   Detours detours = Detours::learned;     ///< around what stands between keys
   bool collisions = false;                ///< Result::collides is found
   std::string name = "motion";            ///< what errors call the clip
+  std::string keys_name = "keys";         ///< what errors call the key frames
   bool standard = false;                  ///< the motion is wanted on the standard skeleton alone
   Progress progress;                      ///< evaluations; may be empty
 };

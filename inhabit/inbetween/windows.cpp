@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "inhabit/error.h"
 
 namespace inhabit::inbetween {
 
 std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t frames, int64_t overlap, int64_t least,
-                                     int64_t redone, double own) {
+                                     int64_t redone, double own, const std::string& name) {
   const auto own_frames = [&](int64_t count) { return std::to_string(std::llround(static_cast<double>(count) * own)); };
   std::vector<FillWindow> out;
   int64_t first = 0, known = 0;
@@ -18,10 +17,10 @@ std::vector<FillWindow> fill_windows(const std::vector<int64_t>& keys, int64_t f
     const auto beyond = std::upper_bound(keys.begin(), keys.end(), first + frames - 1);
     const auto reached = static_cast<size_t>(beyond - keys.begin());
     if (reached <= next)
-      throw Error("key frames", own_frames(keys[next - 1]) + " and " + own_frames(keys[next]) + " are " +
-                                    own_frames(keys[next] - keys[next - 1]) + " frames apart; at most " +
-                                    own_frames(frames - least - redone) + " can be filled in a clip of more than " +
-                                    own_frames(frames) + " frames");
+      throw Error(name, own_frames(keys[next - 1]) + " and " + own_frames(keys[next]) + " are " +
+                            own_frames(keys[next] - keys[next - 1]) + " frames apart; at most " +
+                            own_frames(frames - least - redone) + " can be filled in a clip of more than " +
+                            own_frames(frames) + " frames");
     out.push_back({first, keys[reached - 1], known});
     if (reached == keys.size()) break;
     known = keys[reached - 1] - redone;

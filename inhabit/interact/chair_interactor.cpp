@@ -97,7 +97,7 @@ struct Take {
 
 /// @param leave where they walk in the end, once the last contacts were held and they have sat for two seconds
 Take perform(LivePerson& person, const std::vector<HandContacts>& series, const std::optional<Eigen::Vector3d>& leave,
-             int64_t frames) {
+             int64_t frames, const Progress& progress) {
   constexpr int64_t kSits = 60;  // frames
   Take take;
   take.poses.push_back(person.pose());
@@ -109,6 +109,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
   bool left = false;
   for (int64_t t = 1; t < frames; ++t) {
     interruption_point();
+    if (progress) progress(t, frames);
     person.step();
     take.poses.push_back(person.pose());
     const State& state = person.state();
@@ -138,6 +139,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
       left = true;
     }
   }
+  if (progress) progress(frames, frames);
   return take;
 }
 
@@ -243,8 +245,8 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   if (live.blocked()) throw Error(options.name, "there is no route from there to " + out.chair.name);
   if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))
     throw Error("the place to walk to", "there is no route to it from " + out.chair.name);
-  const Take take =
-      perform(live, series, options.then_walk, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
+  const Take take = perform(live, series, options.then_walk,
+                            std::max<int64_t>(1, std::llround(options.seconds * config().rate)), options.progress);
   out.contact_error = take.contact_error;
   out.seated = take.seated;
   out.motion = clip_of(take.poses, person, config().rate);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "inhabit/interact/live_person.h"
+#include "inhabit/progress.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit::interact {
@@ -27,6 +28,7 @@ struct Options {
   double seconds = 16;         ///< of motion
   uint64_t seed = 1;           ///< of contacts that are drawn
   std::string name = "start";  ///< what errors call the clip
+  Progress progress = {};      ///< frames that the networks have moved the person; may be empty
 };
 
 /// What the person does.

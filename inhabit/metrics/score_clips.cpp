@@ -88,7 +88,7 @@ JerkScore score_jerk(const std::vector<ScoredClip>& clips) {
   return out;
 }
 
-PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& given) {
+PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& given, const Progress& progress) {
   if (clips.empty()) throw Error("penetration", "needs a motion");
   PenetrationScore out;
   std::vector<torch::Tensor> roots;
@@ -97,7 +97,9 @@ PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const S
   const Scene scene = rooms_looking_in(given, torch::cat(roots));
   const CollisionMeter meter(builtin_body(), scene);
   double frames = 0;
+  const auto all = static_cast<int64_t>(clips.size());
   for (const ScoredClip& of : clips) {
+    if (progress) progress(static_cast<int64_t>(out.by_clip.size()), all);
     Clip clip = of.clip;
     if (!clip.betas.defined()) clip.betas = fit_shape(builtin_body(), clip.joints);
     const std::vector<Collision> found = meter.measure(clip, {CollisionTolerance{}, kNoTolerance});
@@ -117,6 +119,7 @@ PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const S
     }
     out.by_clip.push_back(own);
   }
+  if (progress) progress(all, all);
   for (double* sum : {&out.frame_ratio, &out.vertex_ratio, &out.exact_frame_ratio, &out.exact_vertex_ratio})
     *sum /= frames;
   for (double* sum : {&out.penetration_max, &out.exact_penetration_max}) *sum /= static_cast<double>(clips.size());

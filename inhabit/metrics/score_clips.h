@@ -4,6 +4,7 @@
 
 #include "inhabit/metrics/score_motions.h"
 #include "inhabit/motion/clip.h"
+#include "inhabit/progress.h"
 #include "inhabit/scene/scene.h"
 
 namespace inhabit {
@@ -73,7 +74,8 @@ struct PenetrationScore {
 };
 
 /// The body has the clip's betas or, where there are none, the shape that fits its bones. @param clips where the scene
-/// is, with rotations.
-PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& scene);
+/// is, with rotations. @param progress counts clips; may be empty
+PenetrationScore score_penetration(const std::vector<ScoredClip>& clips, const Scene& scene,
+                                   const Progress& progress = {});
 
 }  // namespace inhabit

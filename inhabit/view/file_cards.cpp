@@ -72,7 +72,7 @@ PageCard card_of(const std::string& path, const std::string& name, const ClipRea
   if (extension == "json" && is_score_table(path)) return chart_card(read_score_chart(path), name, "evaluation");
   const bool motion = is_clip_file(path);
   if (!motion && is_scene_extension(extension)) return scene_card(read_scene_file(path).scene, name);
-  if (!motion) throw Error(path, "is no motion, scene, training log or evaluation");
+  if (!motion) throw Error(path, "is no motion, scene, training log, evaluation or scores");
   const std::vector<Clip> clips = read_for_view(path, reading, notes);
   PageCard card = motion_card(clips.front(), name);
   if (clips.size() > 1) card.note += ", the first of " + std::to_string(clips.size());

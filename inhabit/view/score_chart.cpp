@@ -1,6 +1,10 @@
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -48,8 +52,7 @@ struct TableChart {
   PageChart chart;
   std::map<std::string, size_t> panels;
 
-  void add(const std::string& group, const std::string& title, const std::string& tick, bool bars,
-           const std::string& row, const Value& value) {
+  PageChart::Panel& panel_of(const std::string& group, const std::string& title, bool bars) {
     const auto [at, is_new] = panels.try_emplace(group + '\n' + title, chart.panels.size());
     if (is_new) {
       chart.panels.emplace_back();
@@ -57,19 +60,26 @@ struct TableChart {
       chart.panels.back().group = group;
       chart.panels.back().bars = bars;
     }
-    PageChart::Panel& panel = chart.panels[at->second];
+    return chart.panels[at->second];
+  }
+
+  static PageChart::Series& series_in(PageChart::Panel& panel, const std::string& name) {
+    for (PageChart::Series& known : panel.series)
+      if (known.name == name) return known;
+    panel.series.push_back({name, {}, {}, {}});
+    return panel.series.back();
+  }
+
+  void add(const std::string& group, const std::string& title, const std::string& tick, bool bars,
+           const std::string& row, const Value& value) {
+    PageChart::Panel& panel = panel_of(group, title, bars);
     auto place = std::find(panel.ticks.begin(), panel.ticks.end(), tick);
     if (place == panel.ticks.end()) {
       panel.ticks.push_back(tick);
       place = std::prev(panel.ticks.end());
     }
     const auto index = static_cast<size_t>(place - panel.ticks.begin());
-    PageChart::Series& series = [&]() -> PageChart::Series& {
-      for (PageChart::Series& known : panel.series)
-        if (known.name == row) return known;
-      panel.series.push_back({row, {}, {}, {}});
-      return panel.series.back();
-    }();
+    PageChart::Series& series = series_in(panel, row);
     series.y.resize(std::max(series.y.size(), index + 1), kNoValue);
     series.interval.resize(series.y.size(), kNoValue);
     series.y[index] = value.mean;
@@ -101,9 +111,56 @@ struct TableChart {
     if (chart.panels.size() > kMostPanels) throw Error(path, "has too many kinds of numbers");
   }
 
+  /// The curve over seconds called `name`.
+  PageChart::Series& curve(const std::string& title, const std::string& name) {
+    return series_in(panel_of("", title, false), name);
+  }
+
+  /// Scores: bars of what is of all motions and of what is of each file, curves of what goes by time.
+  void add_scores(const ordered& file, const std::string& path) {
+    constexpr const char* kAll = "all";
+    for (const auto& [key, field] : file.items()) {
+      const std::string title = key;
+      if (is_value(field)) add("", title, title, true, kAll, value_of(field));
+      if (!field.is_array()) continue;
+      if (field.size() > kMostRows) throw Error(path, "has more than " + std::to_string(kMostRows) + " " + title);
+      std::map<std::string, size_t> motions;  // a file may hold several
+      for (const ordered& entry : field) {
+        if (!entry.is_object()) continue;
+        if (const auto at = entry.find("seconds"), value = entry.find("value");
+            at != entry.end() && at->is_number() && value != entry.end() && is_value(*value)) {
+          PageChart::Series& series = curve(title, kAll);
+          series.x.push_back(at->get<double>());
+          series.y.push_back(value_of(*value).mean);
+        }
+        if (const auto of = entry.find("file"); of != entry.end() && of->is_string()) {
+          std::string name = std::filesystem::path(of->get<std::string>()).filename().string();
+          if (const size_t number = ++motions[name]; number > 1) name += fmt::format(" ({})", number);
+          add_file(entry, name);
+        }
+      }
+    }
+    if (chart.panels.size() > kMostPanels) throw Error(path, "has too many kinds of numbers");
+  }
+
+  void add_file(const ordered& entry, const std::string& name) {
+    for (const auto& [key, field] : entry.items()) {
+      const std::string title = key;
+      if (title == "deepest_frame") continue;  // a place, which is no measure
+      if (is_value(field)) add("", title + ", each file", name, true, "each file", value_of(field));
+      if (!field.is_array() || field.empty()) continue;
+      PageChart::Series& series = curve(title, name);
+      for (size_t second = 0; second < field.size(); ++second) {
+        series.x.push_back(static_cast<double>(second + 1));
+        series.y.push_back(is_value(field[second]) ? value_of(field[second]).mean : kNoValue);
+      }
+    }
+  }
+
   PageChart finished() {
     for (PageChart::Panel& panel : chart.panels)
       for (PageChart::Series& series : panel.series) {
+        if (panel.ticks.empty()) continue;  // a curve over seconds
         series.y.resize(panel.ticks.size(), kNoValue);
         series.interval.resize(panel.ticks.size(), kNoValue);
         const bool known = std::any_of(series.interval.begin(), series.interval.end(), [](double i) { return i > 0; });
@@ -126,10 +183,21 @@ const ordered* rows_of(const ordered& file) {
   return all ? rows : nullptr;
 }
 
+/// Whether it is what `inhabit score --json` writes: an object with one of its numbers.
+bool holds_scores(const ordered& file) {
+  constexpr std::array kScores = {"fid",  "foot_skating", "jerk",  "collision_frame_ratio", "diversity",
+                                  "ndms", "npss",         "apd_m", "world_error_mm"};
+  return file.is_object() && std::any_of(kScores.begin(), kScores.end(), [&](const char* score) {
+           const auto found = file.find(score);
+           return found != file.end() && is_value(*found);
+         });
+}
+
 }  // namespace
 
 bool is_score_table(const std::string& path) {
-  return rows_of(parse_json<ordered>(read_whole_file(path), path)) != nullptr;
+  const auto file = parse_json<ordered>(read_whole_file(path), path);
+  return rows_of(file) != nullptr || holds_scores(file);
 }
 
 PageChart read_score_chart(const std::string& path) { return parse_score_chart(read_whole_file(path), path); }
@@ -137,10 +205,14 @@ PageChart read_score_chart(const std::string& path) { return parse_score_chart(r
 PageChart parse_score_chart(std::string_view text, const std::string& path) {
   const ordered file = parse_json<ordered>(text, path);
   const ordered* rows = rows_of(file);
-  if (rows == nullptr) throw Error(path, "holds no table: no list of rows");
-  if (rows->size() > kMostRows) throw Error(path, "has more than " + std::to_string(kMostRows) + " rows");
+  if (rows == nullptr && !holds_scores(file)) throw Error(path, "holds neither scores nor a table: no list of rows");
   TableChart table;
-  for (const ordered& row : *rows) table.add_row(row, path);
+  if (rows == nullptr) {
+    table.add_scores(file, path);
+  } else {
+    if (rows->size() > kMostRows) throw Error(path, "has more than " + std::to_string(kMostRows) + " rows");
+    for (const ordered& row : *rows) table.add_row(row, path);
+  }
   PageChart chart = table.finished();
   if (chart.panels.empty()) throw Error(path, "holds a table without a number");
   chart.x = "seconds";

@@ -187,6 +187,9 @@ def test_ctrl_c_ends_long_work(tmp_path, work):
 def test_data_sets_feed_a_loader_and_a_training(tmp_path):
     made = inhabit.synth_rooms(tmp_path / "rooms", clips=10, clips_per_room=1, seconds=4)
     assert len(made) == 10 and made[0].frames == 120 and not made.scene(0).empty
+    told = []
+    bars = inhabit.check_motion(tmp_path / "rooms", progress=lambda done, all: told.append((done, all)))
+    assert "foot skating" in [bar.name for bar in bars] and told == [(done, 10) for done in range(1, 11)]
     windows = inhabit.Windows([tmp_path / "rooms"], frames=90, stride=30)
     assert windows[0]["joints"].shape == (90, 22, 3) and len(list(windows)) == len(windows)
     samples = inhabit.ForecastWindows([tmp_path / "rooms"], settings={"points": 64})

@@ -384,6 +384,9 @@ TEST(Inbetween, RefusesWhatItCannotDo) {
   };
   refused(start + model + " --keyframes 0,95", "95");
   refused(start + model + " --keyframes every:0", "every:0");
+  const std::string sit = "inbetween " + kSit + " -o " + out + " --model " + model;
+  refused(sit, "inhabit: --keyframes: 0 and ");
+  refused(sit + " --keyframes 0,60 --times 0,20", "inhabit: --times: 0 and 600 are 600 frames apart");
   refused(start + model + " --joints tail", "tail");
   refused(start + model + " --noisy", "noisy key frames");
   refused(start + model + " --target left_hand@3.5=0,1,0", "--target left_hand@3.5=0,1,0: 3.5 s is not within 0 to");

@@ -1,5 +1,5 @@
 // Protects the data sets of actions: their layouts, their splits, their rates, and that what is missing or damaged is
-// named and left out.
+// named and left out, of a native data set refused.
 #include "inhabit/data/motion_set.h"
 
 #include <gmock/gmock.h>
@@ -44,7 +44,12 @@ TEST(MotionSet, CmusSplitIsTheFoldersAndTheLastTrainingFiles) {
   std::ofstream(folder / "cmu/train/running/notes.txt") << "not a recording\n";
 
   Notes notes;
-  const auto motions = read_motion_set("cmu:" + folder / "cmu", 25, &notes);
+  std::vector<int64_t> told;
+  const auto motions = read_motion_set("cmu:" + folder / "cmu", 25, &notes, [&](int64_t done, int64_t all) {
+    told.push_back(done);
+    EXPECT_EQ(all, 9);
+  });
+  EXPECT_THAT(told, ::testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9)) << "files, the damaged one too";
   EXPECT_EQ(counts(motions), (std::map<std::string, int64_t>{{"walking train", 2},
                                                              {"walking val", 1},
                                                              {"walking test", 1},
@@ -96,7 +101,9 @@ TEST(MotionSet, NativeDataSetsKeepTheirSplitsAndMostFramesGiveTheAction) {
   const TempFolder folder;
   write_people(folder / "people", 30);
   Notes notes;
-  const auto motions = read_motion_set(folder / "people", 25, &notes);
+  int64_t told = 0;
+  const auto motions = read_motion_set(folder / "people", 25, &notes, [&](int64_t done, int64_t) { told = done; });
+  EXPECT_EQ(told, 8) << "clips";
   EXPECT_EQ(
       counts(motions),
       (std::map<std::string, int64_t>{
@@ -123,10 +130,16 @@ TEST(MotionSet, NativeDataSetsKeepTheirSplitsAndMostFramesGiveTheAction) {
   EXPECT_EQ(mixed[0].action, "wave");
   EXPECT_EQ(mixed[1].action, "walk");
   EXPECT_EQ(mixed[2].action, "motion") << "none is annotated";
+}
 
-  fs::remove(folder / "mixed/clips/1.npz");
-  EXPECT_THAT(refusal_of([&] { read_motion_set(folder / "mixed", 25); }), HasSubstr("clips/1.npz"))
-      << "left out it would be data lost (docs/training.md)";
+TEST(MotionSet, AClipOfANativeDataSetThatCannotBeReadIsAnError) {
+  const TempFolder folder;
+  write_people(folder / "people", 30);
+  const auto refusal = [&] { return refusal_of([&] { read_motion_set(folder / "people", 25); }); };
+  std::ofstream(folder / "people/clips/1.npz") << "damaged";
+  EXPECT_THAT(refusal(), HasSubstr("people/clips/1.npz: "));
+  fs::remove(folder / "people/clips/1.npz");
+  EXPECT_THAT(refusal(), HasSubstr("people/clips/1.npz: "));
 }
 
 TEST(MotionSet, RefusesSourcesThatHoldNothing) {

@@ -143,7 +143,10 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
   EXPECT_THAT(refused(clip, {0}), HasSubstr("fewer than two"));
   EXPECT_THAT(refused(clip, {0, 100}), HasSubstr("the last frame"));
   EXPECT_THAT(refused(clip, {0, 100, 60, 199}), HasSubstr("not in order"));
-  EXPECT_THAT(refused(clip, {0, 199}), HasSubstr("199 frames apart"));
+  EXPECT_THAT(refused(clip, {0, 199}), HasSubstr("keys: 0 and 199 are 199 frames apart"));
+  Options named;
+  named.keys_name = "--keyframes";
+  EXPECT_THAT(refusal_of([&] { inbetweener.run(clip, floor, named); }), HasSubstr("--keyframes: 0 and 199"));
   for (Tensor Clip::*part : {&Clip::joints, &Clip::rotations, &Clip::trans}) {
     Clip broken = clip;
     broken.*part = (clip.*part).clone();

@@ -64,7 +64,13 @@ TEST(ScoreFeatures, AreTheNumbersOfEval) {
   const JerkScore jerk = score_jerk(faster);
   EXPECT_NEAR(jerk.jerk, row.jerk.mean, 1e-6 * row.jerk.mean);
   EXPECT_NEAR(jerk.acceleration, row.acceleration.mean, 1e-6 * row.acceleration.mean);
-  const PenetrationScore in = score_penetration(faster, *scene);
+  std::vector<int64_t> told;
+  const PenetrationScore in = score_penetration(faster, *scene, [&](int64_t done, int64_t all) {
+    told.push_back(done);
+    EXPECT_EQ(all, static_cast<int64_t>(faster.size()));
+  });
+  EXPECT_EQ(told.size(), faster.size() + 1);
+  EXPECT_EQ(told.back(), static_cast<int64_t>(faster.size()));
   EXPECT_GT(in.frame_ratio, 0);
   EXPECT_GT(in.penetration_max, 0.02);
   EXPECT_NEAR(in.frame_ratio, row.frame_ratio.mean, 0.02);  // eval finds the shape of the truth's bones, too

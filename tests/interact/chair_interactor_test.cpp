@@ -64,6 +64,14 @@ TEST(ChairInteractor, BonesKeepTheirLengthsAndTheSameIsTheSame) {
     EXPECT_LT(largest(bone - bone[0]), 1e-4) << j;
   }
   EXPECT_EQ(result.motion.action.size(0), 30);
+  Options counted = options;
+  int64_t told = 0;
+  counted.progress = [&](int64_t done, int64_t all) {
+    EXPECT_EQ(done, ++told);
+    EXPECT_EQ(all, 30);
+  };
+  interactor().run(start, scene, counted);
+  EXPECT_EQ(told, 30) << "frames";
   EXPECT_TRUE(torch::equal(interactor().run(start, scene, options).motion.joints, result.motion.joints));
 }
 

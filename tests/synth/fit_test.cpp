@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "cli/command.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
@@ -210,6 +211,21 @@ TEST(FitRecordings, PutsASeatUnderARecordedPersonWhoSits) {
   }
   EXPECT_GE(pieces, 6);
   EXPECT_GE(seats, 1);
+}
+
+TEST(FitCommand, ItsExitCodeSaysThatARecordingMakesNoClip) {
+  const TempFolder folder;
+  const std::string good = INHABIT_SOURCE_DIR "/examples/data/walk.npz", brief = folder / "brief.npz";
+  write_clip(brief, slice(read_clip(good), 0, 30));
+  const CommandResult some = run_command("synth fit --mocap " + good + " " + brief + " --out " + (folder / "some"));
+  EXPECT_EQ(some.exit_code, 1) << some.err;
+  EXPECT_THAT(some.err, testing::HasSubstr("skipped: " + brief + ": makes no clip: no 2 s of it"));
+  EXPECT_THAT(some.err, testing::HasSubstr("1 of 2 files were skipped"));
+  EXPECT_FALSE(open_dataset(folder / "some").clips.empty()) << "the data set is whole all the same";
+  const CommandResult none = run_command("synth fit --mocap " + brief + " --out " + (folder / "none"));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, testing::HasSubstr(brief + ": makes no clip"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
 }
 
 TEST(FitRecordings, BadInputIsRefused) {

@@ -95,6 +95,46 @@ TEST(Charts, ReadsATable) {
   EXPECT_FALSE(is_score_table(folder / "clip.json"));
 }
 
+TEST(Charts, ReadsScores) {
+  TempFolder folder;
+  write(folder / "ndms.json",
+        "{\"ndms\":0.5,\"words\":9,\"files\":[{\"file\":\"in/a.npz\",\"ndms\":0.25,\"by_second\":[0.5,null,0.125]},"
+        "{\"file\":\"in/a.npz\",\"ndms\":0.75,\"by_second\":[1]}],\"skipped\":[\"b.npz: is damaged\"]}");
+  EXPECT_TRUE(is_score_table(folder / "ndms.json"));
+  const PageChart chart = read_score_chart(folder / "ndms.json");
+  ASSERT_EQ(chart.panels.size(), 4U);
+  EXPECT_EQ(chart.x, "seconds");
+  EXPECT_EQ(chart.panels[0].title, "ndms");
+  EXPECT_TRUE(chart.panels[0].bars);
+  EXPECT_EQ(chart.panels[0].series.at(0).y, std::vector<double>{0.5});
+  EXPECT_EQ(chart.panels[1].title, "words");
+  const PageChart::Panel& files = chart.panels[2];
+  EXPECT_EQ(files.title, "ndms, each file");
+  EXPECT_TRUE(files.bars);
+  EXPECT_EQ(files.ticks, (std::vector<std::string>{"a.npz", "a.npz (2)"}));
+  EXPECT_EQ(files.series.at(0).y, (std::vector<double>{0.25, 0.75}));
+  const PageChart::Panel& seconds = chart.panels[3];
+  EXPECT_EQ(seconds.title, "by_second");
+  EXPECT_FALSE(seconds.bars);
+  ASSERT_EQ(seconds.series.size(), 2U);
+  EXPECT_EQ(seconds.series[0].x, (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(seconds.series[0].y[0], 0.5);
+  EXPECT_TRUE(std::isnan(seconds.series[0].y[1]));
+  EXPECT_EQ(seconds.series[1].y, std::vector<double>{1});
+
+  write(folder / "apd.json",
+        "{\"apd_m\":1.5,\"by_horizon\":[{\"seconds\":0.4,\"value\":1},{\"seconds\":2,\"value\":3}]}");
+  const PageChart::Panel horizon = read_score_chart(folder / "apd.json").panels.at(1);
+  EXPECT_EQ(horizon.series.at(0).x, (std::vector<double>{0.4, 2}));
+  EXPECT_EQ(horizon.series.at(0).y, (std::vector<double>{1, 3}));
+  const CommandResult r =
+      run_command("view " + (folder / "ndms.json") + " " + (folder / "apd.json") + " -o " + (folder / "scores.html"));
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_THAT(r.out, testing::HasSubstr("2 cards"));
+  write(folder / "camera.json", "{\"fx\": 500, \"fy\": 500}");
+  EXPECT_FALSE(is_score_table(folder / "camera.json"));
+}
+
 TEST(Charts, RefusesWhatIsNone) {
   TempFolder folder;
   const auto refused = [&](const std::string& name, const std::string& text, const char* reason) {
