@@ -465,7 +465,8 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
 Clip refine_continuation(const Clip& past, const Clip& future, const SharedSurroundings& surroundings) {
   const Clip before = slice(past, std::max<int64_t>(0, past.frames() - kBefore), past.frames());
   Clip whole = future;
-  whole.action = whole.contact = whole.hand_targets = whole.object_pose = {};  // of the future's frames alone
+  // Labels are of the future alone.
+  whole.action = whole.contact = whole.hand_targets = whole.object_pose = torch::Tensor();
   whole.joints = torch::cat({before.joints, future.joints});
   whole.rotations = torch::cat({before.rotations, future.rotations});
   whole.trans = torch::cat({before.trans, future.trans});
