@@ -74,16 +74,16 @@ void score_error_of(Score& given) {
   if (given.truth.size() != 1) throw Error("--truth", "one file is needed, the future that came true");
   const auto futures = joints_of(score_clips(given, given.motion, given.reading, given.rate));
   const auto truth = joints_of(score_clips(given, given.truth.front(), given.reading, given.rate, 1));
-  const auto [pose, path, world] = score_error(futures, truth);
-  const auto horizons = [&](const torch::Tensor& error) { return at_seconds(error, given.rate, 1000); };
-  report_scores(given, {{"world_error_mm", world.overall * 1000},
-                        {"path_error_mm", path.overall * 1000},
-                        {"pose_error_mm", pose.overall * 1000},
-                        {"best_of_n_world_mm", world.best_overall * 1000},
-                        {"best_of_n_mm", pose.best_overall * 1000},
+  const MotionError error = score_error(futures, truth);
+  const auto horizons = [&](const torch::Tensor& metres) { return at_seconds(metres, given.rate, 1000); };
+  report_scores(given, {{"world_error_mm", error.world.overall * 1000},
+                        {"path_error_mm", error.path.overall * 1000},
+                        {"pose_error_mm", error.pose.overall * 1000},
+                        {"best_of_n_world_mm", error.world.best_overall * 1000},
+                        {"best_of_n_mm", error.pose.best_overall * 1000},
                         {"futures", futures.size()},
-                        {"world_by_horizon_mm", horizons(world.mean)},
-                        {"path_by_horizon_mm", horizons(path.mean)},
-                        {"by_horizon_mm", horizons(pose.mean)},
-                        {"best_by_horizon_mm", horizons(pose.best)}});
+                        {"world_by_horizon_mm", horizons(error.world.mean)},
+                        {"path_by_horizon_mm", horizons(error.path.mean)},
+                        {"by_horizon_mm", horizons(error.pose.mean)},
+                        {"best_by_horizon_mm", horizons(error.pose.best)}});
 }

@@ -10,7 +10,6 @@ cmake --preset "$preset" ${CI:+-DINHABIT_WERROR=ON} >/dev/null
 cmake --build --preset "$preset"
 # The glTF validator; without a network its test is skipped.
 [ -d tests/gltf_validator/node_modules ] || npm ci --silent --no-audit --no-fund --prefix tests/gltf_validator || true
-export OMP_WAIT_POLICY=passive
 ctest --test-dir "build/$preset" --output-on-failure -j "$(nproc)"
 if [ "$preset" = coverage ]; then
   lcov --quiet --capture --directory build/coverage --include "$PWD/inhabit/*" --include "$PWD/cli/*" --output-file build/coverage/lines.info

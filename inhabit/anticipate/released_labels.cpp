@@ -28,6 +28,7 @@ Tensor label_views(const Tensor& poses) {
 IntentionClusters cluster_released(const std::vector<Tensor>& sequences, int64_t labels, uint64_t seed) {
   if (sequences.empty()) throw Error("clustering: no motion");
   std::vector<Tensor> some;
+  some.reserve(sequences.size());
   for (const Tensor& poses : sequences) some.push_back(label_views(poses));
   const Tensor all = torch::cat(some);
   torch::manual_seed(seed);

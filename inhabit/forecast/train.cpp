@@ -40,14 +40,29 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   return names;
 }
 
-bool same_ltd(const Config& a, const Config& b) {
-  return a.baselines.ltd_hidden == b.baselines.ltd_hidden && a.baselines.ltd_blocks == b.baselines.ltd_blocks;
+/// Gives sizes of one baseline to others.
+void take_ltd(const Config::Baselines& from, Config::Baselines& to) {
+  to.ltd_hidden = from.ltd_hidden;
+  to.ltd_blocks = from.ltd_blocks;
+}
+void take_hisrep(const Config::Baselines& from, Config::Baselines& to) {
+  const Config::Baselines own = to;
+  to = from;
+  take_ltd(own, to);
 }
 
-bool same_hisrep(const Config& a, const Config& b) {
-  Config::Baselines same = a.baselines;
-  same.ltd_hidden = b.baselines.ltd_hidden, same.ltd_blocks = b.baselines.ltd_blocks;
-  return same == b.baselines;
+/// Whether a baseline has the same sizes in both.
+bool same_sizes(void (*take)(const Config::Baselines&, Config::Baselines&), const Config& a, const Config& b) {
+  Config::Baselines taken = b.baselines;
+  take(a.baselines, taken);
+  return taken == b.baselines;
+}
+
+/// A configuration in which baselines that come along from --from have the sizes that they have there.
+Config with_kept_baselines(Config config, const Networks& start, const std::vector<std::string>& trained) {
+  if (!start.ltd.is_empty() && !among(trained, "ltd")) take_ltd(start.config.baselines, config.baselines);
+  if (!start.hisrep.is_empty() && !among(trained, "hisrep")) take_hisrep(start.config.baselines, config.baselines);
+  return config;
 }
 
 /// Copies the weights of a network of the same sizes; says nothing where the file has none.
@@ -80,8 +95,8 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
   keep(start.no_contact, "no_contact_net.", {"no_contact"});
   if (start.config.articulated.hypotheses == config.articulated.hypotheses)
     keep(start.hypotheses, "hypotheses_net.", {"hypotheses", "motion"});
-  if (same_ltd(start.config, config)) keep(start.ltd, "ltd_net.", {"ltd"});
-  if (same_hisrep(start.config, config)) keep(start.hisrep, "hisrep_net.", {"hisrep"});
+  keep(start.ltd, "ltd_net.", {"ltd"});
+  keep(start.hisrep, "hisrep_net.", {"hisrep"});
 }
 
 /// The networks of a run, stage by stage, and where the weights of each come from.
@@ -89,14 +104,14 @@ class Stages {
  public:
   Stages(const Stages&) = delete;  // its stages know where it is
   Stages& operator=(const Stages&) = delete;
-  Stages(const TrainRun& run, const Config& config, std::vector<std::string> names)
+  Stages(const TrainRun& run, const Config& config, std::vector<std::string> names, Networks start)
       : run_(run),
         config_(config),
         names_(std::move(names)),
         data_(run.data, "train", config, config.training.stride),
         sparse_data_(run.data, "train", config, kSparseStride),
         validation_(run.data, "val", config, kValidationStride),
-        start_(run.from.empty() ? Networks{} : load_networks(run.from)) {
+        start_(std::move(start)) {
     model_.config = config;
     if (data_.size() == 0)
       throw Error(run.data.front(),
@@ -139,12 +154,13 @@ class Stages {
     }
     if (name == "ltd") {
       model_.ltd = make_ltd(config_);
-      if (same_ltd(start_.config, config_)) adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
+      if (same_sizes(take_ltd, start_.config, config_)) adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
       return baseline_task(name, model_, data_, validation_, run_.device);
     }
     if (name == "hisrep") {
       model_.hisrep = make_hisrep(config_);
-      if (same_hisrep(start_.config, config_)) adopt(model_.hisrep, start_.hisrep, "hisrep_net.", run_.from);
+      if (same_sizes(take_hisrep, start_.config, config_))
+        adopt(model_.hisrep, start_.hisrep, "hisrep_net.", run_.from);
       return baseline_task(name, model_, data_, validation_, run_.device);
     }
     const Networks before = earlier_stages(name);
@@ -211,13 +227,15 @@ bool train(const TrainRun& run, const Config& config) {
   if (config.training.mirror && (config.joints != kStandardJoints || config.hips.empty()))
     throw Error("training.mirror", "needs the standard 22 joints, facing +Z");
   const std::vector<std::string> names = stages_of(run, config);
-  Stages all(run, config, names);
+  Networks start = run.from.empty() ? Networks{} : load_networks(run.from);
+  const Config own = with_kept_baselines(config, start, names);
+  Stages all(run, own, names, std::move(start));
   std::vector<TrainStage> stages;
   stages.reserve(names.size());
   for (const std::string& name : names) stages.push_back(all.stage(name));
-  SafeTensors header = model_header(config);
+  SafeTensors header = model_header(own);
   if (!run.from.empty() && (names.size() > 1 || !std::filesystem::exists(run.out)))
-    keep_untrained(all.start(), config, names, header);
+    keep_untrained(all.start(), own, names, header);
   return run_stages(stages, header, run);
 }
 

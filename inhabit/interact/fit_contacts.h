@@ -5,8 +5,8 @@
 namespace inhabit::interact {
 
 /// A generated motion fitted to its contacts and its scene by the trajectory solver (refine/refine_clip.h; appendix 3):
-/// palms are on their contacts from where they come near them to where they leave them, feet stand, and nobody is
-/// inside the chair. Contacts that a palm misses by over 25 cm stay missed.
+/// palms are on their contacts from where they come near them to where they leave them, feet stand, the pelvis stays
+/// where it was, and nobody is inside the chair. Contacts that a palm misses by over 25 cm stay missed.
 /// @param motion with Clip::hand_targets: the contact in the frames in which it is reached for or held.
 Clip fit_contacts(const Clip& motion, const Scene& scene);
 

@@ -24,10 +24,10 @@ constexpr double kNearing = 0.15;              // seconds in which the rate foll
 constexpr std::array<double, 15> kRates = {0,   -20, 20,   -45, 45,   -70, 70,  // degrees a second
                                            -95, 95,  -120, 120, -160, 160, -200, 200};
 constexpr double kRateCost = 0.004, kChangeCost = 0.004;  // of (rate / 45 degrees a second)^2, and of its change
-constexpr double kThrough = 0.1;                          // metres to what the root goes through
-constexpr double kDeeper = 0.05;                          // metres, of who starts nearer than that
-constexpr double kThroughCost = 4;                        // of each second from there on
-constexpr double kStandstill = 0.02;                      // metres in the time ahead: nobody walks
+// A root nearer than that to something goes through it; one that has not been farther off yet: nearer by kDeeper.
+constexpr double kThrough = 0.1, kDeeper = 0.05;  // metres
+constexpr double kThroughCost = 4;                // of each second from there on
+constexpr double kStandstill = 0.02;              // metres in the time ahead: nobody walks
 
 /// Where the root goes, frame by frame, under a rotation that changes.
 class Steering {

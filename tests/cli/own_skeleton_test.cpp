@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "animator.h"
 #include "cli/command.h"
 #include "inhabit/io/atomic_file.h"
@@ -35,14 +37,17 @@ double apart(const Places& a, const Places& b, size_t frame_a, size_t frame_b) {
   return most;
 }
 
+/// Millimetres with +Z up; centimetres below a joint_Root that stands.
+std::array<AnimatorFile, 2> animators_files() {
+  AnimatorFile below, world;
+  below.unit = 10, below.z_up = true, below.order = "XZY";
+  world.world_root = true, world.unit = 1, world.z_up = false, world.order = "ZXY";
+  return {below, world};
+}
+
 TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
   const TempFolder folder;
-  for (const bool world_root : {false, true}) {
-    AnimatorFile file;
-    file.world_root = world_root;
-    file.unit = world_root ? 1 : 10;
-    file.z_up = !world_root;
-    file.order = world_root ? "ZXY" : "XZY";
+  for (const AnimatorFile& file : animators_files()) {
     const std::string text = file.text(), in = folder / "walk.bvh";
     write_atomically(in, text);
     const CommandResult r = run_command("inbetween " + in + " --keyframes 31,60,97 -o " + folder / "own.bvh" + " -o " +
@@ -63,7 +68,7 @@ TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
       EXPECT_TRUE(torch::equal(arrays.rotations[key], read.rotations[key])) << "bit by bit, " << key;
     // A root that stands is read as standing below the carrier, as deep as the motion's median height (locomotion.h),
     // which is not that of the other motion.
-    const int64_t body = world_root ? 1 : 0;
+    const int64_t body = file.world_root ? 1 : 0;
     EXPECT_LT((again.joints - arrays.joints).slice(1, body).norm(2, {2}).max().item<double>(), 1e-3);
     const Places shown = places_in_glb(read_whole_file(folder / "own.glb"));
     EXPECT_NEAR(shown.at("Hips")[60].y(), 0.9, 0.1) << "metres, +Y up";
@@ -72,12 +77,7 @@ TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
 
 TEST(OwnSkeleton, RefinedMotionKeepsNamesRateUnitAxesAndWhatIsKept) {
   const TempFolder folder;
-  for (const bool world_root : {false, true}) {
-    AnimatorFile file;
-    file.world_root = world_root;
-    file.unit = world_root ? 1 : 10;
-    file.z_up = !world_root;
-    file.order = world_root ? "ZXY" : "XZY";
+  for (const AnimatorFile& file : animators_files()) {
     const std::string text = file.text(), in = folder / "walk.bvh";
     write_atomically(in, text);
     const CommandResult r =

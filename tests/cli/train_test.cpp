@@ -88,17 +88,20 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   for (const auto& [name, tensor] : of_network(after, "motion_net."))
     EXPECT_TRUE(torch::equal(last.tensors.at(name), tensor)) << name;
 
-  // A baseline of another size than that of --from begins anew; the other networks come along.
+  // A baseline of another size than that of --from begins anew; the other networks come along, with their sizes.
   const std::string larger = folder / "larger.safetensors";
   const CommandResult l =
       run_command("train forecast --stage ltd --from " + model + " --data " + data + " --out " + larger +
-                  " --set decoder=recurrent training.motion_steps=1 " + kSmallBaselines + " baselines.ltd_hidden=24");
+                  " --set decoder=recurrent training.motion_steps=1 baselines.ltd_hidden=24 baselines.ltd_blocks=2");
   ASSERT_EQ(l.exit_code, 0) << l.err;
   const SafeTensors grown = read_safetensors(larger);
   for (const char* network : {"contact_net.", "motion_net.", "hisrep_net."})
     for (const auto& [name, tensor] : of_network(last, network))
       EXPECT_TRUE(torch::equal(grown.tensors.at(name), tensor)) << name;
   EXPECT_EQ(grown.tensors.at("ltd_net.in.bias").size(0), 24);
+  const CommandResult e = run_command("eval forecast --data " + data + " --split val --model " + larger);
+  ASSERT_EQ(e.exit_code, 0) << e.err;
+  for (const char* row : {"LTD", "HisRep"}) EXPECT_THAT(e.out, ::testing::HasSubstr(row));
 }
 
 TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
