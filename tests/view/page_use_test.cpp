@@ -93,6 +93,17 @@ TEST(PageInBrowser, IsUsedByVisitors) {
   page.people = {{walk, "first"}, {other, "second"}};
   write_page(folder / "two.html", page);
 
+  // A cabinet between the walker and where the camera stands first where nothing is in between.
+  Scene hiding = floor_scene();
+  hiding.meshes.push_back(box("cabinet", 0, 0));
+  hiding.meshes.back().vertices =
+      hiding.meshes.back().vertices * torch::tensor({2.5F, 4.5F, 2.5F}) + torch::tensor({1.4F, 0.0F, 1.4F});
+  Page hidden;
+  hidden.title = "hidden";
+  hidden.scene = &hiding;
+  hidden.people = {{striding(60, 0, -1), "walker"}};
+  write_page(folder / "hidden.html", hidden);
+
   Page chain;
   chain.title = "chain";
   chain.people = {{swinging_chain(), "chain"}};

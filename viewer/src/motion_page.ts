@@ -10,7 +10,7 @@ import { makeLegend } from './legend';
 import { Menu } from './menu';
 import { ObjectList } from './object_list';
 import { Host, Panels } from './panels';
-import { extentOf, facing, groundUnder, makePeople } from './people';
+import { extentOf, facing, groundUnder, makePeople, placesOf } from './people';
 import { Bodies, isFigure, Person, Shape } from './person';
 import { Room } from './room';
 import type { SceneObject } from './scene_objects';
@@ -423,8 +423,9 @@ export class MotionPage {
     const radius = this.extent.getSize(new Vector3()).setY(0).length() * 0.36 + 0.85;
     const wanders = Math.max(nearest, radius) >= 3.2;
     this.setFollowing(wanders);
+    const places = wanders ? [this.focus] : placesOf(this.people, this.ground + 0.82);
     this.stage.frame(wanders ? this.focus : new Vector3(this.middle.x, this.ground + 0.82, this.middle.z),
-      Math.min(3.2, Math.max(nearest, radius)), this.heading());
+      Math.min(3.2, Math.max(nearest, radius)), this.heading(), (from) => this.room.hidden(from, places));
   }
 
   /** @returns whether walls are still fading. */

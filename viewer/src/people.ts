@@ -29,6 +29,15 @@ export function groundUnder(people: Person[]): number {
   return !Number.isFinite(lowest) || Math.abs(lowest) < 0.35 ? 0 : lowest - 0.02;
 }
 
+/** Where the first four people are at the start, in the middle and at the end of their motion, `height` metres up. */
+export function placesOf(people: Person[], height: number): Vector3[] {
+  return people.slice(0, 4).flatMap(({ joints, parents }) => {
+    const stride = parents.length * 3;
+    const frames = joints.length / stride;
+    return [0, Math.floor(frames / 2), frames - 1].map((f) => new Vector3(joints[f * stride], height, joints[f * stride + 2]));
+  });
+}
+
 /** Where the people's roots go. */
 export function extentOf(people: Person[]): Box3 {
   const extent = new Box3();

@@ -6,7 +6,12 @@ import { SceneObjects } from './scene_objects';
 
 const CREASE = 0.7; // radians: edges sharper than this stay sharp
 const MAX_CREASED = 60_000; // triangle corners of a mesh beyond which it is shaded face by face
+const MAX_CAST = 400_000; // triangles beyond which looking for what hides takes too long
 const FADED = 0.07; // opacity of a wall between the camera and the room
+
+function trianglesOf(geometry: THREE.BufferGeometry) {
+  return (geometry.index ?? geometry.getAttribute('position')).count / 3;
+}
 
 interface Wall {
   mesh: THREE.Mesh;
@@ -111,6 +116,19 @@ export class Room {
       moving ||= material.opacity !== goal;
     }
     return moving;
+  }
+
+  /** How many of the places cannot be seen from there; what fades for the camera hides nothing. */
+  hidden(from: THREE.Vector3, places: THREE.Vector3[]): number {
+    const solid = this.group.children.filter((part) => part instanceof THREE.Mesh && !this.walls.some(({ mesh }) => mesh === part));
+    const triangles = solid.reduce((sum, part) => sum + trianglesOf((part as THREE.Mesh).geometry), 0);
+    if (triangles > MAX_CAST) return 0;
+    const ray = new THREE.Raycaster();
+    return places.filter((place) => {
+      ray.far = from.distanceTo(place);
+      ray.set(from, place.clone().sub(from).normalize());
+      return ray.intersectObjects(solid, false).length > 0;
+    }).length;
   }
 
   settle(camera: THREE.Camera) {

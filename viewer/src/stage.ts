@@ -21,6 +21,8 @@ const GRID_FRAGMENT = /* glsl */ `
     gl_FragColor = vec4(ink, fade * max(0.10 * lines(at.xz * 2.0), 0.22 * lines(at.xz)));
   }`;
 
+const SIDES = [0.75, -0.75, 1.5, -1.5, 2.4, -2.4, Math.PI]; // radians off the front, the preferred first
+
 export type Theme = 'light' | 'dark';
 
 /** Renderer, camera, light and ground. */
@@ -110,14 +112,23 @@ export class Stage {
     this.grid.material.uniforms.reach.value = reach;
   }
 
-  /** Looks at `target` from a three-quarter view, near enough that a body of `radius` metres fills it. */
-  frame(target: THREE.Vector3, radius: number, heading: number) {
+  /**
+   * Looks at `target` from a three-quarter view, near enough that a body of `radius` metres fills it: from the side of
+   * `heading` from which the least is hidden.
+   */
+  frame(target: THREE.Vector3, radius: number, heading: number, hidden: (from: THREE.Vector3) => number = () => 0) {
     const narrow = Math.min(1, this.camera.aspect);
     const distance = radius / Math.sin((this.camera.fov * Math.PI) / 360) / Math.max(narrow, 0.5);
-    const azimuth = heading + 0.75;
     this.controls.target.copy(target);
-    this.camera.position.set(
-      target.x + distance * 0.9 * Math.sin(azimuth), target.y + distance * 0.36, target.z + distance * 0.9 * Math.cos(azimuth));
+    let least = Infinity;
+    for (const side of SIDES) {
+      const azimuth = heading + side;
+      this.move.set(0.9 * Math.sin(azimuth), 0.36, 0.9 * Math.cos(azimuth)).multiplyScalar(distance).add(target);
+      const here = hidden(this.move);
+      if (here < least) this.camera.position.copy(this.move);
+      least = Math.min(least, here);
+      if (least === 0) break;
+    }
     this.controls.update();
   }
 

@@ -275,7 +275,20 @@ async function objectsAndPeople(context) {
   await page.close();
 }
 
+/** The first view is not from behind a cabinet. */
+async function firstView(context) {
+  const aside = async (name) => {
+    const { page } = await open(context, name);
+    const [x, , z, atX, , atZ] = await page.evaluate('inhabit.camera()');
+    await page.close();
+    const off = Math.atan2(x - atX, z - atZ) - Math.atan2(1.4 - atX, 1.4 - atZ);
+    return Math.abs(Math.atan2(Math.sin(off), Math.cos(off)));
+  };
+  assert.ok((await aside('two.html')) < 0.6, 'where nothing hides, the camera does not stand there');
+  assert.ok((await aside('hidden.html')) > 0.9, 'a cabinet hides the walker');
+}
+
 await withBrowser({ viewport: { width: 700, height: 520 }, colorScheme: 'light', acceptDownloads: true, hasTouch: true }, async (context) => {
-  for (const part of [keysAndNames, telephone, saving, opening, objectsAndPeople]) await part(context);
+  for (const part of [keysAndNames, telephone, saving, opening, objectsAndPeople, firstView]) await part(context);
 });
 console.log('pages can be used');
