@@ -25,7 +25,7 @@ using namespace inhabit;
 using interact::HandContacts;
 
 struct InteractArguments {
-  std::string start_file, start, model, left, right, contacts, sit_at, then_walk;
+  std::string start_file, start, model, left, right, contacts, hold, sit_at, then_walk;
   ClipReadOptions reading;
   SceneInput scene;
   WriteOptions writing;
@@ -69,6 +69,8 @@ void add_interact(CLI::App& app) {
       verb->add_option("--contacts", o->contacts, "JSON file: a series of contacts, the next once one is reached")
           ->excludes(left)
           ->excludes(right);
+  verb->add_option("--hold", o->hold,
+                   "Seconds that hands stay at each of their contacts (default: 2); end: at the last until the end");
   verb->add_option("--then-walk", o->then_walk, "x,z,heading: get up in the end and walk there");
   verb->add_flag("--straight", o->options.straight, "Plan no route around what stands in the way");
   verb->add_flag("--standard", o->options.standard, "Motion on the standard skeleton, not the file's");
@@ -100,6 +102,7 @@ void add_interact(CLI::App& app) {
       o->options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
     }
     if (!o->then_walk.empty()) o->options.then_walk = place_of(numbers(o->then_walk, 3, "--then-walk"));
+    if (!o->hold.empty()) o->options.hold = o->hold == "end" ? HUGE_VAL : numbers(o->hold, 1, "--hold").front();
     Clip start;
     if (!o->start_file.empty()) {
       start = read_motion(o->start_file, o->reading, notes);

@@ -168,6 +168,8 @@ class InhabitSit(MotionOperator, bpy.types.Operator):
         for side, empty in (("--left", settings.left), ("--right", settings.right)):
             if empty:
                 arguments += [side, "%.4f,%.4f,%.4f" % tuple(armature.y_up(empty.matrix_world.translation))]
+        if settings.hold:
+            arguments += ["--hold", "end"]
         return arguments
 
 

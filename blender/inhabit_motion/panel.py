@@ -21,7 +21,7 @@ class InhabitPanel(bpy.types.Panel):
         column.prop(settings, "smooth")
         column = layout.column(align=True)
         column.operator("inhabit.sit")
-        for name in ("chair", "left", "right", "seconds"):
+        for name in ("chair", "left", "right", "hold", "seconds"):
             column.prop(settings, name)
 
 

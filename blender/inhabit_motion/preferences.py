@@ -24,6 +24,8 @@ class InhabitSettings(bpy.types.PropertyGroup):
                                     description="An empty at the place that the left hand touches")
     right: bpy.props.PointerProperty(name="Right hand", type=bpy.types.Object, poll=of_a_kind("EMPTY"),
                                      description="An empty at the place that the right hand touches")
+    hold: bpy.props.BoolProperty(name="Keep the hands there", default=True,
+                                 description="Hands stay at their empties until the end; else they let go after two seconds")
     seconds: bpy.props.FloatProperty(name="Seconds", default=8, min=2, max=60, description="How long sitting down may take")
     seed: bpy.props.IntProperty(name="Seed", default=1, min=0, description="Another seed fills in another motion")
     smooth: bpy.props.FloatProperty(name="Smooth", default=1, min=0, max=100, description="Factor on the smoothing of a clean motion")

@@ -85,6 +85,7 @@ inhabit_result run(const interact::ChairInteractor& system, const Clip& clip, co
   text.take("raw", options.raw);
   text.take("standard", options.standard);
   text.take("draw_contacts", options.draw_contacts);
+  text.take("hold", options.hold);
   const json left = text.value("left"), right = text.value("right");
   text.finish();
   const interact::Chair chair = system.chair_of(clip, scene, options);

@@ -10,6 +10,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
 #include "inhabit/interact/seated.h"
+#include "inhabit/lower_case.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
@@ -23,6 +24,14 @@ using Eigen::Vector3d;
 constexpr double kSeatRadius = 0.14;  // of a disc that fits into a seat of 0.3 x 0.3 m, less half a grid cell
 constexpr double kTaller = 0.12;      // metres over the seat: arm rests, back rests, legs in the air
 constexpr double kFront = 0.26, kMargin = 0.13;  // of a pelvis at rest: behind the front edge, off all edges
+
+/// What people do not sit on by themselves though they could: coffee tables are as high as chairs.
+bool is_named_otherwise(const std::string& name) {
+  constexpr std::array kOthers = {"table", "desk", "counter", "shelf", "cabinet", "drawer", "dresser", "stand"};
+  const std::string lower = lower_case(name);
+  return std::any_of(kOthers.begin(), kOthers.end(),
+                     [&](const char* other) { return lower.find(other) != std::string::npos; });
+}
 
 Mesh object_mesh(const Scene& scene, const std::string& name) {
   Scene object;
@@ -260,6 +269,9 @@ std::vector<Chair> find_chairs(const Scene& scene) {
       continue;  // no chair: walls, tables, shelves
     }
   }
+  const auto seats =
+      std::stable_partition(chairs.begin(), chairs.end(), [](const Chair& c) { return !is_named_otherwise(c.name); });
+  if (seats != chairs.begin()) chairs.erase(seats, chairs.end());
   return chairs;
 }
 

@@ -38,7 +38,8 @@ Chair find_chair(const Scene& scene, const std::string& name, bool force = false
 /// middle as well, at least 0.35 m from their ends.
 Chair nearest_place(const Chair& chair, const Eigen::Vector2d& to);
 
-/// All that can be sat on, in the scene's order: seats of 0.3 to 0.6 m.
+/// All that can be sat on, in the scene's order: seats of 0.3 to 0.6 m. Low tables and what else has another name are
+/// left out where there is a seat beside.
 std::vector<Chair> find_chairs(const Scene& scene);
 
 /// The chair below a point (metres, world) with its place and heading given: any part of a sofa or bed. Throws Error

@@ -95,9 +95,13 @@ struct Take {
   std::optional<int64_t> seated;   // first frame from which they sit to the end
 };
 
-/// @param leave where they walk in the end, once the last contacts were held and they have sat for two seconds
-Take perform(LivePerson& person, const std::vector<HandContacts>& series, const std::optional<Eigen::Vector3d>& leave,
-             int64_t frames, const Progress& progress) {
+/// Seconds that hands stay at the i-th contacts of a series.
+double hold_of(const Options& options, size_t i, size_t contacts) {
+  return std::isinf(options.hold) && i + 1 < contacts ? kHold : options.hold;
+}
+
+/// @param options whose contacts are `series`, on the surface
+Take perform(LivePerson& person, const std::vector<HandContacts>& series, const Options& options, int64_t frames) {
   constexpr int64_t kSits = 60;  // frames
   Take take;
   take.poses.push_back(person.pose());
@@ -109,7 +113,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
   bool left = false;
   for (int64_t t = 1; t < frames; ++t) {
     interruption_point();
-    if (progress) progress(t, frames);
+    if (options.progress) options.progress(t, frames);
     person.step();
     take.poses.push_back(person.pose());
     const State& state = person.state();
@@ -133,13 +137,14 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
       all = all && person.done(side);
     }
     if (all && present + 1 < series.size()) {
-      person.reach_for(series[++present]);
-    } else if (all && leave && take.seated && t - *take.seated >= kSits) {
-      person.walk_to(leave->head<2>(), (*leave)[2]);
+      ++present;
+      person.reach_for(series[present], hold_of(options, present, series.size()));
+    } else if (all && options.then_walk && take.seated && t - *take.seated >= kSits) {
+      person.walk_to(options.then_walk->head<2>(), (*options.then_walk)[2]);
       left = true;
     }
   }
-  if (progress) progress(frames, frames);
+  if (options.progress) options.progress(frames, frames);
   return take;
 }
 
@@ -219,6 +224,9 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
                                const Options& options) const {
   const torch::NoGradGuard no_gradients;
   if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "are not over 0 and up to 3600");
+  if (!(options.hold > 0)) throw Error("hold", "is not over 0");
+  if (std::isinf(options.hold) && options.then_walk)
+    throw Error("hold", "hands that hold on to the end let nobody walk off");
   Result out;
   if (start.frames() < 1) throw Error(options.name, "has no frame");
   out.chair = chosen;
@@ -241,12 +249,11 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   for (HandContacts& contacts : series)
     for (auto& contact : contacts)
       if (contact) contact->y() -= floor;
-  live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0]);
+  live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0], hold_of(options, 0, series.size()));
   if (live.blocked()) throw Error(options.name, "there is no route from there to " + out.chair.name);
   if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))
     throw Error("the place to walk to", "there is no route to it from " + out.chair.name);
-  const Take take = perform(live, series, options.then_walk,
-                            std::max<int64_t>(1, std::llround(options.seconds * config().rate)), options.progress);
+  const Take take = perform(live, series, options, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
   out.contact_error = take.contact_error;
   out.seated = take.seated;
   out.motion = clip_of(take.poses, person, config().rate);

@@ -17,6 +17,7 @@ struct Options {
   std::optional<Eigen::Vector4d> sit_at;  ///< x y z metres, then radians: any place to sit on instead
   /// One after the other: the next are given once the present ones are reached. None: hands are free.
   std::vector<HandContacts> contacts;
+  double hold = kHold;         ///< seconds that hands stay at each of the contacts; infinity: at the last to the end
   bool draw_contacts = false;  ///< ContactNet draws them
   bool raw = false;            ///< the networks' motion as it is, not fitted to contacts and scene (fit_contacts.h)
   bool straight = false;       ///< no route is planned around what stands in the way (route.h)

@@ -27,7 +27,6 @@ constexpr int kSoon = 5;            // frames: hands leave for their contacts wh
 constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kMoved = 0.25;     // metres that a contact may be moved by without a new plan
 constexpr double kReached = 0.05;   // metres from a palm to its contact
-constexpr int kContactFrames = 60;  // that a hand stays at its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
 
@@ -45,6 +44,7 @@ struct LivePerson::Impl {
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
   HandContacts contacts;
+  double hold_seconds = kHold;
   std::array<int, 2> in_contact{};  // frames since the contact was reached
   std::array<bool, 2> begun{};      // the hand has left for it
   struct Target {
@@ -131,7 +131,8 @@ struct LivePerson::Impl {
         in_contact[s] = 0;
       } else if (state.wanted[s]) {
         const bool there = (palm_of(state, side) - single(*contacts[s])).norm() < kReached;
-        if ((there || in_contact[s] > 0) && ++in_contact[s] > kContactFrames) drop_contact(state, side);
+        if ((there || in_contact[s] > 0) && ++in_contact[s] > hold_seconds * engine.config().rate)
+          drop_contact(state, side);
       }
     }
   }
@@ -183,7 +184,8 @@ LivePerson::LivePerson(const Engine& engine, const Clip& start, uint64_t seed) :
 LivePerson::~LivePerson() = default;
 LivePerson::LivePerson(LivePerson&&) noexcept = default;
 
-void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts) {
+void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts,
+                        double hold) {
   impl_->chair = chair;
   impl_->grid = sense_chair(chair, impl_->engine.config());
   const SeatedHabits& habits = impl_->engine.networks().habits;
@@ -192,11 +194,12 @@ void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> 
   Impl& p = *impl_;
   p.go({chair.seat(), chair.heading(), kSitAction},
        p.plans ? find_route(p.around->floor(), p.here(), chair) : std::nullopt);
-  reach_for(contacts);
+  reach_for(contacts, hold);
 }
 
-void LivePerson::reach_for(const HandContacts& contacts) {
+void LivePerson::reach_for(const HandContacts& contacts, double hold) {
   Impl& p = *impl_;
+  p.hold_seconds = hold;
   for (int side = 0; side < 2; ++side) {
     const auto s = static_cast<size_t>(side);
     if (p.state.wanted[s] && contacts[s] && (*contacts[s] - *p.contacts[s]).norm() < kMoved) {

@@ -17,6 +17,9 @@ namespace inhabit::interact {
 /// Contacts of the hands, left and right, world metres; none: the hand is free.
 using HandContacts = std::array<std::optional<Eigen::Vector3d>, 2>;
 
+/// Seconds that a hand stays at a contact before it lets go, as people of the training data do.
+constexpr double kHold = 2;
+
 /// A person who is moved frame by frame (sec. 4.5): PoseNet alone while they approach, ControlNet and PoseNet while
 /// their hands go to contacts. 30 frames a second.
 ///
@@ -38,11 +41,13 @@ class LivePerson {
 
   /// From now on they go to `chair` and sit down, hands at `contacts` while they do. Where there is no route they stay
   /// (blocked()).
-  /// @param around what must not be walked into, the chair among it.
-  void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts);
+  /// @param around what must not be walked into, the chair among it. @param hold seconds that hands stay at contacts;
+  /// infinity: until they are given others.
+  void sit_on(const Chair& chair, std::shared_ptr<const Surroundings> around, const HandContacts& contacts,
+              double hold = kHold);
   /// Contacts of a person who sits, or other ones of one on the way. A hand on its way goes on to where its contact was
   /// moved to, by up to 25 cm; else it sets out anew.
-  void reach_for(const HandContacts& contacts);
+  void reach_for(const HandContacts& contacts, double hold = kHold);
   /// They stand up, if they sit, and walk to a place on the floor (x, z), and face `heading` there. Where there is no
   /// route they stay (blocked()).
   void walk_to(const Eigen::Vector2d& place, double heading);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/contact_surface.h"
@@ -14,7 +15,6 @@ using Eigen::Vector2d;
 
 constexpr size_t kPast = 75;         // frames that are remembered: 2.5 s
 constexpr int kBlend = 10;           // frames in which a motion takes over
-constexpr int kReachAgain = 8;       // frames from one plan of hands to the same again
 constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand up to
 constexpr double kOnSeat = 0.3;      // metres from the middle of a seat, aside and up: a pelvis that is on it
 constexpr int kStop = 16;            // frames in which somebody who walks comes to stand
@@ -203,9 +203,9 @@ void Character::play(const Clip& motion) {
 
 void Character::reach() {
   if (contacts_.chair.empty()) return;
-  live_->reach_for(contacts_.at);
+  constexpr double kOn = std::numeric_limits<double>::infinity();  // whoever gave contacts in the page takes them away
+  live_->reach_for(contacts_.at, kOn);
   reach_soon_ = false;
-  since_reach_ = 0;
 }
 
 bool Character::seated() const {
@@ -216,15 +216,7 @@ bool Character::seated() const {
 
 /// One frame of the networks.
 void Character::live_step() {
-  ++since_reach_;
-  // Hands let go of contacts that they have held for a while; whoever gave them in the page takes them away.
-  bool let_go = seated(), any = false;
-  for (int hand = 0; hand < 2; ++hand)
-    if (contacts_.at[static_cast<size_t>(hand)]) {
-      any = true;
-      let_go = let_go && live_->done(hand);
-    }
-  if (reach_soon_ || (any && let_go && since_reach_ >= kReachAgain)) reach();
+  if (reach_soon_) reach();
   live_->step();
   frame_ = frame_of(live_->pose());
   if (walking_) {

@@ -79,7 +79,6 @@ class Character {
   int stopping_ = 0;                               // frames of these
   Contacts contacts_;
   bool reach_soon_ = false;  // contacts were moved since the hands were told
-  int since_reach_ = 0;      // frames since they were
   uint64_t draws_ = 0;
   uint32_t index_ = 0;
   Frame frame_;

@@ -114,6 +114,7 @@ constexpr const char* kInteractRun =
     "place to sit on instead.\n"
     "contacts: pairs (left, right), one after the other; each hand a part of the chair ('armrest', 'front', 'side',\n"
     "'back'), a point (x, y, z) in metres, or None. draw_contacts: ContactNet draws them from `seed`.\n"
+    "hold: seconds that hands stay at each of the contacts; math.inf: at the last to the end.\n"
     "then_walk: (x, z, heading): where they walk in the end. seconds: length of the motion.\n"
     "raw: not fitted to contacts and scene; straight: no route is planned around what stands in the way; force: seats "
     "and\n"
@@ -141,11 +142,12 @@ void add_interact(py::module_& m) {
           "run",
           [](const ChairInteractor& interactor, const Clip& start, const Scene& scene, const std::string& chair,
              const std::optional<std::array<double, 4>>& sit_at, const std::vector<HandsArgument>& contacts,
-             bool draw_contacts, const std::optional<Point>& then_walk, double seconds, uint64_t seed, bool raw,
-             bool straight, bool force, bool standard, const std::string& name) {
+             double hold, bool draw_contacts, const std::optional<Point>& then_walk, double seconds, uint64_t seed,
+             bool raw, bool straight, bool force, bool standard, const std::string& name) {
             interact::Options options;
             options.chair = chair;
             if (sit_at) options.sit_at = Eigen::Vector4d((*sit_at)[0], (*sit_at)[1], (*sit_at)[2], (*sit_at)[3]);
+            options.hold = hold;
             options.draw_contacts = draw_contacts;
             options.raw = raw;
             options.straight = straight;
@@ -164,9 +166,9 @@ void add_interact(py::module_& m) {
                                   scene};
           },
           "start"_a, "scene"_a, py::kw_only(), "chair"_a = "", "sit_at"_a = py::none(),
-          "contacts"_a = std::vector<HandsArgument>(), "draw_contacts"_a = false, "then_walk"_a = py::none(),
-          "seconds"_a = 16.0, "seed"_a = 1, "raw"_a = false, "straight"_a = false, "force"_a = false,
-          "standard"_a = false, "name"_a = "start", kInteractRun)
+          "contacts"_a = std::vector<HandsArgument>(), "hold"_a = interact::kHold, "draw_contacts"_a = false,
+          "then_walk"_a = py::none(), "seconds"_a = 16.0, "seed"_a = 1, "raw"_a = false, "straight"_a = false,
+          "force"_a = false, "standard"_a = false, "name"_a = "start", kInteractRun)
       .def(
           "draw_contacts",
           [](const ChairInteractor& interactor, const Chair& chair, int64_t count, uint64_t seed) {

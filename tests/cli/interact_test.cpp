@@ -123,6 +123,31 @@ TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
   EXPECT_EQ(read_clip(out).frames(), 29) << "what follows on the last pose";
 }
 
+TEST(Interact, HandsHoldOnAsLongAsTheyAreTold) {
+  const TempFolder folder;
+  const std::string out = folder / "held.npz";
+  const std::string base = "interact --raw --seconds 11 --chair armchair_0 --left armrest --right armrest --scene " +
+                           kSitRoom + " -o " + out + " --hold ";
+  for (const char* hold : {"1", "end"}) {
+    const CommandResult r = run_command(base + hold);
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const Clip clip = read_clip(out);
+    const bool to_the_end = std::string(hold) == "end";
+    for (int side = 0; side < 2; ++side) {
+      const torch::Tensor held = clip.hand_targets.select(1, side);
+      EXPECT_GT(held.select(1, 3).sum().item<double>(), 45) << "the hand went there";
+      EXPECT_EQ(held[-1][3].item<double>(), to_the_end ? 1 : 0);
+      // The wrist is a palm's length from the contact.
+      if (to_the_end) {
+        EXPECT_LT((clip.joints[-1][20 + side] - held[-1].slice(0, 0, 3)).norm().item<double>(), 0.13);
+      }
+    }
+  }
+  EXPECT_THAT(run_command(base + "end --then-walk 0,0.5,90").err, HasSubstr("hold: "));
+  EXPECT_THAT(run_command(base + "0").err, HasSubstr("hold: is not over 0"));
+  EXPECT_THAT(run_command(base + "forever").err, HasSubstr("--hold"));
+}
+
 TEST(Interact, ContactsAreWrittenAsPointsOrPainted) {
   const TempFolder folder;
   const std::string model = untrained_interaction(folder), out = folder / "contacts";

@@ -94,6 +94,18 @@ TEST(Chair, AllOfARoomAreFoundAndNothingElse) {
   EXPECT_EQ(found[0].name, "armchair_0");
 }
 
+TEST(Chair, ALowTableIsASeatOnlyWhereThereIsNoOther) {
+  std::mt19937_64 random(12);
+  Furniture chair = make_armchair(random, 0.45), table = make_table(random, 1.1, 0.7, 0.42);
+  table.place(2, 0, 0);
+  std::vector<Chair> found = find_chairs(scene_of({table, chair}));
+  ASSERT_EQ(found.size(), 1);
+  EXPECT_EQ(found[0].name, "armchair_0");
+  found = find_chairs(scene_of({table}));
+  ASSERT_EQ(found.size(), 1);
+  EXPECT_EQ(found[0].name, "table_0");
+}
+
 TEST(Chair, ASofaIsSatOnWhereOneComesToItAStoolInItsMiddle) {
   std::mt19937_64 random(15);
   Furniture sofa = make_sofa(random, 3), stool = make_stool(random);
