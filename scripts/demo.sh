@@ -15,7 +15,7 @@ for each in walk:30 sit:205; do
   $inhabit forecast $data/$name.npz --scene $data/${name}_room.glb --start "${each#*:}" \
     -o $out/$name.html -o $out/$name.npz -o $out/$name.bvh -o $out/$name.glb -o $out/$name.json
 done
-$inhabit interact --scene $data/sit_room.glb --chair armchair_0 --start=0,1,90 --left armrest --right armrest --seconds 12 \
+$inhabit interact --scene $data/sit_room.glb --chair armchair_0 --start=0,1,90 --left armrest --right armrest --hold end --seconds 12 \
   -o $out/armchair.html -o $out/armchair.npz -o $out/armchair.bvh -o $out/armchair.glb
 node scripts/demo_index.mjs $out/index.html "inhabit: people who move through real rooms" \
   "Forecasts show the second that was observed (grey), the next two as predicted (blue) and what really happened (orange)." \

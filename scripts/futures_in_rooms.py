@@ -27,6 +27,12 @@ def through(future, query):
     return bool(np.any(hits.distances <= length[moved]))
 
 
+def leaves(future, query):
+    """Whether the pelvis is ever over no floor, nor anything that stands on it."""
+    root = np.ascontiguousarray(future.joints[:, 0])
+    return not np.all(query.cast(root, np.tile(np.float32([0, -1, 0]), (len(root), 1))).hit)
+
+
 kinds = {"as forecast": (False, False), "steered": (True, False), "steered, refined": (True, True)}
 rows = {name: [] for name in kinds}
 for entry in clips:
@@ -42,7 +48,7 @@ for entry in clips:
         futures = anticipator.run(clip, scene if steer else None, start=start, samples=6, seconds=8, refine=refine, standard=True)
         for future in futures.clips:
             inside = np.mean(inhabit.collisions(future, scene)["depth"] > 0.02)
-            rows[name].append((inside, inside == 0, through(future, query), inhabit.score_skating([future], scene)["foot_skating"]))
-print(f"{len(rows['steered'])} futures      frames inside  futures never inside  through something  skating")
+            rows[name].append((inside, inside == 0, through(future, query), leaves(future, query), inhabit.score_skating([future], scene)["foot_skating"]))
+print(f"{len(rows['steered'])} futures      frames inside  futures never inside  through something  off the floor  skating")
 for name, values in rows.items():
-    print("{:18} {:13.3f} {:21.2f} {:18.2f} {:8.3f}".format(name, *np.mean(values, axis=0)))
+    print("{:18} {:13.3f} {:21.2f} {:18.2f} {:14.2f} {:8.3f}".format(name, *np.mean(values, axis=0)))

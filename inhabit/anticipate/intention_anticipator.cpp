@@ -16,6 +16,7 @@
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/scene_terms.h"
 #include "inhabit/scene/floor.h"
+#include "inhabit/scene/floor_area.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/steering.h"
 
@@ -34,12 +35,14 @@ BodyModel body_on(const Skeleton& skeleton) {
   return body;
 }
 
-/// What stands on the floor under a person; nothing where nothing does.
+/// Where a person can go on the floor under them; nothing where nothing stands on it.
 std::optional<FreeSpace> floor_around(const Scene& scene, const Clip& person) {
   if (scene.empty()) return std::nullopt;
   const Scene obstacles = obstacles_of(rooms_looking_in(scene, person.root_path()));
   if (obstacles.empty()) return std::nullopt;
-  return free_space(raised(obstacles, -floor_under(person, SceneQuery(scene))));
+  const double floor = floor_under(person, SceneQuery(scene));
+  const Tensor last = person.root_path()[-1];
+  return free_floor(raised(scene, -floor), raised(obstacles, -floor), {last[0].item<double>(), last[2].item<double>()});
 }
 
 }  // namespace

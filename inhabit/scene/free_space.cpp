@@ -120,9 +120,9 @@ class Brushfire {
 
 }  // namespace
 
-FreeSpace free_space(const Scene& obstacles, double beyond) {
+FreeSpace free_space(const Scene& obstacles, double beyond, const Eigen::AlignedBox2d& also) {
   const std::vector<std::vector<Vector2d>> outlines = outlines_of(obstacles);
-  Eigen::AlignedBox2d box;
+  Eigen::AlignedBox2d box = also;
   for (const auto& outline : outlines)
     for (const Vector2d& p : outline) box.extend(p);
   if (box.isEmpty()) box.extend(Vector2d(0, 0));

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "inhabit/scene/scene.h"
@@ -27,8 +27,9 @@ struct FreeSpace {
 
 /// The floor y = 0 around the obstacles of a scene (obstacles_of), as far as a person who stands can use it: whatever a
 /// mesh has between 5 cm and 1.95 m over the floor stands in the way, what hangs higher is walked under. The grid goes
-/// on for `beyond` metres on all sides; farther out all is free. Solids are hollow: no path leads into them. Clearances
-/// are exact but for millimetres. Throws Error where the grid would be larger than 200 m on a side.
-FreeSpace free_space(const Scene& obstacles, double beyond = 3);
+/// on for `beyond` metres on all sides of them and of `also` (x, z); farther out all is free. Solids are hollow: no
+/// path leads into them. Clearances are exact but for millimetres. Throws Error where the grid would be larger than 200
+/// m on a side.
+FreeSpace free_space(const Scene& obstacles, double beyond = 3, const Eigen::AlignedBox2d& also = {});
 
 }  // namespace inhabit

@@ -17,10 +17,10 @@ using torch::Tensor;
 namespace {
 
 constexpr double kDegrees = M_PI / 180;
-constexpr double kClearance = 0.35;            // metres that the root keeps from obstacles
-constexpr double kAhead = 2, kDecision = 0.2;  // seconds that a choice looks ahead, and between two of them
-constexpr double kTurning = 0.8;               // seconds for which a rate that is tried goes on
-constexpr double kNearing = 0.15;              // seconds in which the rate follows what is chosen
+constexpr double kClearance = 0.35;                     // metres that the root keeps from obstacles
+constexpr double kAhead = 2, kDecision = 0.2;           // seconds that a choice looks ahead, and between two of them
+constexpr std::array<double, 2> kTurning = {0.8, 1.6};  // seconds for which a rate that is tried goes on
+constexpr double kNearing = 0.15;                       // seconds in which the rate follows what is chosen
 constexpr std::array<double, 15> kRates = {0,   -20, 20,   -45, 45,   -70, 70,  // degrees a second
                                            -95, 95,  -120, 120, -160, 160, -200, 200};
 constexpr double kRateCost = 0.004, kChangeCost = 0.004;  // of (rate / 45 degrees a second)^2, and of its change
@@ -70,10 +70,10 @@ class Steering {
     const int64_t end =
         std::min(static_cast<int64_t>(path_.size()) - 1, t + static_cast<int64_t>(std::llround(kAhead / seconds_)));
     if ((path_[static_cast<size_t>(end)] - path_[static_cast<size_t>(t)]).norm() < kStandstill) return 0;
-    const auto turning = static_cast<int64_t>(std::llround(kTurning / seconds_));
     double best = 0, least = std::numeric_limits<double>::infinity();
-    for (const double degrees : kRates) {
-      const double rate = degrees * kDegrees;
+    for (size_t tried = 0; tried < kRates.size() * kTurning.size(); ++tried) {
+      const double rate = kRates[tried / kTurning.size()] * kDegrees;
+      const auto turning = static_cast<int64_t>(std::llround(kTurning[tried % kTurning.size()] / seconds_));
       Vector2d at = from;
       double rotated = angle, cost = 0;
       bool through = false;

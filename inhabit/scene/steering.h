@@ -9,7 +9,7 @@ namespace inhabit {
 /// to 200 degrees a second, whose path over the next two seconds goes through nothing for the longest, then is the
 /// clearest, then the straightest. Who does not walk, or is not near anything, moves as before; who starts among
 /// obstacles, at a table or on a chair, goes no nearer to them than they were.
-/// @param floor in the clip's axes
+/// @param floor in the clip's axes; the floor's end may be an obstacle too (free_floor)
 Clip steered(const Clip& clip, const FreeSpace& floor);
 
 }  // namespace inhabit
