@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "inhabit/error.h"
+#include "inhabit/io/file_notes.h"
 #include "inputs.h"
 #include "interrupted.h"
 #include "outputs.h"
@@ -53,7 +54,7 @@ void convert_many(const Convert& o) {
           std::error_code failed;  // where it cannot be made, the file cannot be written, which is said
           std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), failed);
           const std::string written = inhabit::convert_file(file, targets[file], o.options, &own, &made);
-          for (std::string& note : own) notes.push_back(note.insert(0, file + ": "));
+          inhabit::add_notes(notes, std::move(own), file);
           end_progress();
           std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
           std::fflush(stdout);  // what GoesOnLater speaks of
@@ -92,9 +93,9 @@ void add_convert(CLI::App& app) {
     if (given->files.size() < 2) throw inhabit::Error("OUT", "is missing: the file or folder to write to");
     if (into_folder(*given)) return convert_many(*given);
     const std::string &in = given->files.front(), &out = given->files.back();
-    inhabit::Notes notes;
-    const std::string written = inhabit::convert_file(in, out, given->options, &notes);
-    for (std::string& note : notes) note.insert(0, in + ": ");
+    inhabit::Notes own, notes;
+    const std::string written = inhabit::convert_file(in, out, given->options, &own);
+    inhabit::add_notes(notes, std::move(own), in);
     say(notes);
     std::printf("%s: %s\n", out.c_str(), written.c_str());
   });

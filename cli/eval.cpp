@@ -112,13 +112,9 @@ inhabit::ScoreTable starts_in_scenes(const InteractOptions& o, const InteractFil
   using namespace inhabit;
   const auto methods = interact::methods_of(files, o.seconds, {{.raw = true}, {}});
   std::vector<interact::StartSet> sets;
-  for (const std::string& file : o.scenes) {
-    const Scene scene = read_scene_file(file).scene;
-    const std::vector<interact::Chair> chairs = interact::find_chairs(scene);
-    if (chairs.empty()) throw Error(file, "holds nothing to sit on");
-    for (const interact::Chair& chair : chairs)
-      sets.push_back({chair.name, interact::around_chair(scene, chair, o.runs, o.seed)});
-  }
+  for (const std::string& file : o.scenes)
+    for (interact::StartSet& set : interact::around_chairs(read_scene_file(file).scene, file, o.runs, o.seed))
+      sets.push_back(std::move(set));
   return interact::score_table(interact::evaluate_starts(sets, methods, o.seed, progress_of("runs"), parts));
 }
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "inhabit/motion/plausible.h"
 #include "progress.h"
@@ -23,7 +24,8 @@ inhabit::Scene read_scene(const SceneInput& input, inhabit::Notes& notes) {
   options.up = input.up;
   if (input.scale > 0) options.scale = input.scale;
   inhabit::SceneFile read = inhabit::read_scene_file(input.file, options);
-  if (read.report.up_detected || read.report.scale_detected) notes.push_back(input.file + ": " + describe(read.report));
+  if (read.report.up_detected || read.report.scale_detected)
+    inhabit::add_notes(notes, {describe(read.report)}, input.file);
   read.scene.name = input.file;
   return std::move(read.scene);
 }
@@ -50,7 +52,7 @@ void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes) {
   inhabit::Notes own;
   inhabit::Clip clip = inhabit::read_clip(path, reading, &own);
-  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  inhabit::add_notes(notes, std::move(own), path);
   return clip;
 }
 
@@ -58,7 +60,7 @@ std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::
                                         inhabit::Notes& notes) {
   inhabit::Notes own;
   std::vector<inhabit::Clip> clips = inhabit::read_samples(path, reading, &own);
-  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  inhabit::add_notes(notes, std::move(own), path);
   return clips;
 }
 

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "progress.h"
 #include "score.h"
@@ -12,7 +13,7 @@ std::vector<ScoredClip> score_clips(Score& given, const std::string& file, const
   std::vector<ScoredClip> out;
   Notes own;
   for (const Clip& clip : read_clips(file, reading, &own)) out.push_back(scored_clip(clip, rate, least, file));
-  for (std::string& note : own) given.notes.push_back(note.insert(0, file + ": "));
+  add_notes(given.notes, std::move(own), file);
   return out;
 }
 

@@ -1,26 +1,9 @@
-#include <cmath>
-
 #include "inhabit/error.h"
 #include "inhabit/metrics/score_json.h"
 #include "progress.h"
 #include "score.h"
 
 using namespace inhabit;
-using Json = nlohmann::ordered_json;
-
-namespace {
-
-Json at_seconds(const torch::Tensor& by_frame, double rate, double scale) {
-  Json out = Json::array();
-  for (const double horizon : {0.4, 0.8, 1.6, 2.0, 4.0, 10.0, 20.0, 30.0}) {
-    const auto frame = static_cast<int64_t>(std::lround(horizon * rate)) - 1;
-    if (frame < by_frame.size(0))
-      out.push_back({{"seconds", horizon}, {"value", by_frame[frame].item<double>() * scale}});
-  }
-  return out;
-}
-
-}  // namespace
 
 void score_ndms_of(Score& given) {
   NdmsOptions& options = given.ndms;
@@ -29,17 +12,7 @@ void score_ndms_of(Score& given) {
                                      options.rate * static_cast<double>(options.reference_stride));
   const auto motions =
       score_clips(given, given.motion, given.reading, options.rate, std::max(options.kappa, options.observed + 1));
-  const NdmsScore score = score_ndms(motions, reference, options);
-  report_scores(
-      given,
-      {{"ndms", score.ndms},
-       {"ndms_as_coded", score.coded},
-       {"words", score.words},
-       {"reference_words", score.reference_words},
-       {"files", rows_by_file(motions, [&](size_t i) {
-          const NdmsOfMotion& of = score.motions[i];
-          return Json{{"ndms", of.ndms}, {"ndms_as_coded", of.coded}, {"words", of.words}, {"by_second", of.by_second}};
-        })}});
+  report_scores(given, score_json(score_ndms(motions, reference, options), motions));
 }
 
 void score_npss_of(Score& given) {
@@ -57,33 +30,25 @@ void score_npss_of(Score& given) {
         came.insert(came.end(), true_ones.begin(), true_ones.end());
       },
       progress_of("files"));
-  report_scores(given, {{"npss", score_npss(joints_of(motions), joints_of(came))}, {"sequences", motions.size()}});
+  auto facts = begin_scores(ScoreKind::npss, score_npss(joints_of(motions), joints_of(came)));
+  facts["sequences"] = motions.size();
+  report_scores(given, facts);
 }
 
 void score_apd_of(Score& given) {
   const std::vector<NamedMotion> futures = joints_of(score_clips(given, given.motion, given.reading, given.rate));
   if (futures.size() < 2) throw Error("--motion", "APD needs two futures or more");
   const torch::Tensor apd = score_apd(futures);
-  report_scores(given, {{"apd_m", apd.mean().item<double>()},
-                        {"sequence_apd_m", score_sequence_apd(futures)},
-                        {"futures", futures.size()},
-                        {"by_horizon", at_seconds(apd, given.rate, 1)}});
+  auto facts = begin_scores(ScoreKind::apd, apd.mean().item<double>());
+  facts["sequence_apd_m"] = score_sequence_apd(futures);
+  facts["futures"] = futures.size();
+  facts["by_horizon"] = at_horizons(apd, given.rate);
+  report_scores(given, facts);
 }
 
 void score_error_of(Score& given) {
   if (given.truth.size() != 1) throw Error("--truth", "one file is needed, the future that came true");
   const auto futures = joints_of(score_clips(given, given.motion, given.reading, given.rate));
   const auto truth = joints_of(score_clips(given, given.truth.front(), given.reading, given.rate, 1));
-  const MotionError error = score_error(futures, truth);
-  const auto horizons = [&](const torch::Tensor& metres) { return at_seconds(metres, given.rate, 1000); };
-  report_scores(given, {{"world_error_mm", error.world.overall * 1000},
-                        {"path_error_mm", error.path.overall * 1000},
-                        {"pose_error_mm", error.pose.overall * 1000},
-                        {"best_of_n_world_mm", error.world.best_overall * 1000},
-                        {"best_of_n_mm", error.pose.best_overall * 1000},
-                        {"futures", futures.size()},
-                        {"world_by_horizon_mm", horizons(error.world.mean)},
-                        {"path_by_horizon_mm", horizons(error.path.mean)},
-                        {"by_horizon_mm", horizons(error.pose.mean)},
-                        {"best_by_horizon_mm", horizons(error.pose.best)}});
+  report_scores(given, score_json(score_error(futures, truth), futures.size(), given.rate));
 }

@@ -6,7 +6,6 @@
 #include "score.h"
 
 using namespace inhabit;
-using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -45,15 +44,17 @@ void score_penetration_of(Score& given) {
 void score_fid_of(Score& given) {
   const auto score = inbetween::score_fid(features(given, given.motion, given.reading),
                                           features(given, given.reference, given.reading_reference));
-  report_scores(given, {{"fid", score.fid},
-                        {"windows", score.windows},
-                        {"reference_windows", score.reference_windows},
-                        {"dimensions", score.dimensions}});
+  auto facts = begin_scores(ScoreKind::fid, score.fid);
+  facts["windows"] = score.windows;
+  facts["reference_windows"] = score.reference_windows;
+  facts["dimensions"] = score.dimensions;
+  report_scores(given, facts);
 }
 
 void score_diversity_of(Score& given) {
   const torch::Tensor own = features(given, given.motion, given.reading);
-  Json facts = {{"diversity", inbetween::score_diversity(own)}, {"windows", own.size(0)}};
+  auto facts = begin_scores(ScoreKind::diversity, inbetween::score_diversity(own));
+  facts["windows"] = own.size(0);
   if (!given.reference.empty()) {
     const torch::Tensor real = features(given, given.reference, given.reading_reference);
     facts["reference_diversity"] = inbetween::score_diversity(real);

@@ -39,10 +39,6 @@ void add_poses(CLI::App& verb, StreamArguments& o, PoseStreamOptions& poses, con
   verb.add_option("--people", poses.people, "People at once, at most")->check(whole_over_zero)->capture_default_str();
 }
 
-std::string model_of(const StreamArguments& o, const std::string& shipped) {
-  return o.model.empty() ? shipped_model(shipped) : o.model;
-}
-
 /// From standard input to standard output, until the one ends or nobody reads the other.
 void answer(const serve::LineStream& stream, StreamArguments& o, const Notes& notes) {
   o.lines.z_up = o.up == UpAxis::z;
@@ -74,7 +70,7 @@ void add_stream_forecast(CLI::App& stream) {
     o->forecast.forecast.joints_alone = !o->refine;
     o->forecast.forecast.standard = true;
     auto forecaster = std::make_shared<const forecast::ContactForecaster>(
-        forecast::ContactForecaster::load(model_of(*o, "forecast-compact.safetensors")));
+        forecast::ContactForecaster::load(model_file(o->model, "forecast-compact.safetensors")));
     answer(serve::forecast_lines(forecaster, scene, o->forecast), *o, notes);
   });
 }
@@ -94,7 +90,7 @@ void add_stream_anticipate(CLI::App& stream) {
       ->capture_default_str();
   verb->callback([o] {
     auto anticipator = std::make_shared<const anticipate::IntentionAnticipator>(
-        anticipate::IntentionAnticipator::load(model_of(*o, "anticipate-cmu.safetensors")));
+        anticipate::IntentionAnticipator::load(model_file(o->model, "anticipate-cmu.safetensors")));
     answer(serve::anticipate_lines(anticipator, o->anticipate), *o, {});
   });
 }

@@ -1,11 +1,10 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/reseat_set.h"
-#include "inhabit/metrics/score_table.h"
 #include "inhabit/synth/activity.h"
 #include "inhabit/synth/blocked.h"
 #include "inhabit/synth/chairs.h"
@@ -197,33 +196,8 @@ void add_check(CLI::App& synth) {
     if (dataset.split(given->split).empty())
       throw inhabit::Error(given->folder, "has no clips in split \"" + given->split + "\"");
     const std::vector<Bar> bars = inhabit::check_motion(dataset, given->split, progress_of("clips"));
-    bool pass = true;
-    // No ScoreTable: every row has a unit, and so digits, of its own and ends in words.
-    nlohmann::json out = nlohmann::json::array();
-    if (!given->json) std::printf("%-34s %10s %10s %10s  %-5s %s\n", "", "low", "measured", "high", "", "worst clip");
-    for (const Bar& bar : bars) {
-      pass &= bar.pass();
-      if (given->json) {
-        out.push_back({{"name", bar.name},
-                       {"unit", bar.unit},
-                       {"low", bar.low},
-                       {"high", bar.high},
-                       {"value", bar.value},
-                       {"clips", bar.clips},
-                       {"pass", bar.pass()},
-                       {"worst", bar.worst},
-                       {"worst_clip", bar.worst_clip},
-                       {"where", bar.where}});
-      } else if (bar.clips == 0) {
-        std::printf("%-34s %10g %10s %10g  -     no clip has any\n", bar.name.c_str(), bar.low, "-", bar.high);
-      } else {
-        std::printf("%-34s %10g %10.4g %10g  %-5s %s (%.4g %s%s%s)\n", bar.name.c_str(), bar.low, bar.value, bar.high,
-                    bar.pass() ? "pass" : "FAIL", bar.worst_clip.c_str(), bar.worst, bar.unit.c_str(),
-                    bar.where.empty() ? "" : ", ", bar.where.c_str());
-      }
-    }
-    if (given->json) std::printf("%s\n", out.dump(1).c_str());
-    if (!pass) throw CLI::RuntimeError(1);
+    std::printf("%s", given->json ? (bars_json(bars).dump(1) + "\n").c_str() : bars_text(bars).c_str());
+    if (!std::all_of(bars.begin(), bars.end(), [](const Bar& bar) { return bar.pass(); })) throw CLI::RuntimeError(1);
   });
 }
 
@@ -266,26 +240,7 @@ void add_activity(CLI::App& synth) {
       ->capture_default_str();
   verb->callback([given] {
     const auto found = inhabit::dynamics_by_activity(inhabit::open_dataset(given->folder), given->split, given->cutoff);
-    inhabit::ScoreTable table;
-    table.labels = {""};
-    table.columns = {{"", "frames", "frames", 0},
-                     {"", "m/s", "speed", 2},
-                     {"", "m/s^2", "acceleration", 2},
-                     {"", "m/s^3", "jerk", 1},
-                     {"", "low m/s^2", "low_acceleration", 2},
-                     {"", "low m/s^3", "low_jerk", 1}};
-    for (size_t a = 0; a < found.size(); ++a) {
-      const auto& [raw, smooth] = found[a];
-      if (raw.frames == 0) continue;
-      table.rows.push_back({{inhabit::kActivityNames.at(a)},
-                            {{static_cast<double>(raw.frames)},
-                             {raw.speed},
-                             {raw.acceleration},
-                             {raw.jerk},
-                             {smooth.acceleration},
-                             {smooth.jerk}}});
-    }
-    std::printf("%s", text_of(table).c_str());
+    std::printf("%s", text_of(activity_table(found)).c_str());
   });
 }
 

@@ -1,18 +1,16 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/view/file_cards.h"
+#include "inhabit/view/file_people.h"
 #include "inputs.h"
 #include "verbs.h"
 
 namespace {
-
-constexpr size_t kBodies = 4;  // of a file with more motions small figures are shown
 
 struct ViewArguments {
   std::vector<std::string> motions;
@@ -26,12 +24,7 @@ void write_cards(const ViewArguments& given, const std::vector<std::string>& pat
   inhabit::Notes notes;
   inhabit::CardsPage page;
   page.cards = inhabit::cards_of(paths, given.reading, notes);
-  const std::filesystem::path first = std::filesystem::path(paths.front()).lexically_normal();
-  page.title = given.title;
-  if (page.title.empty()) {
-    page.title = (first.has_filename() ? first : first.parent_path()).filename().string();
-    if (paths.size() > 1) page.title += " and " + std::to_string(paths.size() - 1) + " more";
-  }
+  page.title = given.title.empty() ? inhabit::cards_title(paths) : given.title;
   page.note = given.note;
   inhabit::write_page(given.out, page);
   say(notes);
@@ -64,23 +57,11 @@ void add_view(CLI::App& app) {
     }
     inhabit::Notes notes;
     inhabit::Page page;
-    for (const std::string& path : motions) {
-      const std::string name = std::filesystem::path(path).stem().string();
-      std::vector<inhabit::Clip> clips = inhabit::read_for_view(path, options->reading, notes);
-      for (size_t k = 0; k < clips.size(); ++k) {
-        inhabit::PagePerson person;
-        person.clip = std::move(clips[k]);
-        person.name = clips.size() == 1 ? name : name + " " + std::to_string(k);
-        if (clips.size() > kBodies) person.role = inhabit::PagePerson::Role::future;
-        page.people.push_back(std::move(person));
-      }
-    }
+    page.people = inhabit::people_of_files(motions, options->reading, notes);
     const inhabit::Scene scene = read_scene(options->scene, notes);
     if (!options->scene.file.empty()) page.scene = &scene;
     for (inhabit::PagePerson& person : page.people) person.tracks = inhabit::interact::label_tracks(person.clip);
-    page.title = options->title;
-    if (page.title.empty() && !page.people.empty()) page.title = std::filesystem::path(motions.front()).stem().string();
-    if (page.title.empty() && page.scene != nullptr) page.title = std::filesystem::path(scene.name).stem().string();
+    page.title = options->title.empty() ? inhabit::title_of_files(motions, scene.name) : options->title;
     page.note = options->note;
     inhabit::write_page(options->out, page);
     say(notes);
@@ -88,9 +69,7 @@ void add_view(CLI::App& app) {
       std::printf("%s: a scene\n", options->out.c_str());
       return;
     }
-    double longest = 0;
-    for (const inhabit::PagePerson& person : page.people) longest = std::max(longest, person.clip.seconds());
     std::printf("%s: %zu motion%s, %.1f s\n", options->out.c_str(), page.people.size(),
-                page.people.size() == 1 ? "" : "s", longest);
+                page.people.size() == 1 ? "" : "s", inhabit::longest_seconds(page.people));
   });
 }

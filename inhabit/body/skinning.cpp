@@ -1,20 +1,13 @@
 #include <ATen/Parallel.h>
 
-#include <Eigen/Core>
-
 #include "inhabit/body/kinematics.h"
+#include "inhabit/body/skin_kernel.h"
 #include "inhabit/error.h"
 
 namespace inhabit {
 namespace {
 
 using torch::Tensor;
-
-/// The few joints that move each vertex: vertex v has entries [first[v], first[v + 1]).
-struct SparseWeights {
-  std::vector<int32_t> first, joint;
-  std::vector<float> weight;
-};
 
 SparseWeights sparse_weights(const Tensor& dense) {
   const Tensor weights = dense.to(torch::kCPU, torch::kFloat).contiguous();
@@ -41,31 +34,21 @@ Tensor skin_frames(const SparseWeights& weights, const Tensor& rest, const Tenso
   const float *r = rotations.data_ptr<float>(), *s = shifts.data_ptr<float>(), *x = rest.data_ptr<float>();
   float* y = out.data_ptr<float>();
   const int64_t rest_stride = rest.dim() == 2 ? 0 : vertices * 3;
-  at::parallel_for(
-      0, frames, std::max<int64_t>(1, 20000 / std::max<int64_t>(1, vertices)), [&](int64_t begin, int64_t end) {
-        // Columns padded to four floats, so that a blend is four vector multiply-adds.
-        std::vector<Eigen::Matrix4f, Eigen::aligned_allocator<Eigen::Matrix4f>> transforms(joints);
-        for (int64_t f = begin; f < end; ++f) {
-          for (int64_t j = 0; j < joints; ++j) {
-            const float *rj = r + (f * joints + j) * 9, *sj = s + (f * joints + j) * 3;
-            transforms[j] << rj[0], rj[1], rj[2], sj[0], rj[3], rj[4], rj[5], sj[1], rj[6], rj[7], rj[8], sj[2], 0, 0,
-                0, 1;
-          }
-          const float* xf = x + f * rest_stride;
-          float* yf = y + f * vertices * 3;
-          for (int64_t v = 0; v < vertices; ++v) {
-            int32_t k = weights.first[v];
-            const int32_t last = weights.first[v + 1];
-            Eigen::Matrix4f blend = Eigen::Matrix4f::Zero();
-            for (; k < last; ++k) blend += weights.weight[k] * transforms[weights.joint[k]];
-            const Eigen::Vector4f p =
-                blend.col(0) * xf[3 * v] + blend.col(1) * xf[3 * v + 1] + blend.col(2) * xf[3 * v + 2] + blend.col(3);
-            yf[3 * v] = p[0];
-            yf[3 * v + 1] = p[1];
-            yf[3 * v + 2] = p[2];
-          }
-        }
-      });
+  at::parallel_for(0, frames, std::max<int64_t>(1, 20000 / std::max<int64_t>(1, vertices)),
+                   [&](int64_t begin, int64_t end) {
+                     std::vector<SkinTransform> transforms(static_cast<size_t>(joints));
+                     for (int64_t f = begin; f < end; ++f) {
+                       for (int64_t j = 0; j < joints; ++j) {
+                         const float *rj = r + (f * joints + j) * 9, *sj = s + (f * joints + j) * 3;
+                         auto& columns = transforms[static_cast<size_t>(j)].columns;
+                         for (int row = 0; row < 3; ++row) {
+                           for (int column = 0; column < 3; ++column) columns[column][row] = rj[3 * row + column];
+                           columns[3][row] = sj[row];
+                         }
+                       }
+                       skin_vertices(weights, transforms.data(), x + f * rest_stride, y + f * vertices * 3);
+                     }
+                   });
   return out;
 }
 

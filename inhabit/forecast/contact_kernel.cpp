@@ -211,38 +211,19 @@ INHABIT_TARGET_AVX2 void closest_avx2(const float* const p[3], int64_t n, const 
 
 void contact_coefficients_of_joint(const float* const points[3], int64_t count, const float* joint, int64_t frames,
                                    const float* basis, int64_t coefficients, float sigma, float* out, int64_t stride) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return coefficients_avx512(points, count, joint, frames, basis, coefficients, sigma, out, stride);
-    case Simd::kAvx2:
-      return coefficients_avx2(points, count, joint, frames, basis, coefficients, sigma, out, stride);
-    case Simd::kBaseline:
-      return coefficients_kernel(points, count, joint, frames, basis, coefficients, sigma, out, stride);
-  }
+  for_simd_level(coefficients_avx512, coefficients_avx2, coefficients_kernel)(points, count, joint, frames, basis,
+                                                                              coefficients, sigma, out, stride);
 }
 
 void largest_contact_of_joint(const float* c, int64_t stride, int64_t count, const float* basis, int64_t coefficients,
                               int64_t frames, float least, float* value, int64_t* index) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return largest_avx512(c, stride, count, basis, coefficients, frames, least, value, index);
-    case Simd::kAvx2:
-      return largest_avx2(c, stride, count, basis, coefficients, frames, least, value, index);
-    case Simd::kBaseline:
-      return largest_kernel(c, stride, count, basis, coefficients, frames, least, value, index);
-  }
+  for_simd_level(largest_avx512, largest_avx2, largest_kernel)(c, stride, count, basis, coefficients, frames, least,
+                                                               value, index);
 }
 
 void closest_point_of_joint(const float* const points[3], int64_t count, const float* joint, int64_t frames,
                             float* squared_distance, int64_t* index) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return closest_avx512(points, count, joint, frames, squared_distance, index);
-    case Simd::kAvx2:
-      return closest_avx2(points, count, joint, frames, squared_distance, index);
-    case Simd::kBaseline:
-      return closest_kernel(points, count, joint, frames, squared_distance, index);
-  }
+  for_simd_level(closest_avx512, closest_avx2, closest_kernel)(points, count, joint, frames, squared_distance, index);
 }
 
 }  // namespace inhabit::forecast

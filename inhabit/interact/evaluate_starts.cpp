@@ -94,6 +94,13 @@ std::vector<Trial> around_chair(const Scene& scene, const Chair& chair, int64_t 
   return out;
 }
 
+std::vector<StartSet> around_chairs(const Scene& scene, const std::string& path, int64_t runs, uint64_t seed) {
+  std::vector<StartSet> out;
+  for (const Chair& chair : find_chairs(scene)) out.push_back({chair.name, around_chair(scene, chair, runs, seed)});
+  if (out.empty()) throw Error(path, "holds nothing to sit on");
+  return out;
+}
+
 std::vector<StartScores> evaluate_starts(const std::vector<StartSet>& sets, const std::vector<InteractMethod>& methods,
                                          uint64_t seed, const Progress& progress, const MeasuredParts& parts) {
   const torch::NoGradGuard no_gradients;

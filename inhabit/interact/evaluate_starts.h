@@ -28,6 +28,10 @@ struct StartSet {
   std::vector<Trial> starts;  ///< as many in every set
 };
 
+/// For each chair in a scene `runs` starts around it, named after the chair. Throws Error(path, ...) where nothing can
+/// be sat on. @param path of the scene, named in errors
+std::vector<StartSet> around_chairs(const Scene& scene, const std::string& path, int64_t runs, uint64_t seed);
+
 /// The approach ends when the pelvis is at 92 % of the height that it has at first. Until then somebody went through
 /// the chair whose skin was over 5 cm in the scene, or whose pelvis was over the chair as seen from above,
 /// elsewhere than before its seat. @param parts of the starts of each set: a part measures its own, and nothing is

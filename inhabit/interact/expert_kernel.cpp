@@ -309,25 +309,12 @@ PackedExperts pack_experts(const float* weight, const float* bias, int64_t exper
 
 void expert_products(const PackedExperts& w, int64_t block, const float* x, int64_t x_stride, const float* gates,
                      int64_t gate_stride, int64_t rows, Activation activation, float* y, int64_t y_stride) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return products_avx512(w, block, x, x_stride, gates, gate_stride, rows, activation, y, y_stride);
-    case Simd::kAvx2:
-      return products_avx2(w, block, x, x_stride, gates, gate_stride, rows, activation, y, y_stride);
-    case Simd::kBaseline:
-      return products<4, 8, 2>(w, block, x, x_stride, gates, gate_stride, rows, activation, y, y_stride);
-  }
+  for_simd_level(products_avx512, products_avx2, products<4, 8, 2>)(w, block, x, x_stride, gates, gate_stride, rows,
+                                                                    activation, y, y_stride);
 }
 
 void lstm_units(const float* gates, float* cell, float* hidden) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return units_avx512(gates, cell, hidden);
-    case Simd::kAvx2:
-      return units_avx2(gates, cell, hidden);
-    case Simd::kBaseline:
-      return units<4>(gates, cell, hidden);
-  }
+  for_simd_level(units_avx512, units_avx2, units<4>)(gates, cell, hidden);
 }
 
 }  // namespace inhabit::interact

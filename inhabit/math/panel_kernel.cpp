@@ -156,26 +156,12 @@ INHABIT_TARGET_AVX2 bool factor_avx2(double* panel, int64_t stride, int64_t rows
 
 void subtract_products(const double* a, const double* b, int64_t stride, int64_t depth, double* c, int64_t c_stride,
                        int64_t rows, int64_t columns, bool upper) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return products_avx512(a, b, stride, depth, c, c_stride, rows, columns, upper);
-    case Simd::kAvx2:
-      return products_avx2(a, b, stride, depth, c, c_stride, rows, columns, upper);
-    case Simd::kBaseline:
-      return products<2, 2>(a, b, stride, depth, c, c_stride, rows, columns, upper);
-  }
+  for_simd_level(products_avx512, products_avx2, products<2, 2>)(a, b, stride, depth, c, c_stride, rows, columns,
+                                                                 upper);
 }
 
 bool factor_panel(double* panel, int64_t stride, int64_t rows, int64_t columns) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return factor_avx512(panel, stride, rows, columns);
-    case Simd::kAvx2:
-      return factor_avx2(panel, stride, rows, columns);
-    case Simd::kBaseline:
-      break;
-  }
-  return factor_rows<2, 2>(panel, stride, rows, columns);
+  return for_simd_level(factor_avx512, factor_avx2, factor_rows<2, 2>)(panel, stride, rows, columns);
 }
 
 // Substitution waits for memory, not for arithmetic: one level is enough.

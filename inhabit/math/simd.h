@@ -15,6 +15,13 @@ Simd simd_level();
 /// The highest that the processor has.
 Simd best_simd_level();
 
+/// The copy of a kernel for the level in use.
+template <class Kernel>
+Kernel* for_simd_level(Kernel* avx512, Kernel* avx2, Kernel* baseline) {
+  const Simd level = simd_level();
+  return level == Simd::kAvx512 ? avx512 : level == Simd::kAvx2 ? avx2 : baseline;
+}
+
 /// From now on, in every thread: for tests, which compare the levels. Throws Error where the processor lacks it.
 void use_simd_level(Simd level);
 

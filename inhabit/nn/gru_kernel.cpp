@@ -63,14 +63,7 @@ INHABIT_TARGET_AVX2 void update_avx2(int64_t n, const float* in, const float* re
 }  // namespace
 
 void gru_update(int64_t hidden, const float* input_gates, const float* state_gates, const float* state, float* next) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return update_avx512(hidden, input_gates, state_gates, state, next);
-    case Simd::kAvx2:
-      return update_avx2(hidden, input_gates, state_gates, state, next);
-    case Simd::kBaseline:
-      return update<4>(hidden, input_gates, state_gates, state, next);
-  }
+  for_simd_level(update_avx512, update_avx2, update<4>)(hidden, input_gates, state_gates, state, next);
 }
 
 }  // namespace inhabit::nn

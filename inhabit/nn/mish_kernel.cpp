@@ -66,25 +66,11 @@ INHABIT_TARGET_AVX2 void backward_avx2(const float* x, const float* gradient, in
 }  // namespace
 
 void mish_forward(const float* x, int64_t count, float* y) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return forward_avx512(x, count, y);
-    case Simd::kAvx2:
-      return forward_avx2(x, count, y);
-    case Simd::kBaseline:
-      return forward<4>(x, count, y);
-  }
+  for_simd_level(forward_avx512, forward_avx2, forward<4>)(x, count, y);
 }
 
 void mish_backward(const float* x, const float* gradient, int64_t count, float* out) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return backward_avx512(x, gradient, count, out);
-    case Simd::kAvx2:
-      return backward_avx2(x, gradient, count, out);
-    case Simd::kBaseline:
-      return backward<4>(x, gradient, count, out);
-  }
+  for_simd_level(backward_avx512, backward_avx2, backward<4>)(x, gradient, count, out);
 }
 
 }  // namespace inhabit::nn

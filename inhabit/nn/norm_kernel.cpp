@@ -93,26 +93,13 @@ INHABIT_TARGET_AVX2 void mish_avx2(const float* x, int64_t x_stride, int64_t row
 
 void column_sums(const float* x, int64_t stride, int64_t rows, int64_t columns, float centre, bool squared,
                  float* sums) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return sums_avx512(x, stride, rows, columns, centre, squared, sums);
-    case Simd::kAvx2:
-      return sums_avx2(x, stride, rows, columns, centre, squared, sums);
-    case Simd::kBaseline:
-      return sums_of<4>(x, stride, rows, columns, centre, squared, sums);
-  }
+  for_simd_level(sums_avx512, sums_avx2, sums_of<4>)(x, stride, rows, columns, centre, squared, sums);
 }
 
 void scaled_mish(const float* x, int64_t x_stride, int64_t rows, int64_t columns, const float* scale,
                  const float* shift, const float* add, int64_t add_stride, float* y, int64_t y_stride) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return mish_avx512(x, x_stride, rows, columns, scale, shift, add, add_stride, y, y_stride);
-    case Simd::kAvx2:
-      return mish_avx2(x, x_stride, rows, columns, scale, shift, add, add_stride, y, y_stride);
-    case Simd::kBaseline:
-      return mish_of<4>(x, x_stride, rows, columns, scale, shift, add, add_stride, y, y_stride);
-  }
+  for_simd_level(mish_avx512, mish_avx2, mish_of<4>)(x, x_stride, rows, columns, scale, shift, add, add_stride, y,
+                                                     y_stride);
 }
 
 }  // namespace inhabit::nn

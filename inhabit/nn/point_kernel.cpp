@@ -129,37 +129,16 @@ PointArrays::PointArrays(const float* points, int64_t n) : count(n), padded((n +
 }
 
 void furthest_points_of_cloud(const PointArrays& cloud, int64_t count, int64_t* chosen) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return furthest_avx512(cloud, count, chosen);
-    case Simd::kAvx2:
-      return furthest_avx2(cloud, count, chosen);
-    case Simd::kBaseline:
-      return furthest_kernel(cloud, count, chosen);
-  }
+  for_simd_level(furthest_avx512, furthest_avx2, furthest_kernel)(cloud, count, chosen);
 }
 
 int64_t points_in_ball(const PointArrays& cloud, const float* centre, float squared_radius, int64_t wanted,
                        int64_t* found) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return ball_avx512(cloud, centre, squared_radius, wanted, found);
-    case Simd::kAvx2:
-      return ball_avx2(cloud, centre, squared_radius, wanted, found);
-    default:
-      return ball_kernel(cloud, centre, squared_radius, wanted, found);
-  }
+  return for_simd_level(ball_avx512, ball_avx2, ball_kernel)(cloud, centre, squared_radius, wanted, found);
 }
 
 void three_nearest_points(const PointArrays& cloud, const float* point, float squared_distance[3], int64_t index[3]) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return nearest_avx512(cloud, point, squared_distance, index);
-    case Simd::kAvx2:
-      return nearest_avx2(cloud, point, squared_distance, index);
-    case Simd::kBaseline:
-      return nearest_kernel(cloud, point, squared_distance, index);
-  }
+  for_simd_level(nearest_avx512, nearest_avx2, nearest_kernel)(cloud, point, squared_distance, index);
 }
 
 }  // namespace inhabit::nn

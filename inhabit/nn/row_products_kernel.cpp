@@ -113,14 +113,8 @@ void accumulate_rows(const PackedMatrix& w, int64_t depth, const float* x, int64
 
 void accumulate_columns(const PackedMatrix& w, int64_t first, int64_t last, int64_t depth, const float* x,
                         int64_t x_stride, const int32_t* from, const int32_t* to, int64_t count, float* y) {
-  switch (simd_level()) {
-    case Simd::kAvx512:
-      return accumulate_avx512(w, first, last, depth, x, x_stride, from, to, count, y);
-    case Simd::kAvx2:
-      return accumulate_avx2(w, first, last, depth, x, x_stride, from, to, count, y);
-    case Simd::kBaseline:
-      return accumulate<4, 2>(w, first, last, depth, x, x_stride, from, to, count, y);
-  }
+  for_simd_level(accumulate_avx512, accumulate_avx2, accumulate<4, 2>)(w, first, last, depth, x, x_stride, from, to,
+                                                                       count, y);
 }
 
 }  // namespace inhabit::nn

@@ -126,4 +126,27 @@ std::array<ActivityDynamics, kActivityNames.size()> dynamics_by_activity(const D
   return out;
 }
 
+ScoreTable activity_table(const std::array<ActivityDynamics, kActivityNames.size()>& by_activity) {
+  ScoreTable table;
+  table.labels = {""};
+  table.columns = {{"", "frames", "frames", 0},
+                   {"", "m/s", "speed", 2},
+                   {"", "m/s^2", "acceleration", 2},
+                   {"", "m/s^3", "jerk", 1},
+                   {"", "low m/s^2", "low_acceleration", 2},
+                   {"", "low m/s^3", "low_jerk", 1}};
+  for (size_t a = 0; a < by_activity.size(); ++a) {
+    const auto& [raw, smooth] = by_activity[a];
+    if (raw.frames == 0) continue;
+    table.rows.push_back({{kActivityNames[a]},
+                          {{static_cast<double>(raw.frames)},
+                           {raw.speed},
+                           {raw.acceleration},
+                           {raw.jerk},
+                           {smooth.acceleration},
+                           {smooth.jerk}}});
+  }
+  return table;
+}
+
 }  // namespace inhabit

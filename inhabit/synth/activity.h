@@ -5,6 +5,7 @@
 
 #include "inhabit/data/native.h"
 #include "inhabit/metrics/dynamics.h"
+#include "inhabit/metrics/score_table.h"
 
 namespace inhabit {
 
@@ -32,5 +33,9 @@ struct ActivityDynamics {
 /// By Activity, over all clips of `split`.
 std::array<ActivityDynamics, kActivityNames.size()> dynamics_by_activity(const Dataset& dataset,
                                                                          const std::string& split, double cutoff);
+
+/// As a table, a row for each Activity that has frames: frames, speed, acceleration and jerk, and the last two after
+/// the low-pass.
+ScoreTable activity_table(const std::array<ActivityDynamics, kActivityNames.size()>& by_activity);
 
 }  // namespace inhabit

@@ -1,5 +1,7 @@
 #include "inhabit/synth/check.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 
 #include "inhabit/body/body_model.h"
@@ -106,6 +108,37 @@ std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split, 
       "touching hand to surface", "m", 0.01, [](const Measures& m) { return m.hands.hand_gap; }, touched,
       [](const Measures&) { return std::string(); });
   return bars;
+}
+
+std::string bars_text(const std::vector<Bar>& bars) {
+  std::string out =
+      fmt::format("{:<34} {:>10} {:>10} {:>10}  {:<5} {}\n", "", "low", "measured", "high", "", "worst clip");
+  for (const Bar& bar : bars) {
+    if (bar.clips == 0) {
+      out += fmt::format("{:<34} {:>10g} {:>10} {:>10g}  -     no clip has any\n", bar.name, bar.low, "-", bar.high);
+      continue;
+    }
+    const std::string where = bar.where.empty() ? "" : ", " + bar.where;
+    out += fmt::format("{:<34} {:>10g} {:>10.4g} {:>10g}  {:<5} {} ({:.4g} {}{})\n", bar.name, bar.low, bar.value,
+                       bar.high, bar.pass() ? "pass" : "FAIL", bar.worst_clip, bar.worst, bar.unit, where);
+  }
+  return out;
+}
+
+nlohmann::json bars_json(const std::vector<Bar>& bars) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const Bar& bar : bars)
+    out.push_back({{"name", bar.name},
+                   {"unit", bar.unit},
+                   {"low", bar.low},
+                   {"high", bar.high},
+                   {"value", bar.value},
+                   {"clips", bar.clips},
+                   {"pass", bar.pass()},
+                   {"worst", bar.worst},
+                   {"worst_clip", bar.worst_clip},
+                   {"where", bar.where}});
+  return out;
 }
 
 }  // namespace inhabit

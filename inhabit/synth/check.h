@@ -1,5 +1,6 @@
 #pragma once
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -29,5 +30,12 @@ struct Bar {
 /// in walls and furniture, distance of labelled hand contacts from the surface (of the point, and of the hand's skin).
 /// @param progress told how many clips are measured; may be empty
 std::vector<Bar> check_motion(const Dataset& dataset, const std::string& split = "all", const Progress& progress = {});
+
+/// The bars as text, a line each below a title: range, value, whether it passes, and the clip farthest out. No
+/// ScoreTable, as every line has a unit, and so digits, of its own and ends in words.
+std::string bars_text(const std::vector<Bar>& bars);
+
+/// The bars as a list of JSON objects.
+nlohmann::json bars_json(const std::vector<Bar>& bars);
 
 }  // namespace inhabit

@@ -7,6 +7,7 @@
 #include "inhabit/data/dataset_items.h"
 #include "inhabit/error.h"
 #include "inhabit/interruption.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/canonical.h"
@@ -133,8 +134,9 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
     skipped += fmt::format("{}", fmt::join(notes, "; "));
     notes.clear();
   }
-  for (std::string& doubt : notes) doubt.insert(0, recording.file + ": ");
-  return {{"seconds", source.seconds()}, {"kept", kept}, {"skipped", skipped}, {"doubts", notes}};
+  Notes doubts;
+  add_notes(doubts, std::move(notes), recording.file);
+  return {{"seconds", source.seconds()}, {"kept", kept}, {"skipped", skipped}, {"doubts", doubts}};
 }
 
 void remove_clips(const Dataset& dataset, const std::vector<DatasetClip>& clips) {

@@ -10,6 +10,7 @@
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/motion/retarget.h"
@@ -148,9 +149,15 @@ bool is_shown_as_cards(const std::string& path) {
 std::vector<Clip> read_for_view(const std::string& path, const ClipReadOptions& reading, Notes& notes) {
   Notes own;
   std::vector<Clip> clips = read_clips(path, reading, &own);
-  for (std::string& note : own) notes.push_back(note.insert(0, path + ": "));
+  add_notes(notes, std::move(own), path);
   for (Clip& clip : clips) clip = retarget_if_known(clip, path);
   return clips;
+}
+
+std::string cards_title(const std::vector<std::string>& paths) {
+  const fs::path first = fs::path(paths.front()).lexically_normal();
+  const std::string title = (first.has_filename() ? first : first.parent_path()).filename().string();
+  return paths.size() == 1 ? title : fmt::format("{} and {} more", title, paths.size() - 1);
 }
 
 std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes) {

@@ -16,6 +16,9 @@ bool is_shown_as_cards(const std::string& path);
 /// it, behind the file's name. Throws what read_clips throws.
 std::vector<Clip> read_for_view(const std::string& path, const ClipReadOptions& reading, Notes& notes);
 
+/// What a page of cards is called where nobody says otherwise: "walk.bvh", "recordings and 2 more".
+std::string cards_title(const std::vector<std::string>& paths);
+
 /// A card for each file: of a folder for all in it that can be shown, at most 200, its others being skipped and said in
 /// `notes`; of a native data set for its clips in their scenes. Throws Error for a file that is named and cannot be
 /// read, and for a folder without anything to show.

@@ -1,7 +1,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/json_text.h"
+#include "inhabit/metrics/score_json.h"
 #include "inhabit/view/charts.h"
 
 namespace inhabit {
@@ -185,9 +185,7 @@ const ordered* rows_of(const ordered& file) {
 
 /// Whether it is what `inhabit score --json` writes: an object with one of its numbers.
 bool holds_scores(const ordered& file) {
-  constexpr std::array kScores = {"fid",  "foot_skating", "jerk",  "collision_frame_ratio", "diversity",
-                                  "ndms", "npss",         "apd_m", "world_error_mm"};
-  return file.is_object() && std::any_of(kScores.begin(), kScores.end(), [&](const char* score) {
+  return file.is_object() && std::any_of(kScoreNames.begin(), kScoreNames.end(), [&](const char* score) {
            const auto found = file.find(score);
            return found != file.end() && is_value(*found);
          });

@@ -5,6 +5,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/convert.h"
 #include "inhabit/io/describe.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
 
@@ -17,10 +18,10 @@ using Number = std::optional<double>;
 /// `read(path, options, notes)` with what Python says about the file, notes to the log with its name.
 template <class Read>
 auto read_with(const Path& path, ClipReadOptions options, const BodyModel* body, const Read& read) {
-  Notes notes;
+  Notes own, notes;
   options.body = body;
-  auto out = released([&] { return read(path.string(), options, &notes); });
-  for (std::string& note : notes) note.insert(0, path.string() + ": ");
+  auto out = released([&] { return read(path.string(), options, &own); });
+  add_notes(notes, std::move(own), path.string());
   say(notes);
   return out;
 }

@@ -6,6 +6,7 @@
 
 #include "inhabit/math/heading.h"
 #include "interact/chair_scene.h"
+#include "refusal_of.h"
 
 namespace inhabit::interact {
 namespace {
@@ -52,6 +53,14 @@ TEST(EvaluateStarts, AreAroundTheChairOnFreeFloor) {
   }
   EXPECT_GT(behind, 10);
   EXPECT_LT(behind, 30);
+}
+
+TEST(EvaluateStarts, AreASetForEachChairOfAScene) {
+  const std::vector<StartSet> sets = around_chairs(chair_scene(), "room.glb", 3, 2);
+  ASSERT_EQ(sets.size(), 1);
+  EXPECT_EQ(sets[0].name, "solid_chair_0");
+  EXPECT_EQ(sets[0].starts.size(), 3);
+  EXPECT_EQ(refusal_of([] { around_chairs({}, "room.glb", 3, 2); }), "room.glb: holds nothing to sit on");
 }
 
 TEST(EvaluateStarts, TellsWhoSitsFromWhoWaitsAndWhoGoesThrough) {

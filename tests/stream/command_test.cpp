@@ -75,6 +75,20 @@ TEST(StreamCommand, ForecastsAsTheFacadeDoes) {
   }
 }
 
+TEST(StreamCommand, TakesAModelByNameOrPath) {
+  const auto said = [](const std::string& model) {
+    return answers("forecast --rate 2 --model " + model + " --scene " + kRoom, recording());
+  };
+  const auto by_path = said(INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors");
+  ASSERT_EQ(by_path.size(), 4);
+  EXPECT_EQ(said("forecast-compact"), by_path);
+  EXPECT_EQ(said("forecast-compact.safetensors"), by_path);
+  EXPECT_EQ(answers("anticipate --model anticipate-cmu", "").at(0)["ready"], "anticipate");
+  const CommandResult r = run_command("stream anticipate --model no-such-model </dev/null");
+  EXPECT_EQ(r.exit_code, 2);
+  EXPECT_THAT(r.err, HasSubstr("no-such-model: there is no such file, nor a model of this name"));
+}
+
 TEST(StreamCommand, QuietSaysNothingBesideAnswers) {
   const auto err = [](const std::string& more) { return run_command("stream forecast" + more + " </dev/null").err; };
   EXPECT_THAT(err(""), HasSubstr("no scene given"));

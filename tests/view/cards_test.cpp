@@ -10,6 +10,7 @@
 #include "cli/refusal.h"
 #include "in_browser.h"
 #include "inhabit/io/files.h"
+#include "inhabit/metrics/score_json.h"
 #include "inhabit/synth/room.h"
 #include "inhabit/view/charts.h"
 #include "refusal_of.h"
@@ -133,6 +134,14 @@ TEST(Charts, ReadsScores) {
   EXPECT_THAT(r.out, testing::HasSubstr("2 cards"));
   write(folder / "camera.json", "{\"fx\": 500, \"fy\": 500}");
   EXPECT_FALSE(is_score_table(folder / "camera.json"));
+}
+
+TEST(Charts, KnowsScoresOfEveryKind) {
+  TempFolder folder;
+  for (size_t kind = 0; kind < kScoreNames.size(); ++kind) {
+    write(folder / "scores.json", begin_scores(static_cast<ScoreKind>(kind), 0.5).dump());
+    EXPECT_TRUE(is_score_table(folder / "scores.json")) << kScoreNames[kind];
+  }
 }
 
 TEST(Charts, RefusesWhatIsNone) {
