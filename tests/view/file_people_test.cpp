@@ -23,7 +23,7 @@ std::vector<std::string> person_names(const std::vector<PagePerson>& people) {
 TEST(FilePeople, AreCalledAfterTheirFilesAndNumberedWhereTheseHoldSeveral) {
   const TempFolder folder;
   write_clip(folder / "walk.npz", striding(60, 0, 0));
-  write_clips(folder / "two.npz", {striding(30, 0, 0), striding(90, 1, 0)});
+  write_clips(folder / "two.npz", {striding(90, 0, 0), striding(90, 1, 0)});
   write_clips(folder / "many.npz", std::vector<Clip>(5, striding(30, 0, 0)));
   Notes notes;
   const auto people = people_of_files({folder / "walk.npz", folder / "two.npz"}, {}, notes);
