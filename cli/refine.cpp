@@ -17,8 +17,8 @@
 namespace {
 
 struct RefineArguments {
-  std::string motion, keep;
-  bool contacts = true, standard = false, generated = false;
+  std::string motion, keep, contacts = "auto";
+  bool standard = false, generated = false;
   double smooth = 1;
   inhabit::ClipReadOptions reading;
   SceneInput scene;
@@ -79,7 +79,8 @@ void run_on_motion(const RefineArguments& o) {
   std::string said;
   for (const Clip& clip : clips) {
     refine::Options options;
-    options.contacts = o.contacts;
+    options.contacts = o.contacts != "none";
+    options.hands = o.contacts == "auto";
     options.generated = o.generated;
     options.smooth = o.smooth;
     refine::add_kept(o.keep, clip, options);
@@ -87,9 +88,11 @@ void run_on_motion(const RefineArguments& o) {
     options.standard = o.standard;
     options.progress = progress_of("stretches");
     const refine::Result result = refine::refine(clip, scene, options);
-    said +=
-        fmt::format("noise of {:.1f} degrees and {:.1f} mm found, {} contacts; joints moved by {:.1f} mm in the mean\n",
-                    57.29578 * result.noise_rotations, 1e3 * result.noise_root, result.contacts, 1e3 * result.moved);
+    said += fmt::format(
+        "noise of {:.1f} degrees and {:.1f} mm found, {} contacts of feet, {} of hands; joints moved by "
+        "{:.1f} mm in the mean\n",
+        57.29578 * result.noise_rotations, 1e3 * result.noise_root, result.contacts, result.hands.size(),
+        1e3 * result.moved);
     people.push_back({result.before, result.clip});
     written.push_back(o.standard ? result.clip : result.on_source);
   }
@@ -108,9 +111,10 @@ void add_refine(CLI::App& app) {
   add_reading(*verb, o->reading);
   add_scene(*verb, o->scene, " (without one, a flat floor is assumed)");
   verb->add_option("--contacts", o->contacts,
-                   "auto: feet stay where they are found to stand; none: they are left alone")
-      ->transform(one_of<bool>({{"auto", true}, {"none", false}}))
-      ->option_text("auto|none [auto]");
+                   "auto: feet stay where they are found to stand, hands where they rest on the scene; feet: these "
+                   "alone; none: both are left alone")
+      ->check(CLI::IsMember({"auto", "feet", "none"}))
+      ->option_text("auto|feet|none [auto]");
   verb->add_option(
       "--keep", o->keep,
       "What stays as it is, between commas: frames (0,60,90), every:N, joints by their standard names or the file's");

@@ -100,6 +100,7 @@ inhabit_result run(const Refiner&, const Clip& clip, const Scene& scene, Options
   std::string keep;
   text.take("keep", keep);
   text.take("contacts", options.contacts);
+  text.take("hands", options.hands);
   text.take("generated", options.generated);
   text.take("smooth", options.smooth);
   text.take("standard", options.standard);

@@ -14,16 +14,47 @@ using Eigen::Vector3d;
 
 constexpr double kSlowest = 0.1;  // m/s: what drifts more slowly than this is nobody's step, but no contact either
 
-/// Speed along the floor in each frame, m/s, by central differences.
-std::vector<double> level_speeds(const Track& track, double rate) {
+constexpr double kPalmApart = 0.02;  // metres from its place: a hand comes or goes
+
+/// Speed in each frame, m/s, by central differences.
+std::vector<double> speeds_of(const Track& track, double rate) {
   const auto frames = static_cast<int64_t>(track.size());
   std::vector<double> out(track.size(), 0);
   for (int64_t t = 0; t < frames && frames > 1; ++t) {
     const int64_t before = std::max<int64_t>(0, t - 1), after = std::min(frames - 1, t + 1);
-    Vector3d moved = track[after] - track[before];
-    moved.y() = 0;
-    out[t] = moved.norm() * rate / static_cast<double>(after - before);
+    out[t] = (track[after] - track[before]).norm() * rate / static_cast<double>(after - before);
   }
+  return out;
+}
+
+/// Stretches in which a point that is `near` stays where it is.
+std::vector<Contact> still_stretches(int joint, const Track& track, const std::vector<char>& near, double rate,
+                                     const ContactDetection& detection) {
+  const std::vector<double> speeds = speeds_of(track, rate);
+  const auto stands = [&](int64_t t, double speed) { return near[t] != 0 && speeds[t] < speed; };
+  const auto shortest = static_cast<int64_t>(std::ceil(detection.shortest * rate));
+  std::vector<Contact> out;
+  // Frames [begin, end): stretches below `quick` that are somewhere below `slow`; those that drift, by lower speeds.
+  const std::function<void(int64_t, int64_t, double, double)> search = [&](int64_t begin, int64_t end, double slow,
+                                                                           double quick) {
+    for (int64_t t = begin; t < end; ++t) {
+      if (!stands(t, quick)) continue;
+      int64_t last = t;
+      bool still = false;
+      Eigen::AlignedBox3d box;
+      for (; last < end && stands(last, quick); ++last) {
+        still = still || speeds[last] < slow;
+        box.extend(track[last]);
+      }
+      const bool drifts = box.diagonal().norm() > detection.drift;
+      if (drifts && quick > kSlowest)
+        search(t, last, std::min(slow, 0.6 * quick), 0.75 * quick);
+      else if (still && !drifts && last - t >= shortest)
+        out.push_back({joint, t, last - 1});
+      t = last;
+    }
+  };
+  search(0, static_cast<int64_t>(track.size()), detection.slow, detection.quick);
   return out;
 }
 
@@ -60,34 +91,28 @@ double standing_height(const Track& track, const std::vector<double>& floor) {
 
 std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
                                      double rate, const ContactDetection& detection) {
-  const auto frames = static_cast<int64_t>(track.size());
-  const std::vector<double> speeds = level_speeds(track, rate);
-  const auto stands = [&](int64_t t, double speed) {
-    return track[t].y() - floor[t] < standing + detection.low && speeds[t] < speed;
-  };
-  const auto shortest = static_cast<int64_t>(std::ceil(detection.shortest * rate));
-  std::vector<Contact> out;
-  // Frames [begin, end): stretches below `quick` that are somewhere below `slow`; those that drift, by lower speeds.
-  const std::function<void(int64_t, int64_t, double, double)> search = [&](int64_t begin, int64_t end, double slow,
-                                                                           double quick) {
-    for (int64_t t = begin; t < end; ++t) {
-      if (!stands(t, quick)) continue;
-      int64_t last = t;
-      bool still = false;
-      Eigen::AlignedBox2d box;
-      for (; last < end && stands(last, quick); ++last) {
-        still = still || speeds[last] < slow;
-        box.extend(Eigen::Vector2d(track[last].x(), track[last].z()));
-      }
-      const bool drifts = box.diagonal().norm() > detection.drift;
-      if (drifts && quick > kSlowest)
-        search(t, last, std::min(slow, 0.6 * quick), 0.75 * quick);
-      else if (still && !drifts && last - t >= shortest)
-        out.push_back({joint, t, last - 1});
-      t = last;
-    }
-  };
-  search(0, frames, detection.slow, detection.quick);
+  Track level = track;
+  std::vector<char> low(track.size());
+  for (size_t t = 0; t < track.size(); ++t) {
+    low[t] = track[t].y() - floor[t] < standing + detection.low ? 1 : 0;
+    level[t].y() = 0;
+  }
+  return still_stretches(joint, level, low, rate, detection);
+}
+
+std::vector<Contact> detect_palm_contacts(int joint, const Track& track, const std::vector<double>& distances,
+                                          double rate) {
+  std::vector<char> near(track.size());
+  for (size_t t = 0; t < track.size(); ++t) near[t] = distances[t] < kPalmDetection.low ? 1 : 0;
+  std::vector<Contact> out = still_stretches(joint, track, near, rate, kPalmDetection);
+  for (Contact& contact : out) {
+    const Vector3d place = contact_place(contact, track);
+    const auto apart = [&](int64_t t) { return (track[static_cast<size_t>(t)] - place).norm() > kPalmApart; };
+    while (contact.first < contact.last && apart(contact.first)) ++contact.first;
+    while (contact.last > contact.first && apart(contact.last)) --contact.last;
+  }
+  const auto shortest = static_cast<int64_t>(std::ceil(kPalmDetection.shortest * rate));
+  std::erase_if(out, [&](const Contact& contact) { return contact.last + 1 - contact.first < shortest; });
   return out;
 }
 

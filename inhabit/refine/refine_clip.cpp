@@ -12,6 +12,7 @@
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/joint_limits.h"
+#include "inhabit/body/palm.h"
 #include "inhabit/error.h"
 #include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
@@ -51,18 +52,21 @@ constexpr double kChange = 4;                             // m/s^2, of what is c
 constexpr double kUsualJerk = 70;                         // m/s^3: the jerk found where kPlaceJerk is right
 constexpr double kCalm = 1, kLively = 2.2;                // how far the motion's own jerk is followed
 constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly balls and heels stay
-constexpr double kFoothold = 0.01;                        // metres: no foothold is freer for noise
-constexpr double kGiven = 0.0003;                         // metres
-constexpr double kKept = 0.0001;                          // metres
-constexpr double kClear = 0.06, kClearPlace = 0.002;      // metres: the ball of a foot that goes is so high
-constexpr double kResting = 0.3, kGoing = 0.6;            // m/s: it may be on the floor; it is to be kClear above
-constexpr double kOutside = 0.003, kReach = 0.05;         // metres; from the scene within which it is minded
-constexpr double kLimit = 6 * kDegree;                    // beyond the body's limits; recordings go there too
+// Metres: how exactly a palm stays from frame to frame, at the end of the longest chain of joints, and on its surface.
+constexpr double kPalm = 0.0003, kSurface = 0.0005;
+constexpr double kFoothold = 0.01;                    // metres: no foothold is freer for noise
+constexpr double kGiven = 0.0003;                     // metres
+constexpr double kKept = 0.0001;                      // metres
+constexpr double kClear = 0.06, kClearPlace = 0.002;  // metres: the ball of a foot that goes is so high
+constexpr double kResting = 0.3, kGoing = 0.6;        // m/s: it may be on the floor; it is to be kClear above
+constexpr double kOutside = 0.003, kReach = 0.05;     // metres; from the scene within which it is minded
+constexpr double kLimit = 6 * kDegree;                // beyond the body's limits; recordings go there too
 constexpr int kRounds = 2;
 constexpr int64_t kBefore = 10;                  // observed frames that a continuation goes on from
 constexpr double kSoftFoot = 2;                  // m/s^2: no key poses have to be met, so that feet may land softly
 constexpr int64_t kWindow = 300, kOverlap = 30;  // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
+constexpr int kLeftWrist = 20;
 
 double squared(double x) { return x * x; }
 
@@ -77,6 +81,25 @@ struct Foot {
   double standing;
   std::vector<Contact> contacts;
 };
+
+/// A hand on a surface of the scene.
+struct Rest {
+  Contact contact;
+  int point;  // of the problem: the palm
+  SurfacePlace at;
+};
+
+/// (frames, 2, 4) as Clip::hand_targets.
+torch::Tensor targets_of(const std::vector<GivenContact>& hands, int64_t frames) {
+  torch::Tensor out = torch::zeros({frames, 2, 4});
+  auto target = out.accessor<float, 3>();
+  for (const GivenContact& hand : hands)
+    for (int64_t t = hand.first; t <= hand.last; ++t) {
+      for (int i = 0; i < 3; ++i) target[t][hand.joint - kLeftWrist][i] = static_cast<float>(hand.place[i]);
+      target[t][hand.joint - kLeftWrist][3] = 1;
+    }
+  return out;
+}
 
 /// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near. Not floor_under()
 /// (motion/floor.h), which looks where feet are slow: here that is found from the floor.
@@ -152,6 +175,8 @@ class Refinement {
       lift_to_floor(found);
       for (const Foot& foot : feet_) out.contacts += static_cast<int64_t>(foot.contacts.size());
       add_footholds();
+      find_rests(posed(problem_.bones, found));
+      add_rests();
     }
     // Where the scene is near and feet go low is seen along the way.
     for (int round = 0; round < kRounds; ++round) {
@@ -159,10 +184,16 @@ class Refinement {
       const Poses poses = posed(problem_.bones, found);
       problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, clip_.rate, kReach, weight_of(kOutside));
       add_clearance(poses);
+      add_rest_planes();
       found = solve_windows({3, belief_.tolerance});
     }
     out.before = clip_;
     out.clip = clip_of(found, clip_);
+    for (const Rest& rest : rests_)
+      out.hands.push_back({rest.contact.joint, palm_offset(rest.contact.joint - kLeftWrist).cast<double>(),
+                           rest.at.place, rest.contact.first, rest.contact.last});
+    if (!out.hands.empty() && !out.clip.hand_targets.defined())
+      out.clip.hand_targets = targets_of(out.hands, clip_.frames());
     out.moved = (out.clip.joints - clip_.joints).norm(2, {2}).mean().item<double>();
     return out;
   }
@@ -264,16 +295,86 @@ class Refinement {
     }
   }
 
-  /// Where a contact holds its joint in each of its frames: at one place, that of a kept frame if it has one, or from
+  /// Metres that a contact's place is known to, which stays to `still` metres: as well as the root.
+  double nearness(double still) const {
+    const double known = levels_.root > belief_.place ? std::min(levels_.root, kFoothold) : 0;
+    return std::max({still, belief_.foothold, known});
+  }
+
+  bool has_kept_frame(const Contact& contact) const {
+    return std::any_of(problem_.fixed.begin() + contact.first, problem_.fixed.begin() + contact.last + 1,
+                       [](char fixed) { return fixed != 0; });
+  }
+
+  /// Contacts of hands with the scene. Without one there are none: hands that hang or lie in a lap stay as still as
+  /// those that rest on something, and only a surface tells them apart. What touches in a network's motion is given, by
+  /// who predicts it: contacts found in it made none of the systems' figures better.
+  void find_rests(const Poses& poses) {
+    if (!options_.hands || options_.generated || surroundings_.empty()) return;
+    for (const int side : {0, 1}) {
+      const int wrist = kLeftWrist + side;
+      const auto is_wrist = [&](int joint) { return joint == wrist; };
+      // Who gives a hand's contacts, or keeps it, has said where it is.
+      if (std::any_of(options_.keep_joints.begin(), options_.keep_joints.end(), is_wrist) ||
+          std::any_of(options_.given.begin(), options_.given.end(),
+                      [&](const GivenContact& contact) { return is_wrist(contact.joint); }))
+        continue;
+      const Point palm = {Attachment{wrist, 1, palm_offset(side).cast<double>()}};
+      Track track;
+      for (const BonesPose& pose : poses) track.push_back(place_of(palm, pose));
+      track = smoothed(track, clip_.rate, kPalmSmoothing);
+      std::vector<double> distances;
+      for (const SurfacePlace& surface : surroundings_.surfaces_near(track)) distances.push_back(surface.distance);
+      const std::vector<Contact> contacts = detect_palm_contacts(wrist, track, distances, clip_.rate);
+      if (contacts.empty()) continue;
+      Track places;
+      for (const Contact& contact : contacts) places.push_back(contact_place(contact, track));
+      const std::vector<SurfacePlace> surfaces = surroundings_.surfaces_near(places);
+      const auto point = static_cast<int>(problem_.points.size());
+      problem_.points.push_back(palm);
+      for (size_t i = 0; i < contacts.size(); ++i) rests_.push_back({contacts[i], point, surfaces[i]});
+    }
+  }
+
+  /// A palm stays at one place of its surface, near to where it was found to rest.
+  void add_rests() {
+    const double per_frame = 30 / clip_.rate, near = nearness(kContact);
+    for (const Rest& rest : rests_) {
+      const Contact& contact = rest.contact;
+      const std::vector<Vector3d> places = footholds(contact, rest.point, rest.at.place);
+      for (int64_t t = contact.first; t <= contact.last; ++t)
+        problem_.places.push_back({t,
+                                   rest.point,
+                                   places[static_cast<size_t>(t - contact.first)],
+                                   Vector3d::Constant(per_frame * weight_of(near)),
+                                   {}});
+      for (int64_t t = contact.first; t < contact.last; ++t)
+        problem_.holds.push_back({t, rest.point, Vector3d::Constant(per_frame * weight_of(kPalm))});
+    }
+  }
+
+  /// The surfaces that palms are on. Where a kept frame says where a palm is, it may be beside the surface.
+  void add_rest_planes() {
+    const double per_frame = 30 / clip_.rate;
+    for (const Rest& rest : rests_) {
+      if (has_kept_frame(rest.contact)) continue;
+      for (int64_t t = rest.contact.first; t <= rest.contact.last; ++t)
+        problem_.planes.push_back(
+            {t, rest.point, rest.at.normal, rest.at.normal.dot(rest.at.place), per_frame * weight_of(kSurface), true});
+    }
+  }
+
+  /// Where a contact holds its point in each of its frames: at `middle`, at a kept frame's place if it has one, or from
   /// each kept frame's place to the next one's.
-  std::vector<Vector3d> footholds(const Contact& contact, const Foot& foot) const {
+  std::vector<Vector3d> footholds(const Contact& contact, int point, const Vector3d& middle) const {
     const Poses start = posed(
         problem_.bones, Trajectory(problem_.start.begin() + contact.first, problem_.start.begin() + contact.last + 1));
     std::vector<int64_t> known;
     for (int64_t t = contact.first; t <= contact.last; ++t)
       if (kept(t)) known.push_back(t);
-    const auto at = [&](int64_t t) { return start[static_cast<size_t>(t - contact.first)].positions[foot.joint]; };
-    const Vector3d middle = contact_place(contact, foot.track);
+    const auto at = [&](int64_t t) {
+      return place_of(problem_.points[static_cast<size_t>(point)], start[static_cast<size_t>(t - contact.first)]);
+    };
     std::vector<Vector3d> out;
     for (int64_t t = contact.first; t <= contact.last; ++t) {
       const auto next = std::lower_bound(known.begin(), known.end(), t);
@@ -308,12 +409,10 @@ class Refinement {
   /// A contact holds its joint at one place, near to where it was found: the scene may push it aside as a whole.
   void add_footholds() {
     const double per_frame = 30 / clip_.rate;
-    const double known = levels_.root > belief_.place ? std::min(levels_.root, kFoothold) : 0;  // as well as the root
     for (const Foot& foot : feet_) {
-      const double still = is_ball(foot.joint) ? kContact : kHeelContact,
-                   near = std::max({still, belief_.foothold, known});
+      const double still = is_ball(foot.joint) ? kContact : kHeelContact, near = nearness(still);
       for (const Contact& contact : foot.contacts) {
-        const std::vector<Vector3d> places = footholds(contact, foot);
+        const std::vector<Vector3d> places = footholds(contact, foot.joint, contact_place(contact, foot.track));
         for (int64_t t = contact.first; t <= contact.last; ++t) {
           Vector3d place = places[static_cast<size_t>(t - contact.first)],
                    weight = Vector3d::Constant(per_frame * weight_of(near));
@@ -405,6 +504,7 @@ class Refinement {
   std::mutex counting_;
   int64_t solved_ = 0;  // windows, over all rounds
   std::vector<Foot> feet_;
+  std::vector<Rest> rests_;
 };
 
 }  // namespace
@@ -458,6 +558,7 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
     poses.exact.assign(all.size(), false);
     for (const int64_t frame : options.keep_frames) poses.exact[static_cast<size_t>(frame)] = true;
     out.on_source = on_source_skeleton(out.clip, poses, clip.frames());
+    if (!out.hands.empty()) out.on_source.hand_targets = out.clip.hand_targets;
   }
   return out;
 }

@@ -24,6 +24,7 @@ struct GivenContact {
 /// What is wanted of a refined motion.
 struct Options {
   bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
+  bool hands = true;                 ///< find those of hands with the scene too
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
   /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.
   std::vector<int> keep_joints;
@@ -52,11 +53,14 @@ struct Result {
   double noise_rotations = 0;  ///< radians, median over the joints: white noise found in the motion
   double noise_root = 0;       ///< metres
   int64_t contacts = 0;        ///< of balls of the feet and heels
-  double moved = 0;            ///< metres, mean distance of the joints from where they were
+  /// Contacts of palms that were found on the scene's surfaces, of joints 20 (left wrist) and 21. `clip` and
+  /// `on_source` have them as Clip::hand_targets, where the motion brought none of its own.
+  std::vector<GivenContact> hands;
+  double moved = 0;  ///< metres, mean distance of the joints from where they were
 };
 
-/// A clean motion from a noisy or sliding one: smooth as far as it is noisy, feet that stand where they are in contact,
-/// no joint beyond its limits, nobody inside the scene.
+/// A clean motion from a noisy or sliding one: smooth as far as it is noisy, feet that stand and hands that rest where
+/// they are in contact, no joint beyond its limits, nobody inside the scene.
 /// @param clip on any skeleton that maps to the standard one (retarget), at any rate.
 /// @param scene may be empty: then a flat floor is assumed under the feet.
 /// Throws Error for what cannot be retargeted and options that name no frame or joint.

@@ -301,6 +301,21 @@ std::vector<double> Surroundings::floor_under(const Track& places) const {
   return out;
 }
 
+std::vector<SurfacePlace> Surroundings::surfaces_near(const Track& places) const {
+  std::vector<SurfacePlace> out(places.size());
+  for (const SceneQuery* query : {floor_.get(), solid_.get()}) {
+    if (query == nullptr) continue;
+    const ClosestPoints closest = query->closest(point_rows(places));
+    const float *place = closest.points.data_ptr<float>(), *normal = closest.normals.data_ptr<float>(),
+                *distance = closest.distances.data_ptr<float>();
+    for (size_t i = 0; i < places.size(); ++i)
+      if (distance[i] < out[i].distance)
+        out[i] = {Eigen::Map<const Eigen::Vector3f>(place + 3 * i).cast<double>(),
+                  Eigen::Map<const Eigen::Vector3f>(normal + 3 * i).cast<double>(), distance[i]};
+  }
+  return out;
+}
+
 std::vector<PlaneTerm> Surroundings::planes(const std::vector<BodyBall>& balls, int first_ball, const Poses& poses,
                                             double rate, double reach, double weight) const {
   std::vector<PlaneTerm> out;

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -22,6 +23,13 @@ struct BodyBall {
 /// Balls every 6 cm or closer along the capsules of a body with shape `betas`.
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
 
+/// A place on a surface.
+struct SurfacePlace {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();            ///< metres, world
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();           ///< unit, of the face, as the file has it
+  double distance = std::numeric_limits<double>::infinity();  ///< metres from what was asked for
+};
+
 /// What a body is kept out of, and what it stands on.
 class Surroundings {
  public:
@@ -33,6 +41,12 @@ class Surroundings {
   /// where there is none. What is above a place and above most of the floors is furniture: there it is the surface
   /// below.
   std::vector<double> floor_under(const Track& places) const;
+
+  /// Whether nothing is there to be touched.
+  bool empty() const { return floor_ == nullptr && solid_ == nullptr; }
+
+  /// What is nearest to each of `places`, floors and all else. Not to be asked where all is empty.
+  std::vector<SurfacePlace> surfaces_near(const Track& places) const;
 
   /// One term a ball that is inside the scene or nearer to it than its radius and `reach`: to stay on the outer side
   /// of the plane at the nearest place of the surface, or, where it goes right through something thin, beside that.

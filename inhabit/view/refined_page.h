@@ -12,7 +12,8 @@ struct RefinedPerson {
   Clip after;   ///< likewise
 };
 
-/// Motions of one or several people, in a scene that must outlive the page.
+/// Motions of one or several people, with strips of the first one's hand contacts (Clip::hand_targets), in a scene that
+/// must outlive the page.
 Page refined_page(const std::vector<RefinedPerson>& people, const Scene& scene, const std::string& title);
 
 }  // namespace inhabit

@@ -28,7 +28,8 @@ constexpr const char* kRefine =
     "A clean motion from a noisy or sliding one: smooth as far as it is noisy, feet that stand where they are in "
     "contact,\n"
     "no joint beyond its limits, nobody inside the scene.\n\n"
-    "scene: left out, a flat floor is assumed under the feet. contacts: feet are kept in place while they stand.\n"
+    "scene: left out, a flat floor is assumed under the feet. contacts: feet are kept in place while they stand;\n"
+    "hands: and hands while they rest on the scene.\n"
     "keep: frames ('0,60,90', 'every:60') that come out as they are and standard joints ('left_wrist') that are kept "
     "in\n"
     "place, mixed as one likes. smooth: factor on how smooth the motion is, 0: contacts alone. generated: a network "
@@ -60,14 +61,28 @@ void add_refine(py::module_& m) {
           "contacts", [](const RefineResult& r) { return r.result.contacts; },
           "Number of contacts of balls of the feet and heels.")
       .def_property_readonly(
+          "hands",
+          [](const RefineResult& r) {
+            py::list out;
+            for (const refine::GivenContact& hand : r.result.hands) {
+              const Eigen::Vector3d& p = hand.place;
+              out.append(py::dict("side"_a = hand.joint - 20, "first"_a = hand.first, "last"_a = hand.last,
+                                  "place"_a = std::vector<double>{p.x(), p.y(), p.z()}));
+            }
+            return out;
+          },
+          "Contacts of palms with the scene, a dictionary each: side (0 left, 1 right), frames first to last, place in "
+          "metres.")
+      .def_property_readonly(
           "moved", [](const RefineResult& r) { return r.result.moved; },
           "Metres, mean distance of the joints from where they were.");
   m.def(
       "refine",
-      [](const Clip& clip, const std::optional<Scene>& scene, bool contacts, const std::string& keep, double smooth,
-         bool generated, bool standard, const std::string& name) {
+      [](const Clip& clip, const std::optional<Scene>& scene, bool contacts, bool hands, const std::string& keep,
+         double smooth, bool generated, bool standard, const std::string& name) {
         refine::Options options;
         options.contacts = contacts;
+        options.hands = hands;
         options.smooth = smooth;
         options.generated = generated;
         options.name = name;
@@ -76,8 +91,8 @@ void add_refine(py::module_& m) {
         const Scene there = scene.value_or(Scene());
         return RefineResult{released([&, clip] { return refine::refine(clip, there, options); }), there};
       },
-      "clip"_a, "scene"_a = py::none(), py::kw_only(), "contacts"_a = true, "keep"_a = "", "smooth"_a = 1.0,
-      "generated"_a = false, "standard"_a = false, "name"_a = "motion", kRefine);
+      "clip"_a, "scene"_a = py::none(), py::kw_only(), "contacts"_a = true, "hands"_a = true, "keep"_a = "",
+      "smooth"_a = 1.0, "generated"_a = false, "standard"_a = false, "name"_a = "motion", kRefine);
 
   py::class_<refine::DepthResult>(m, "DepthResult", "What refine_to_depth() returns.")
       .def_readonly("before", &refine::DepthResult::before, "The motion as it was, on the standard skeleton.")

@@ -1,5 +1,6 @@
 // Protects the detection of contacts: a foot that stands is found from touch-down to lift-off, one that glides or is
-// in the air is not, slow steps come out as two contacts, and noise of a centimetre changes little once smoothed.
+// in the air is not, slow steps come out as two contacts, and noise of a centimetre changes little once smoothed; palms
+// that rest on a surface are found, those that slide over it or float are not.
 #include "inhabit/refine/contacts.h"
 
 #include <gtest/gtest.h>
@@ -87,6 +88,33 @@ TEST(Contacts, NoiseIsSmoothedAway) {
     EXPECT_NEAR(static_cast<double>(contacts[i].first), static_cast<double>(expected[i].first), 3);
     EXPECT_LT((contact_place(contacts[i], noisy) - contact_place(expected[i], clean)).norm(), 0.012);
   }
+}
+
+TEST(Contacts, PalmsThatRestOnASurface) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 0.005);
+  Track rests, slides, floats;
+  std::vector<double> on, above;
+  for (int t = 0; t < 90; ++t) {  // comes at half a metre a second, rests for a second, and goes as it came
+    const double away = std::max({0, 30 - t, t - 59}) / 60.0;
+    rests.emplace_back(0.1 + away, 0.7 + away, 0);
+    slides.emplace_back(0.12 * t / kRate, 0.7, 0);
+    floats.emplace_back(0.1, 0.7, 0);
+    for (double& x : rests.back()) x += normal(random);
+    on.push_back(0.01);
+    above.push_back(0.06);
+  }
+  const Track smooth = smoothed(rests, kRate, kPalmSmoothing);
+  std::vector<double> distances;
+  for (const Vector3d& p : smooth) distances.push_back(std::abs(p.y() - 0.7));
+  const std::vector<Contact> contacts = detect_palm_contacts(20, smooth, distances, kRate);
+  ASSERT_EQ(contacts.size(), 1U);
+  EXPECT_EQ(contacts[0].joint, 20);
+  EXPECT_NEAR(static_cast<double>(contacts[0].first), 30, 4);
+  EXPECT_NEAR(static_cast<double>(contacts[0].last), 59, 4);
+  EXPECT_TRUE(detect_palm_contacts(20, slides, on, kRate).empty());
+  EXPECT_TRUE(detect_palm_contacts(20, floats, above, kRate).empty());
+  EXPECT_EQ(detect_palm_contacts(20, floats, on, kRate).size(), 1U);
 }
 
 TEST(Contacts, SmoothingKeepsStraightLinesAndTakesNoise) {
