@@ -63,13 +63,13 @@ std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star
   return steps;
 }
 
-NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed) {
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed, double deviation) {
   return [=](int64_t number) {
     Tensor out = torch::empty({batch, features, frames});
     float* z = out.data_ptr<float>();
     for (int64_t b = 0; b < batch; ++b) {
       std::mt19937_64 random(item_seed(item_seed(seed, static_cast<uint64_t>(b)), static_cast<uint64_t>(number)));
-      for (int64_t i = 0; i < features * frames; ++i) *z++ = static_cast<float>(normal(random));
+      for (int64_t i = 0; i < features * frames; ++i) *z++ = static_cast<float>(deviation * normal(random));
     }
     return out;
   };

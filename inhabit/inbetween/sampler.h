@@ -55,8 +55,8 @@ using Denoise = std::function<torch::Tensor(const torch::Tensor& x, int64_t t)>;
 /// but the last: number n - 2 after the first, down to number 0.
 using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 
-/// Noise that depends on the seed, the index in the batch and the number alone.
-NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
+/// Noise that depends on the seed, the index in the batch and the number alone. @param deviation of it, 1 in training
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed, double deviation = 1);
 
 /// Samples clips (B, F, T) with `count` evaluations. The result meets the hard constraints: all of them where t_star is
 /// 0, else those imputed at every step; none where `imposed` is false. @param progress called after each evaluation

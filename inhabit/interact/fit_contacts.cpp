@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kMissed = 0.25;                // metres: a contact that is no longer tried
 constexpr double kNear = 0.06, kNearer = 0.02;  // metres: near it, or as near as the palm comes with so much to spare
+constexpr double kSits = 0.005;                 // metres: how near the pelvis stays to where it was
+// Metres that flesh sinks in: half of the 2 cm that it may, as hands that go fast along edges are some millimetres
+// deeper.
+constexpr double kSinks = 0.01;
 
 }  // namespace
 
@@ -39,7 +43,9 @@ Clip fit_contacts(const Clip& motion, const Scene& scene) {
   options.standard = true;
   options.generated = true;
   options.keep_frames = {0};  // the pose that the person was given in
-  options.keep_joints = {0};  // they sit where they sat
+  options.keep_joints = {0};  // they sit where they sat, as far as the seat lets them
+  options.keep_within = kSits;
+  options.skin_depth = kSinks;
   options.name = "motion";
   for (int64_t side = 0; side < 2; ++side)
     for (int64_t t = 0; t < motion.frames();) {

@@ -6,7 +6,8 @@ namespace inhabit::interact {
 
 /// A generated motion fitted to its contacts and its scene by the trajectory solver (refine/refine_clip.h; appendix 3):
 /// palms are on their contacts from where they come near them to where they leave them, feet stand, the pelvis stays
-/// where it was, and nobody is inside the chair. Contacts that a palm misses by over 25 cm stay missed.
+/// where it was but for what lifts the flesh out of the seat, and no skin is over 2 cm deep in the chair. Contacts that
+/// a palm misses by over 25 cm stay missed.
 /// @param motion with Clip::hand_targets: the contact in the frames in which it is reached for or held.
 Clip fit_contacts(const Clip& motion, const Scene& scene);
 

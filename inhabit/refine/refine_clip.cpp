@@ -22,6 +22,7 @@
 #include "inhabit/refine/contacts.h"
 #include "inhabit/refine/noise.h"
 #include "inhabit/refine/scene_terms.h"
+#include "inhabit/refine/skin_terms.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/terms.h"
 #include "inhabit/refine/weights.h"
@@ -56,13 +57,13 @@ constexpr double kContact = 0.001, kHeelContact = 0.004;  // metres: how exactly
 constexpr double kPalm = 0.0003, kSurface = 0.0005;
 constexpr double kFoothold = 0.01;                    // metres: no foothold is freer for noise
 constexpr double kGiven = 0.0003;                     // metres
-constexpr double kKept = 0.0001;                      // metres
 constexpr double kClear = 0.06, kClearPlace = 0.002;  // metres: the ball of a foot that goes is so high
 constexpr double kResting = 0.3, kGoing = 0.6;        // m/s: it may be on the floor; it is to be kClear above
 constexpr double kOutside = 0.003, kReach = 0.05;     // metres; from the scene within which it is minded
+constexpr double kSkin = 0.002;                       // metres: how exactly Options::skin_depth holds
 constexpr double kLimit = 6 * kDegree;                // beyond the body's limits; recordings go there too
-constexpr int kRounds = 2;
-constexpr int64_t kBefore = 10;                  // observed frames that a continuation goes on from
+constexpr int kRounds = 2, kSkinRounds = 3;           // skin that has come out at another face is seen in the third
+constexpr int64_t kBefore = 10;                       // observed frames that a continuation goes on from
 constexpr double kSoftFoot = 2;                  // m/s^2: no key poses have to be met, so that feet may land softly
 constexpr int64_t kWindow = 300, kOverlap = 30;  // frames
 constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
@@ -162,7 +163,9 @@ class Refinement {
         options_(options),
         belief_(options.generated ? kGenerated : kRecorded),
         surroundings_(surroundings),
-        balls_(body_balls(builtin_body(), clip_.betas)) {}
+        balls_(body_balls(builtin_body(), clip_.betas)) {
+    if (options.skin_depth) flesh_.emplace(builtin_body(), clip_.betas, balls_);
+  }
 
   Result run() {
     base();
@@ -179,10 +182,15 @@ class Refinement {
       add_rests();
     }
     // Where the scene is near and feet go low is seen along the way.
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < rounds(); ++round) {
       problem_.initial = found;
       const Poses poses = posed(problem_.bones, found);
       problem_.planes = surroundings_.planes(balls_, kStandardJoints, poses, clip_.rate, kReach, weight_of(kOutside));
+      if (flesh_ && surroundings_.solid() != nullptr) {
+        const std::vector<PlaneTerm> skin =
+            flesh_->planes(*surroundings_.solid(), poses, *options_.skin_depth, weight_of(kSkin), problem_.points);
+        problem_.planes.insert(problem_.planes.end(), skin.begin(), skin.end());
+      }
       add_clearance(poses);
       add_rest_planes();
       found = solve_windows({3, belief_.tolerance});
@@ -199,6 +207,7 @@ class Refinement {
   }
 
  private:
+  int rounds() const { return flesh_ ? kSkinRounds : kRounds; }
   bool kept(int64_t frame) const { return problem_.fixed[static_cast<size_t>(frame)] != 0; }
 
   /// Nearness, smoothness, limits and what is kept.
@@ -261,7 +270,7 @@ class Refinement {
         problem_.places.push_back({static_cast<int64_t>(t),
                                    joint,
                                    poses[t].positions[static_cast<size_t>(joint)],
-                                   Vector3d::Constant(weight_of(kKept)),
+                                   Vector3d::Constant(weight_of(options_.keep_within)),
                                    {}});
   }
 
@@ -490,7 +499,7 @@ class Refinement {
   void one_solved(int64_t windows) {
     if (!options_.progress) return;
     const std::lock_guard<std::mutex> lock(counting_);
-    options_.progress(++solved_, windows * (kRounds + (smoothed_ ? 1 : 0)));
+    options_.progress(++solved_, windows * (rounds() + (smoothed_ ? 1 : 0)));
   }
 
   Clip clip_;
@@ -498,6 +507,7 @@ class Refinement {
   const Belief& belief_;
   const Surroundings& surroundings_;
   std::vector<BodyBall> balls_;
+  std::optional<Flesh> flesh_;  // with Options::skin_depth
   Problem problem_;
   Levels levels_;
   bool smoothed_ = false;  // there is noise to be taken away
@@ -538,6 +548,8 @@ void add_kept(const std::string& what, const Clip& clip, Options& options) {
 Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   if (!(options.foot_change > 0)) throw Error("foot_change", "is not over 0");
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
+  if (!(options.keep_within > 0)) throw Error("keep_within", "is not over 0");
+  if (options.skin_depth && !(*options.skin_depth >= 0)) throw Error("skin_depth", "is under 0");
   for (const int64_t frame : options.keep_frames)
     if (frame < 0 || frame >= clip.frames())
       throw Error("keep", "there is no frame " + std::to_string(frame) + " in " + options.name + ", which has " +

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct Options {
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
   /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.
   std::vector<int> keep_joints;
+  double keep_within = 0.0001;  ///< metres: standard deviation of these places
+  /// Metres that the skin of the built-in body may be in the scene. Without it balls stand for the body
+  /// (scene_terms.h), and what it sits, leans or rests on may be 3 cm in them.
+  std::optional<double> skin_depth;
   std::vector<GivenContact> given;  ///< contacts that are known, of hands above all
   /// A network made the motion: its poses are believed to 3 degrees and 2 cm, and feet that glide by up to 15 cm are
   /// taken for standing.

@@ -48,6 +48,9 @@ class Surroundings {
   /// What is nearest to each of `places`, floors and all else. Not to be asked where all is empty.
   std::vector<SurfacePlace> surfaces_near(const Track& places) const;
 
+  /// What a body is kept out of; null where there is nothing.
+  const SceneQuery* solid() const { return solid_.get(); }
+
   /// One term a ball that is inside the scene or nearer to it than its radius and `reach`: to stay on the outer side
   /// of the plane at the nearest place of the surface, or, where it goes right through something thin, beside that.
   /// What is slow may rest on a surface and be in it by the ball's `give`. @param first_ball number of the first ball
