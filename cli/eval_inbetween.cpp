@@ -39,7 +39,7 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
           "--row", o.rows,
           "More rows of the same models with other settings, 'NAME: KEY=VALUE ...', such as "
           "'guidance 0: inference.guidance=0'; detours=searched or detours=straight: how the baseline goes around "
-          "obstacles; may be repeated")
+          "obstacles; temperature=1: the course is left to the seed; may be repeated")
       ->check(not_empty);
   verb.add_flag_callback(
       "--no-refine", [&o] { o.measured.refine = false; },

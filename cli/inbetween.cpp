@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "control_options.h"
 #include "inhabit/error.h"
@@ -31,6 +32,7 @@ struct InbetweenArguments {
   ControlTexts controls;
   bool noisy = false, no_common_skeleton = false;
   uint64_t samples = 1;
+  std::optional<double> temperature;
   inbetween::Options options;
 };
 
@@ -97,6 +99,11 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of the noise and of random key frames")
       ->check(whole_number)
       ->capture_default_str();
+  verb->add_option("--temperature", o->temperature,
+                   "How much of the motion's course is left to the seed: 0 the likeliest course (default), 1 any that "
+                   "people take (default of several --samples)")
+      ->check(CLI::Range(0.0, 2.0))
+      ->option_text("FLOAT");
   verb->add_option("--samples", o->samples, "How many motions, with seeds from --seed on")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -133,6 +140,7 @@ void add_inbetween(CLI::App& app) {
                     at(keys.back() - keys.front()));
     const Scene scene = read_scene(o->scene, notes);
     if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints, clip.skeleton);
+    o->options.temperature = o->temperature.value_or(o->samples > 1 ? 1 : 0);
     o->options.name = o->motions[0];
     o->options.keys_name = o->times.empty() ? "--keyframes" : "--times";
     o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),

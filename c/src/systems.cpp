@@ -67,6 +67,7 @@ inhabit_result run(const inbetween::SceneInbetweener& system, const Clip& clip, 
   std::string keys = "ends";
   text.take("keys", keys);
   text.take("seed", options.seed);
+  text.take("temperature", options.temperature);
   text.take("noise", options.noise);
   text.take("steps", options.steps);
   text.take("refine", options.refine);

@@ -58,7 +58,6 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
-  visit("inference.temperature", c.inference.temperature);
   visit("inference.steps", c.inference.steps);
 };
 
@@ -172,7 +171,6 @@ void validate(const Config& c, const std::string& subject) {
   check.within("diffusion_steps", c.diffusion_steps, 2, 10000);
   check.within("t_star", c.t_star, 0, c.diffusion_steps);
   check.within("inference.guidance", c.inference.guidance, 0, 100);
-  check.within("inference.temperature", c.inference.temperature, 0, 10);
   check.within("inference.steps", c.inference.steps, 1, c.diffusion_steps);
   check.within("training.steps", c.training.steps, 1, 1e8);
   check.within("training.batch", c.training.batch, 1, 100'000);

@@ -98,8 +98,7 @@ struct Config {
 
   /// How motion is sampled where Options say nothing else.
   struct Inference {
-    double guidance = 2.5;   ///< w
-    double temperature = 1;  ///< deviation of the noise that is drawn: towards 0 samples are likelier and more alike
+    double guidance = 2.5;  ///< w
     int steps = 2;  ///< evaluations of the denoiser: few, as more collide more and are else no better beyond the
                     ///< spread of seeds (docs/inbetweening.md)
 

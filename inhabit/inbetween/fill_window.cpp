@@ -151,7 +151,7 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
       return in.baseline + f.denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
     return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
   };
-  const auto noise = seeded_noise(1, kFeatureCount, c.frames, seed, c.inference.temperature);
+  const auto noise = seeded_noise(1, kFeatureCount, c.frames, seed);
   const Tensor sampled = f.options.stage == Stage::baseline
                              ? in.baseline
                              : sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, progress);
@@ -230,7 +230,7 @@ Clip predict_residual(Filling& f, const FillWindow& window, const std::function<
   const Baseline baseline = baseline_of_window(f, window, keys, seed);
   if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
-  how.noise = seeded_noise(1, kResidualFeatures, c.frames, seed, c.inference.temperature);
+  how.noise = with_temperature(seeded_noise(1, kResidualFeatures, c.frames, seed), f.options.temperature);
   how.progress = progress;
   return clip_of(sample_residual(f.networks, f.denoiser, baseline, f.distances, how), keys, f.floor);
 }

@@ -1,5 +1,6 @@
 #include "inhabit/inbetween/methods.h"
 
+#include <charconv>
 #include <utility>
 
 #include "inhabit/error.h"
@@ -13,12 +14,24 @@
 namespace inhabit::inbetween {
 namespace {
 
+double temperature_named(const std::string& text) {
+  double out = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (error != std::errc() || end != text.data() + text.size() || !(out >= 0 && out <= 2))
+    throw Error("temperature '" + text + "'", "is no number from 0 to 2");
+  return out;
+}
+
 /// Rows of a model with settings, further ones than all its rows have.
 std::vector<Method> rows_with(const std::string& name, Networks networks, Options options,
                               std::vector<std::string> settings) {
   const bool plain = settings.empty();
   bool other_detours = false;
   std::erase_if(settings, [&](const std::string& setting) {
+    if (setting.starts_with("temperature=")) {
+      options.temperature = temperature_named(setting.substr(12));
+      return true;
+    }
     if (!setting.starts_with("detours=")) return false;
     options.detours = detours_named(setting.substr(8));
     return other_detours = true;

@@ -54,9 +54,10 @@ std::vector<Method> model_rows(const std::string& name, const Networks& networks
 
 /// Other settings that a model is measured with.
 struct OtherSettings {
-  std::string name;                   ///< of their rows, behind the model's
-  std::vector<std::string> settings;  ///< of its configuration, as set_used takes them, and "detours=NAME", as
-                                      ///< detours_named takes it: Options::detours
+  std::string name;  ///< of their rows, behind the model's
+  /// Of its configuration, as set_used takes them, "detours=NAME", as detours_named takes it (Options::detours), and
+  /// "temperature=NUMBER" (Options::temperature).
+  std::vector<std::string> settings;
 };
 
 /// The models that an evaluation measures, and how.

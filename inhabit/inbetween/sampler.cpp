@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "inhabit/error.h"
+#include "inhabit/math/dct.h"
 #include "inhabit/math/random.h"
 
 namespace inhabit::inbetween {
@@ -63,15 +64,24 @@ std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star
   return steps;
 }
 
-NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed, double deviation) {
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed) {
   return [=](int64_t number) {
     Tensor out = torch::empty({batch, features, frames});
     float* z = out.data_ptr<float>();
     for (int64_t b = 0; b < batch; ++b) {
       std::mt19937_64 random(item_seed(item_seed(seed, static_cast<uint64_t>(b)), static_cast<uint64_t>(number)));
-      for (int64_t i = 0; i < features * frames; ++i) *z++ = static_cast<float>(deviation * normal(random));
+      for (int64_t i = 0; i < features * frames; ++i) *z++ = static_cast<float>(normal(random));
     }
     return out;
+  };
+}
+
+NoiseSource with_temperature(NoiseSource noise, double temperature) {
+  if (temperature == 1) return noise;
+  return [noise = std::move(noise), temperature](int64_t number) {
+    constexpr int64_t kSlow = 4;
+    const Tensor drawn = noise(number), slow = dct_matrix(drawn.size(2), std::min<int64_t>(kSlow, drawn.size(2)));
+    return drawn - (1 - temperature) * drawn.matmul(slow.t()).matmul(slow);
   };
 }
 

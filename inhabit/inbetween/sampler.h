@@ -55,8 +55,13 @@ using Denoise = std::function<torch::Tensor(const torch::Tensor& x, int64_t t)>;
 /// but the last: number n - 2 after the first, down to number 0.
 using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 
-/// Noise that depends on the seed, the index in the batch and the number alone. @param deviation of it, 1 in training
-NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed, double deviation = 1);
+/// Noise that depends on the seed, the index in the batch and the number alone.
+NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
+
+/// The same noise with its slow part, the first four coefficients of its DCT over the frames (in four seconds what is
+/// slower than half a hertz), scaled by `temperature`. It decides the course of a motion, what is quicker how lively it
+/// is: at 0 a sample takes the likeliest course, at 1 it is one of all that the network has learned.
+NoiseSource with_temperature(NoiseSource noise, double temperature);
 
 /// Samples clips (B, F, T) with `count` evaluations. The result meets the hard constraints: all of them where t_star is
 /// 0, else those imputed at every step; none where `imposed` is false. @param progress called after each evaluation

@@ -104,6 +104,7 @@ void require_possible(const Config& c, const Options& options) {
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
     throw Error("controls", "this model takes neither contacts nor a root path");
+  if (!(options.temperature >= 0 && options.temperature <= 2)) throw Error("temperature", "is not from 0 to 2");
   if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
     throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
   if (options.noise > 0 && !c.takes_noise())

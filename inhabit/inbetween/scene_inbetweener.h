@@ -41,15 +41,18 @@ struct Options {
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together
   uint64_t seed = 1;                      ///< what the noise follows from that motion begins as
-  Controls controls;                      ///< for models of residual motion
-  bool refine = true;                     ///< feet stand, nobody is inside the scene (refine/)
-  Stage stage = Stage::finished;          ///< how far the model's work is done
-  Detours detours = Detours::learned;     ///< around what stands between keys
-  bool collisions = false;                ///< Result::collides is found
-  std::string name = "motion";            ///< what errors call the clip
-  std::string keys_name = "keys";         ///< what errors call the key frames
-  bool standard = false;                  ///< the motion is wanted on the standard skeleton alone
-  Progress progress;                      ///< evaluations; may be empty
+  /// How much of the motion's course is left to the seed, by models of residual motion (with_temperature): 0 the
+  /// likeliest course, 1 any that people take. Other models draw all of the noise.
+  double temperature = 0;
+  Controls controls;                   ///< for models of residual motion
+  bool refine = true;                  ///< feet stand, nobody is inside the scene (refine/)
+  Stage stage = Stage::finished;       ///< how far the model's work is done
+  Detours detours = Detours::learned;  ///< around what stands between keys
+  bool collisions = false;             ///< Result::collides is found
+  std::string name = "motion";         ///< what errors call the clip
+  std::string keys_name = "keys";      ///< what errors call the key frames
+  bool standard = false;               ///< the motion is wanted on the standard skeleton alone
+  Progress progress;                   ///< evaluations; may be empty
 };
 
 /// The motion that was made, and what was found out on the way.

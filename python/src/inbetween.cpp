@@ -61,6 +61,8 @@ constexpr const char* kInbetweenRun =
     "joints: what keys between the ends constrain, such as 'pelvis,left_wrist' (default: whole poses).\n"
     "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it).\n"
     "steps: evaluations of the denoiser, 0: the model's own; sampler: 'dpm', 'ddim' or 'ddpm'; seed of the noise.\n"
+    "temperature: how much of the motion's course is left to the seed, 0 the likeliest course, 1 any that people "
+    "take.\n"
     "key_weights: one a key, 1 at the ends: 1 meets the pose, 0 leaves it out.\n"
     "contacts: list of (joint, from, to, (x, y, z)): this joint, by its standard name or the one in the clip's "
     "skeleton, or\n"
@@ -143,9 +145,10 @@ void add_inbetween(py::module_& m) {
           "run",
           [](const SceneInbetweener& inbetweener, const Clip& clip, const std::optional<Scene>& scene, const Keys& keys,
              const std::string& joints, double noise, int64_t steps, const std::string& sampler, uint64_t seed,
-             const std::vector<double>& key_weights, const std::vector<JointContactArgument>& contacts,
-             const std::vector<PathArgument>& root_path, bool loop, bool refine, const std::string& detours,
-             bool collisions, const py::object& progress, bool standard, const std::string& name) {
+             double temperature, const std::vector<double>& key_weights,
+             const std::vector<JointContactArgument>& contacts, const std::vector<PathArgument>& root_path, bool loop,
+             bool refine, const std::string& detours, bool collisions, const py::object& progress, bool standard,
+             const std::string& name) {
             inbetween::Options options;
             options.keys = keys_of(keys, clip, seed);
             if (!joints.empty()) options.key_groups = inbetween::key_groups(joints, clip.skeleton);
@@ -153,6 +156,7 @@ void add_inbetween(py::module_& m) {
             options.steps = steps;
             options.sampler = sampler_of(sampler);
             options.seed = seed;
+            options.temperature = temperature;
             options.controls = controls_of(key_weights, contacts, root_path, loop, clip.skeleton);
             options.refine = refine;
             options.detours = inbetween::detours_named(detours);
@@ -166,10 +170,10 @@ void add_inbetween(py::module_& m) {
             return out;
           },
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
-          "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "key_weights"_a = std::vector<double>(),
-          "contacts"_a = std::vector<JointContactArgument>(), "root_path"_a = std::vector<PathArgument>(),
-          "loop"_a = false, "refine"_a = true, "detours"_a = "learned", "collisions"_a = false,
-          "progress"_a = py::none(), "standard"_a = false, "name"_a = "motion", kInbetweenRun);
+          "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "temperature"_a = 0.0,
+          "key_weights"_a = std::vector<double>(), "contacts"_a = std::vector<JointContactArgument>(),
+          "root_path"_a = std::vector<PathArgument>(), "loop"_a = false, "refine"_a = true, "detours"_a = "learned",
+          "collisions"_a = false, "progress"_a = py::none(), "standard"_a = false, "name"_a = "motion", kInbetweenRun);
   m.def(
       "poses_at_times",
       [](const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate) {

@@ -56,6 +56,8 @@ def test_inbetween_meets_its_keys_and_reports():
     result = inhabit.Inbetweener().run(clip, room(), keys=[0, 45, 89], progress=lambda done, all: heard.append((done, all)))
     assert result.keys == [0, 45, 89] and heard and heard[-1][0] == heard[-1][1]
     assert np.abs(result.clip.joints[45] - clip.joints[45]).max() < 0.02
+    with pytest.raises(inhabit.Error, match="temperature: is not from 0 to 2"):
+        inhabit.Inbetweener().run(clip, room(), temperature=-1.0)
 
 
 def test_inbetween_warns_of_what_it_cannot_do():

@@ -157,6 +157,17 @@ TEST(Inbetween, TakesWhatAnAnimatorGivesBesideKeys) {
   EXPECT_TRUE(std::filesystem::exists(out + "_000.bvh"));
   EXPECT_TRUE(std::filesystem::exists(out + "_001.bvh"));
   EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("sample 2"));
+  r = run_command("inbetween " + kWalk + " --keyframes 45 --samples 2 --temperature 0 --standard -o " + out +
+                  "_alike.npz");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const std::vector<Clip> alike = read_clips(out + "_alike.npz");
+  const auto apart = [](const std::vector<Clip>& clips) {
+    return (clips[0].joints - clips[1].joints).norm(2, {2}).mean().item<double>();
+  };
+  r = run_command("inbetween " + kWalk + " --keyframes 45 --samples 2 --standard -o " + out + "_varied.npz");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_GT(apart(alike), 0);
+  EXPECT_LT(apart(alike), 0.8 * apart(read_clips(out + "_varied.npz"))) << "several differ in their course as well";
   r = run_command("inbetween " + kWalk + " --loop --standard -o " + out + "_loop.npz");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Clip loop = read_clip(out + "_loop.npz");
@@ -167,6 +178,7 @@ TEST(Inbetween, TakesWhatAnAnimatorGivesBesideKeys) {
   expect_refused(walk + " --contact left_hand,1,2,3" + to, {"5 are wanted"}, nothing);
   expect_refused(walk + " --contact left_hand,2,1,3,4,5" + to, {"not within"}, nothing);
   expect_refused(walk + " --root-path 1,nan,0" + to, {"no number"}, nothing);
+  expect_refused(walk + " --temperature 3" + to, {"--temperature"}, nothing);
   expect_refused(walk + " --key-weights 1" + to, {"1 are given for 2 keys"}, nothing);
 }
 

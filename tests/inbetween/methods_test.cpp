@@ -129,6 +129,10 @@ TEST(EvaluationRows, RefuseSettingsThatAreNotOfHowAModelIsUsed) {
   EXPECT_THAT(refusal_of([&] { evaluation_rows(models); }), HasSubstr("--set frames=3: is how the networks were made"));
   models.others = {{"a", {"detours=left"}}};
   EXPECT_THAT(refusal_of([&] { evaluation_rows(models); }), HasSubstr("none of learned, searched and straight"));
+  for (const char* temperature : {"temperature=cold", "temperature=-1", "temperature=nan", "temperature="}) {
+    models.others = {{"a", {temperature}}};
+    EXPECT_THAT(refusal_of([&] { evaluation_rows(models); }), HasSubstr("is no number from 0 to 2"));
+  }
 }
 
 }  // namespace

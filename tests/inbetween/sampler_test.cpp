@@ -9,6 +9,7 @@
 #include <cmath>
 #include <set>
 
+#include "inhabit/math/dct.h"
 #include "largest.h"
 #include "refusal_of.h"
 
@@ -242,6 +243,18 @@ TEST(Sampler, TheSeedDecides) {
   const Tensor z = seeded_noise(1, 100, 100, 1)(3);
   EXPECT_NEAR(z.mean().item<double>(), 0, 0.05);
   EXPECT_NEAR(z.std().item<double>(), 1, 0.05);
+}
+
+TEST(Sampler, TheTemperatureIsOfTheSlowPartAlone) {
+  const NoiseSource noise = seeded_noise(2, 3, 60, 1);
+  EXPECT_TRUE(torch::equal(with_temperature(noise, 1)(0), noise(0)));
+  const Tensor basis = dct_matrix(60, 60), whole = noise(0).matmul(basis.t());
+  for (const double temperature : {0.0, 0.5, 2.0}) {
+    const Tensor got = with_temperature(noise, temperature)(0).matmul(basis.t());
+    EXPECT_TRUE(torch::allclose(got.narrow(2, 0, 4), temperature * whole.narrow(2, 0, 4), 1e-4, 1e-5));
+    EXPECT_TRUE(torch::allclose(got.narrow(2, 4, 56), whole.narrow(2, 4, 56), 1e-4, 1e-5));
+  }
+  EXPECT_LT(with_temperature(seeded_noise(1, 2, 3, 1), 0)(0).abs().max().item<double>(), 1e-6) << "nothing but slow";
 }
 
 TEST(Sampler, TellsItsProgress) {
