@@ -41,7 +41,7 @@ void learned(benchmark::State& state) {
   const Question& q = question();
   const inbetween::PathNet network =
       inbetween::load_networks(INHABIT_SOURCE_DIR "/models/inbetween-compact.safetensors").path;
-  for (auto _ : state) benchmark::DoNotOptimize(inbetween::learned_detours(network, q.keys, q.groups, q.scene, 1));
+  for (auto _ : state) benchmark::DoNotOptimize(inbetween::learned_detours(network, q.keys, q.groups, q.scene, 1, 1));
 }
 
 BENCHMARK(searched)->Unit(benchmark::kMillisecond)->UseRealTime();

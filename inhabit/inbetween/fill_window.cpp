@@ -174,7 +174,7 @@ Tensor detours_of_window(const Filling& f, const Poses& keys, const Tensor& grou
   if (f.options.detours == Detours::searched || !f.networks.path)
     return detours_of_poses(keys, groups, f.distances, &unreached);
   std::vector<int64_t> unknown;
-  Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, seed, &unknown);
+  Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, f.options.temperature, seed, &unknown);
   if (unknown.empty()) return moves;
   const Tensor searched = detours_of_poses(keys, groups, f.distances, &unreached);
   std::erase_if(unreached, [&](int64_t key) { return !std::binary_search(unknown.begin(), unknown.end(), key); });

@@ -15,6 +15,7 @@ namespace {
 
 constexpr int64_t kPlacesChecked = 256;                   // of a path
 constexpr double kLongestLine = kMapCell * kMapLong - 1;  // metres: half a metre of the map is left beyond each key
+constexpr double kColdest = 1e-3;                         // temperature: only the likeliest is drawn
 constexpr float kRunsInto = 0.07F;                        // metres: nearer than that somebody is in it
 
 /// Whether a path of these sines (2, 14) is free of obstacles away from the keys, and nowhere too quick.
@@ -33,10 +34,10 @@ bool walkable(const Tensor& sines, const SceneDistances& scene, const PathLine& 
 }
 
 /// The hypothesis that is drawn, then the others, likeliest first.
-std::vector<int64_t> in_order(const Tensor& log_probability, uint64_t seed) {
+std::vector<int64_t> in_order(const Tensor& log_probability, double temperature, uint64_t seed) {
   std::vector<int64_t> order(static_cast<size_t>(log_probability.size(0)));
   std::iota(order.begin(), order.end(), 0);
-  const Tensor sums = log_probability.exp().cumsum(0);
+  const Tensor sums = (log_probability / std::max(temperature, kColdest)).softmax(0).cumsum(0);
   std::mt19937_64 random(seed);
   const double at = uniform(random, 0, 1);
   int64_t drawn = 0;
@@ -49,7 +50,7 @@ std::vector<int64_t> in_order(const Tensor& log_probability, uint64_t seed) {
 }  // namespace
 
 Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups, const SceneDistances& scene,
-                       uint64_t seed, std::vector<int64_t>* unreached) {
+                       double temperature, uint64_t seed, std::vector<int64_t>* unreached) {
   Tensor detours = torch::zeros({keys.frames(), 2});
   for (const RootLeg& leg : root_legs(root_places(keys), groups)) {
     const PathLine line{leg.a, leg.b};
@@ -63,7 +64,7 @@ Tensor learned_detours(PathNet network, const Poses& keys, const Tensor& groups,
         network->forward(map.unsqueeze(0), torch::tensor({static_cast<float>(line.length())}));
     const Tensor sines = proposed.rounds.back()[0];
     const std::vector<int64_t> order =
-        in_order(proposed.log_probability[0], item_seed(seed, static_cast<uint64_t>(leg.to)));
+        in_order(proposed.log_probability[0], temperature, item_seed(seed, static_cast<uint64_t>(leg.to)));
     const auto taken = std::find_if(order.begin(), order.end(),
                                     [&](int64_t k) { return walkable(sines[k], scene, line, leg.to - leg.from); });
     if (taken == order.end()) {

@@ -41,8 +41,8 @@ struct Options {
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together
   uint64_t seed = 1;                      ///< what the noise follows from that motion begins as
-  /// How much of the motion's course is left to the seed, by models of residual motion (with_temperature): 0 the
-  /// likeliest course, 1 any that people take. Other models draw all of the noise.
+  /// How much of the motion's course is left to the seed, by models of residual motion: 0 the likeliest course, 1 any
+  /// that people take (with_temperature, learned_detours). Other models draw all of the noise.
   double temperature = 0;
   Controls controls;                   ///< for models of residual motion
   bool refine = true;                  ///< feet stand, nobody is inside the scene (refine/)

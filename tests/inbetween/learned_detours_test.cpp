@@ -27,10 +27,10 @@ struct Walk {
   Detour detour = table_detour(121, 30);
   Poses keys = poses_of(detour.ends);
   SceneDistances scene = SceneDistances(detour.room);
-  Tensor detours_of(const std::vector<int64_t>& frames, uint64_t seed = 1,
-                    std::vector<int64_t>* unreached = nullptr) const {
+  Tensor detours_of(const std::vector<int64_t>& frames, uint64_t seed = 1, std::vector<int64_t>* unreached = nullptr,
+                    double temperature = 1) const {
     const torch::NoGradGuard no_gradients;
-    return learned_detours(shipped(), keys, whole_keys(121, frames), scene, seed, unreached);
+    return learned_detours(shipped(), keys, whole_keys(121, frames), scene, temperature, seed, unreached);
   }
 };
 
@@ -54,6 +54,11 @@ TEST(LearnedDetours, SeedsGoAroundOnBothSidesOfWhatStandsInTheMiddle) {
     EXPECT_GT(std::abs(aside), kTableWidth / 2);
   }
   EXPECT_TRUE(left && right);
+  const Tensor likeliest = w.detours_of({0, 120}, 1, nullptr, 0);
+  EXPECT_GT(std::abs(likeliest[60][0].item<double>()), kTableWidth / 2);
+  for (uint64_t seed = 2; seed <= 12; ++seed)
+    EXPECT_TRUE(torch::equal(w.detours_of({0, 120}, seed, nullptr, 0), likeliest))
+        << "the course is no matter of seeds";
 }
 
 TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
@@ -61,11 +66,12 @@ TEST(LearnedDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
   const torch::NoGradGuard no_gradients;
   EXPECT_EQ(w.detours_of({0, 20, 30}).abs().max().item<float>(), 0) << "before the table";
   EXPECT_EQ(
-      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(), 1).abs().max().item<float>(), 0);
+      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(), 1, 1).abs().max().item<float>(),
+      0);
   Tensor groups = whole_keys(121, {0, 60, 120});
   groups[60].zero_();
   groups[60][kJointGroups + 20] = 1;  // a wrist
-  EXPECT_EQ(learned_detours(shipped(), w.keys, groups, w.scene, 1).abs().max().item<float>(), 0);
+  EXPECT_EQ(learned_detours(shipped(), w.keys, groups, w.scene, 1, 1).abs().max().item<float>(), 0);
 }
 
 TEST(LearnedDetours, SayWhereNoPathIsWalkable) {
@@ -80,7 +86,8 @@ TEST(LearnedDetours, SayWhereNoPathIsWalkable) {
       frames_at(w.detour.ends, {0, 0, 0, 0, 0, 0, 0, 0, 0,  0, 0,
                                 0, 0, 0, 0, 0, 0, 0, 0, 120});  // from one side to the other in two thirds of a second
   const Tensor ends = whole_keys(20, {0, 19});
-  EXPECT_EQ(learned_detours(shipped(), poses_of(hurried), ends, w.scene, 1, &unreached).abs().max().item<float>(), 0);
+  EXPECT_EQ(learned_detours(shipped(), poses_of(hurried), ends, w.scene, 1, 1, &unreached).abs().max().item<float>(),
+            0);
   EXPECT_EQ(unreached, std::vector<int64_t>{19});
   Scene room = floor_scene();
   MeshBuilder wall;
@@ -88,7 +95,7 @@ TEST(LearnedDetours, SayWhereNoPathIsWalkable) {
   room.meshes.push_back(wall.mesh("wall", {0.5F, 0.5F, 0.5F}));
   unreached.clear();
   const Tensor none =
-      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(room), 1, &unreached);
+      learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), SceneDistances(room), 1, 1, &unreached);
   EXPECT_EQ(none.abs().max().item<float>(), 0);
   EXPECT_EQ(unreached, std::vector<int64_t>{120});
 }
@@ -108,7 +115,7 @@ TEST(LearnedDetours, LeaveChairsThatAStarFindsNoPathOutOf) {
     room.meshes.push_back(table.mesh("table", {0.5F, 0.5F, 0.5F}));
     const SceneDistances scene(room);
     std::vector<int64_t> unreached;
-    const Tensor detours = learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), scene, 1, &unreached);
+    const Tensor detours = learned_detours(shipped(), w.keys, whole_keys(121, {0, 120}), scene, 1, 1, &unreached);
     EXPECT_TRUE(unreached.empty()) << i;
     EXPECT_GT(detours.abs().max().item<double>(), 0.2) << i;
     detours_of_poses(w.keys, whole_keys(121, {0, 120}), scene, &unreached);
@@ -131,7 +138,8 @@ TEST(LearnedDetours, TakeLinesOfEveryLength) {
     clip.trans = clip.trans + moved;
     clip.joints = clip.joints + moved.unsqueeze(1);
     std::vector<int64_t> unreached;
-    const Tensor detours = learned_detours(shipped(), poses_of(clip), whole_keys(121, {0, 120}), scene, 1, &unreached);
+    const Tensor detours =
+        learned_detours(shipped(), poses_of(clip), whole_keys(121, {0, 120}), scene, 1, 1, &unreached);
     EXPECT_TRUE(detours.isfinite().all().item<bool>()) << length;
     EXPECT_EQ(unreached.empty(), length < 7) << length;
     EXPECT_EQ(detours.abs().max().item<double>() > 0.15, length > 0.9 && length < 7) << length;
@@ -143,7 +151,8 @@ TEST(LearnedDetours, LeadAroundWhatBlocksTheLineInRoomsOfAllKinds) {
   int64_t found = 0, rooms = 0;
   for (const BlockedRoom& room : blocked_rooms(10, 121, 30, 7)) {
     const Poses keys = poses_of(room.ends);
-    const Tensor detours = learned_detours(shipped(), keys, whole_keys(121, {0, 120}), SceneDistances(room.scene), 3);
+    const Tensor detours =
+        learned_detours(shipped(), keys, whole_keys(121, {0, 120}), SceneDistances(room.scene), 1, 3);
     // Measured on the scene itself, at heights of its own.
     const SceneQuery query(room.scene.meshes.empty() ? room.scene : obstacles_of(room.scene));
     const Eigen::Vector3f a = keys.root(0), b = keys.root(120);
