@@ -43,12 +43,12 @@ anticipate() {
 inbetween() {
   rooms
   fitted
-  local searched='searched: detours=searched' straight='straight: detours=straight'
-  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$searched" --row "$straight" \
+  local searched='searched: detours=searched' straight='straight: detours=straight' varied='varied: temperature=1'
+  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$searched" --row "$straight" --row "$varied" \
     --json "$out/inbetween_rooms.json"
   step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \
-    --seeds 2 --row "$searched" --row "$straight" --json "$out/inbetween_recordings.json"
-  step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 10 --no-refine --row "$searched" --row "$straight"
+    --seeds 2 --row "$searched" --row "$straight" --row "$varied" --json "$out/inbetween_recordings.json"
+  step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 10 --no-refine --row "$searched" --row "$straight" --row "$varied"
 }
 
 interact() {
