@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kMargin = 0.008;  // metres: what is so much less deep than it may be must not become too deep
 constexpr double kApart = 0.04;    // metres between the vertices of one ball that are minded
+constexpr int64_t kAtOnce = 128;   // frames, of each of which thousands of vertices are looked at
 constexpr double kSame = 0.002;    // metres: two rays have met one surface
 constexpr double kCarries = 0.1;   // of a vertex's weights: a joint whose balls it may be over
 constexpr double kStretch = 1.5;   // flesh at a bent joint is no more than so much thicker than at rest
@@ -178,6 +179,20 @@ void Flesh::follow_limbs(const BodyModel& body, const Skin& skin) {
 
 std::vector<PlaneTerm> Flesh::planes(const SceneQuery& solid, const Poses& poses, double depth, double weight,
                                      std::vector<Point>& points) {
+  std::vector<PlaneTerm> out;
+  const auto frames = static_cast<int64_t>(poses.size());
+  for (int64_t first = 0; first < frames; first += kAtOnce) {
+    const Poses some(poses.begin() + first, poses.begin() + std::min(frames, first + kAtOnce));
+    for (PlaneTerm& plane : planes_of_some(solid, some, depth, weight, points)) {
+      plane.frame += first;
+      out.push_back(plane);
+    }
+  }
+  return out;
+}
+
+std::vector<PlaneTerm> Flesh::planes_of_some(const SceneQuery& solid, const Poses& poses, double depth, double weight,
+                                             std::vector<Point>& points) {
   const Approach approach(solid, balls_, poses, 0);
   const std::vector<Entered> limbs = entered(solid, approach, balls_, before_, poses);
   std::vector<Entry> in, ways;

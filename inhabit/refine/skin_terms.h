@@ -23,6 +23,8 @@ class Flesh {
                                 std::vector<Point>& points);
 
  private:
+  std::vector<PlaneTerm> planes_of_some(const SceneQuery& solid, const Poses& poses, double depth, double weight,
+                                        std::vector<Point>& points);
   void follow_limbs(const BodyModel& body, const Skin& skin);
 
   std::vector<Point> vertices_;
