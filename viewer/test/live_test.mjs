@@ -61,14 +61,22 @@ await withBrowser({ viewport: { width: 760, height: 560 }, offline: false, accep
   // A click on the seat's front edge, on the left, is the left hand's contact.
   await get(`inhabit.setCamera(${at(0.5, 1.3, 1.9).join()}, [${at(0, 0, 0).join()}])`);
   await seconds(0.5);
+  // How far the hand is when its contact is set, seen by the page: on a busy machine it has arrived before this test asks.
+  await page.evaluate(() => {
+    const timer = setInterval(() => {
+      const away = inhabit.contacts()[0] && inhabit.pose().distance[0];
+      if (!(away > 0)) return;
+      window.awayAtFirst = away;
+      clearInterval(timer);
+    }, 5);
+  });
   await click(at(0.16, 0, 0.12));
   await until(page, 'inhabit.contacts()[0] !== null', 20);
   const first = (await get('inhabit.contacts()'))[0];
   assert.ok(distance(first, at(0.16, 0, 0.12)) < 0.25, `contact ${first}`);
   assert.equal((await get('inhabit.contacts()'))[1], null);
   assert.ok(distance(await get('inhabit.handle(0)'), first) < 1e-3, 'the handle is at the contact');
-  const far = (await get('inhabit.pose()')).distance[0];
-  await until(page, `inhabit.pose().reaching[0] && inhabit.pose().distance[0] < ${Math.min(far, 0.12)}`, 30);
+  await until(page, 'inhabit.pose().reaching[0] && inhabit.pose().distance[0] < Math.min(window.awayAtFirst, 0.12)', 30);
   await picture(page, 'contact');
 
   // The handle is dragged while the person moves; the contact stays on the chair.
