@@ -13,7 +13,7 @@ namespace inhabit::inbetween {
 /// detours_of_poses (obstacle_detours.h) as PathNet has them. Of its paths one is drawn by how likely each is; one that
 /// leads through something or cannot be walked in the time gives way to the likeliest that does neither. Where all do,
 /// and where keys are over 7 m apart, the line stays straight.
-/// @param temperature probabilities are raised to the power of one by it: at 0 the likeliest path is taken
+/// @param temperature probabilities count to the power of 1 / temperature: at 0 the likeliest path is taken
 /// @param seed what is drawn follows from. @param unreached gets the key frames whose straight line is blocked and that
 /// no path leads to; may be null
 torch::Tensor learned_detours(PathNet network, const Poses& keys, const torch::Tensor& groups,

@@ -1,12 +1,12 @@
 #include "inhabit/inbetween/methods.h"
 
-#include <charconv>
 #include <utility>
 
 #include "inhabit/error.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/interpolate_around.h"
 #include "inhabit/inbetween/key_smoother.h"
+#include "inhabit/io/number_text.h"
 #include "inhabit/nn/used_settings.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/refine_generated.h"
@@ -15,9 +15,8 @@ namespace inhabit::inbetween {
 namespace {
 
 double temperature_named(const std::string& text) {
-  double out = -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  if (error != std::errc() || end != text.data() + text.size() || !(out >= 0 && out <= 2))
+  double out = 0;
+  if (!parse_number(text, out) || !(out >= 0 && out <= 2))
     throw Error("temperature '" + text + "'", "is no number from 0 to 2");
   return out;
 }

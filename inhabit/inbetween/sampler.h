@@ -59,7 +59,7 @@ using NoiseSource = std::function<torch::Tensor(int64_t number)>;
 NoiseSource seeded_noise(int64_t batch, int64_t features, int64_t frames, uint64_t seed);
 
 /// The same noise with its slow part, the first four coefficients of its DCT over the frames (in four seconds what is
-/// slower than half a hertz), scaled by `temperature`. It decides the course of a motion, what is quicker how lively it
+/// slower than 0.4 Hz), scaled by `temperature`. It decides the course of a motion, what is quicker how lively it
 /// is: at 0 a sample takes the likeliest course, at 1 it is one of all that the network has learned.
 NoiseSource with_temperature(NoiseSource noise, double temperature);
 

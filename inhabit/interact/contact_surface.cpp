@@ -18,8 +18,7 @@ constexpr double kPelvisOverSeat = 0.1;  // metres
 
 SurfacePlace nearest_on(const SceneQuery& surface, const Vector3d& point) {
   const ClosestPoints closest = surface.closest(point_rows({point}));
-  return {Eigen::Map<const Eigen::Vector3f>(closest.points.data_ptr<float>()).cast<double>(),
-          closest.distances.item<double>()};
+  return {row_point(closest.points, 0), closest.distances.item<double>()};
 }
 
 Vector3d contact_on_surface(const Chair& chair, const SceneQuery& surface, const Skeleton& person, int hand,

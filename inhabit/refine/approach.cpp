@@ -34,12 +34,9 @@ void Approach::ask(std::vector<BallPlace>& of) const {
   places.reserve(of.size());
   for (const BallPlace& at : of) places.push_back(at.place);
   const ClosestPoints closest = solid_.closest(point_rows(places));
-  const auto row = [](const torch::Tensor& rows, size_t i) -> Vector3d {
-    return Eigen::Map<const Eigen::Vector3f>(rows.data_ptr<float>() + 3 * i).cast<double>();
-  };
   for (size_t i = 0; i < of.size(); ++i) {
-    of[i].surface = row(closest.points, i);
-    of[i].normal = row(closest.normals, i);
+    of[i].surface = row_point(closest.points, i);
+    of[i].normal = row_point(closest.normals, i);
     of[i].distance = closest.distances.data_ptr<float>()[i];
   }
 }

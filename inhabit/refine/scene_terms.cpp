@@ -176,12 +176,10 @@ std::vector<SurfacePlace> Surroundings::surfaces_near(const Track& places) const
   for (const SceneQuery* query : {floor_.get(), solid_.get()}) {
     if (query == nullptr) continue;
     const ClosestPoints closest = query->closest(point_rows(places));
-    const float *place = closest.points.data_ptr<float>(), *normal = closest.normals.data_ptr<float>(),
-                *distance = closest.distances.data_ptr<float>();
+    const float* distance = closest.distances.data_ptr<float>();
     for (size_t i = 0; i < places.size(); ++i)
       if (distance[i] < out[i].distance)
-        out[i] = {Eigen::Map<const Eigen::Vector3f>(place + 3 * i).cast<double>(),
-                  Eigen::Map<const Eigen::Vector3f>(normal + 3 * i).cast<double>(), distance[i]};
+        out[i] = {row_point(closest.points, i), row_point(closest.normals, i), distance[i]};
   }
   return out;
 }

@@ -21,10 +21,6 @@ constexpr double kCarries = 0.1;   // of a vertex's weights: a joint whose balls
 constexpr double kStretch = 1.5;   // flesh at a bent joint is no more than so much thicker than at rest
 constexpr double kThrough = -0.5;  // cosine between the faces where a way enters and where it leaves: a board, no edge
 
-Vector3d row_of(const torch::Tensor& rows, size_t i) {
-  return Eigen::Map<const Eigen::Vector3f>(rows.data_ptr<float>() + 3 * i).cast<double>();
-}
-
 /// A vertex in a frame, and where the flesh under it enters the scene.
 struct Entry {
   size_t near;  // of the approach: frame and ball
@@ -81,7 +77,7 @@ std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, 
     const Vector3d way = to[n] - from[n];
     const bool crosses = joined && in.hit.data_ptr<bool>()[n] && in.distances.data_ptr<float>()[n] < way.norm();
     // The face through which it comes out, on its way here, if it has come out.
-    const Vector3d left = -against(row_of(back.normals, n), way);
+    const Vector3d left = -against(row_point(back.normals, n), way);
     Entered& here = limb[at.ball];
     // A shank is no less under the seat for the thigh that has gone through it.
     if (joined && (inside || same_bone(balls[at.ball], balls[static_cast<size_t>(before[at.ball])])))
@@ -89,8 +85,8 @@ std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, 
     if (here.is) {
       if (!inside && crosses && left.dot(here.normal) >= kThrough) here.is = false;
     } else if (crosses) {
-      const Vector3d normal = against(row_of(in.normals, n), way);
-      here = {inside || left.dot(normal) < kThrough, row_of(in.points, n), normal};
+      const Vector3d normal = against(row_point(in.normals, n), way);
+      here = {inside || left.dot(normal) < kThrough, row_point(in.points, n), normal};
     } else if (inside) {
       here = {true, at.surface, (at.surface - at.place).normalized()};
     }
@@ -112,8 +108,8 @@ void keep_entering(const SceneQuery& solid, double least, std::vector<Entry>& wa
     Entry& each = ways[i];
     const Vector3d way = each.place - each.ball;
     if (!hits.hit.data_ptr<bool>()[i] || hits.distances.data_ptr<float>()[i] >= way.norm()) continue;
-    each.surface = row_of(hits.points, i);
-    each.normal = against(row_of(hits.normals, i), way);
+    each.surface = row_point(hits.points, i);
+    each.normal = against(row_point(hits.normals, i), way);
     each.depth = each.normal.dot(each.surface - each.place);
     if (each.depth <= least) continue;
     balls.push_back(each.ball), places.push_back(each.place);
@@ -124,8 +120,8 @@ void keep_entering(const SceneQuery& solid, double least, std::vector<Entry>& wa
   // Back again: a vertex that is inside meets the same surface, one that is outside must have gone through.
   const RayHits back = cast(solid, places, balls);
   for (size_t i = 0; i < deep.size(); ++i) {
-    const Vector3d left = against(row_of(back.normals, i), balls[i] - places[i]);
-    if ((row_of(back.points, i) - deep[i].surface).norm() < kSame || left.dot(deep[i].normal) < kThrough)
+    const Vector3d left = against(row_point(back.normals, i), balls[i] - places[i]);
+    if ((row_point(back.points, i) - deep[i].surface).norm() < kSame || left.dot(deep[i].normal) < kThrough)
       ways.push_back(deep[i]);
   }
 }

@@ -10,4 +10,8 @@ torch::Tensor point_rows(const std::vector<Eigen::Vector3d>& points) {
   return out;
 }
 
+Eigen::Vector3d row_point(const torch::Tensor& rows, size_t i) {
+  return Eigen::Map<const Eigen::Vector3f>(rows.data_ptr<float>() + 3 * i).cast<double>();
+}
+
 }  // namespace inhabit
