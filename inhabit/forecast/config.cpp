@@ -92,6 +92,7 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("training.velocity_weight", config.training.velocity_weight);
   visit("training.recorded", config.training.recorded);
   visit("training.mirror", config.training.mirror);
+  visit("training.stature", config.training.stature);
   visit("training.warmup", config.training.schedule.warmup);
   visit("training.rate_floor", config.training.schedule.floor);
   visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
@@ -136,6 +137,7 @@ Config preset(const std::string& name) {
     config.training.motion_steps = 10000;
     config.training.recorded = 0.5;
     config.training.mirror = true;
+    config.training.stature = 0.1;
     config.decoder = "articulated";
     config.articulated.hypotheses = 5;
     config.training.contact_batch = 8;
@@ -245,6 +247,7 @@ void validate(const Config& c, const std::string& subject) {
                                      {"training.velocity_weight", t.velocity_weight}})
     check.within(name, weight, 0, 1e6);
   check.within("training.recorded", t.recorded, 0, 1);
+  check.within("training.stature", t.stature, 0, 0.5);
   check.holds(c.decoder == "recurrent" || c.decoder == "articulated", "decoder");
   if (c.decoder == "articulated") {
     const Config::Articulated& a = c.articulated;

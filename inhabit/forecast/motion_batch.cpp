@@ -73,6 +73,7 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
       std::mt19937_64 random(draw);
       Augmentation moved = draw_augmentation(config, random);
       moved.mirror = config.training.mirror && random() % 2 == 0;
+      moved.scale = 1 + uniform(random, -config.training.stature, config.training.stature);
       s.joints = moved.joints(s.joints);
       contact.points = moved.contacts(contact.points);
       if (truth) right = moved.contacts(right);

@@ -38,7 +38,7 @@ torch::Tensor points_near(const torch::Tensor& pool, const torch::Tensor& center
 }
 
 torch::Tensor Augmentation::operator()(const torch::Tensor& positions) const {
-  return torch::matmul(mirror ? mirrored_points(positions) : positions, rotation.t()) + shift;
+  return torch::matmul(mirror ? mirrored_points(positions) : positions, rotation.t() * scale) + shift;
 }
 
 torch::Tensor Augmentation::joints(const torch::Tensor& positions) const {

@@ -18,11 +18,12 @@ struct Sample {
   torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
 };
 
-/// A mirror image or none, a rotation about the vertical, then a shift on the floor.
+/// A mirror image or none, a change of size about the origin, a rotation about the vertical, then a shift on the floor.
 struct Augmentation {
   torch::Tensor rotation;                                             ///< (3, 3)
   torch::Tensor shift;                                                ///< (3) metres
   bool mirror = false;                                                ///< in the plane x = 0
+  double scale = 1;                                                   ///< of person and room alike
   torch::Tensor operator()(const torch::Tensor& positions) const;     ///< (..., 3)
   torch::Tensor joints(const torch::Tensor& positions) const;         ///< (..., J, 3): sides change places in a mirror
   torch::Tensor contacts(const torch::Tensor& contact_points) const;  ///< (..., J, 4), zeros where nothing touches

@@ -200,9 +200,38 @@ TEST(Augmentation, MirrorsJointsAndContactPointsAlike) {
   }
 }
 
+TEST(Augmentation, MakesPersonAndContactPointsLargerAlike) {
+  const Tensor joints = some_past()[0].slice(0, 0, 5);
+  const Augmentation moved{torch::eye(3), torch::zeros({3}), false, 1.25};
+  EXPECT_LT(largest_difference(moved.joints(joints), joints * 1.25), 1e-6);
+  const Tensor contacts = torch::cat({joints, torch::ones({5, 22, 1})}, 2), larger = moved.contacts(contacts);
+  EXPECT_LT(largest_difference(larger.slice(2, 0, 3), joints * 1.25), 1e-6);
+  EXPECT_EQ(larger.select(2, 3).min().item<double>(), 1);  // a flag stays one
+}
+
+TEST(MotionBatch, SeesPeopleOfOtherSizesWithinTheSetting) {
+  const TempFolder folder;
+  Config c = preset("compact");
+  c.training.mirror = false;
+  const Data data({write_walkers(folder / "walkers", 30, 1)}, "train", c, 5);
+  std::vector<int64_t> windows(static_cast<size_t>(data.size()));
+  std::iota(windows.begin(), windows.end(), 0);
+  const auto hip_widths = [&](double stature) {
+    c.training.stature = stature;
+    const Tensor past = motion_batch(data, c, windows, no_contacts(c), 0, 3).past;
+    return (past.select(2, 1) - past.select(2, 2)).norm(2, {-1}).select(1, 0);
+  };
+  const Tensor plain = hip_widths(0), ratio = hip_widths(0.2) / plain;
+  EXPECT_GT(ratio.max().item<double>(), 1.05);
+  EXPECT_LT(ratio.max().item<double>(), 1.2001);
+  EXPECT_LT(ratio.min().item<double>(), 0.95);
+  EXPECT_GT(ratio.min().item<double>(), 0.7999);
+}
+
 TEST(MotionBatch, SeesHalfOfItsWindowsInAMirrorWithTheirContacts) {
   const TempFolder folder;
   Config c = preset("compact");
+  c.training.stature = 0;
   const Data data({write_walkers(folder / "walkers", 30, 1)}, "train", c, 5);
   std::vector<int64_t> windows(static_cast<size_t>(data.size()));
   std::iota(windows.begin(), windows.end(), 0);
