@@ -1,16 +1,27 @@
 #pragma once
+#include <sched.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <string>
 
 namespace inhabit {
 
-/// To be called first in main(): starts the program over once with OMP_WAIT_POLICY=passive, unless the variable is set.
-/// Spinning OpenMP threads cost small products up to four times their time, and the runtime reads the policy before
-/// main() runs. Where /proc is missing the program goes on with the runtime's own policy.
+/// Sets what OpenMP and LibTorch read before main(), where nobody has: OMP_WAIT_POLICY=passive, because spinning
+/// threads cost small products up to four times their time, and OMP_NUM_THREADS to the number of cores that the process
+/// may use, because LibTorch counts by itself and on some virtual machines finds one of two.
+inline void set_thread_variables() {
+  setenv("OMP_WAIT_POLICY", "passive", 0);
+  cpu_set_t cores;
+  if (sched_getaffinity(0, sizeof cores, &cores) == 0)
+    setenv("OMP_NUM_THREADS", std::to_string(CPU_COUNT(&cores)).c_str(), 0);
+}
+
+/// To be called first in main(): starts the program over once with these variables, unless OMP_WAIT_POLICY is set.
+/// Where /proc is missing the program goes on as it is.
 inline void use_passive_waiting(char** argv) {
   if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
-  setenv("OMP_WAIT_POLICY", "passive", 1);
+  set_thread_variables();
   execv("/proc/self/exe", argv);
 }
 

@@ -1,6 +1,5 @@
 // `inhabit` itself: small, so that it is there at once. It sets what OpenMP reads before main() runs and becomes the
 // program of the verbs, which loads LibTorch, once.
-#include <sched.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,6 +11,7 @@
 #include <string_view>
 
 #include "../version.h"
+#include "inhabit/passive_waiting.h"
 
 namespace fs = std::filesystem;
 
@@ -28,10 +28,7 @@ int main(int argc, char** argv) {
   }
   const fs::path beside = folder / INHABIT_VERBS, installed = folder / INHABIT_VERBS_INSTALLED;
   const fs::path verbs = fs::exists(beside, none) ? beside : installed;
-  setenv("OMP_WAIT_POLICY", "passive", 0);  // spinning threads cost small products up to four times their time
-  cpu_set_t cores;                          // LibTorch may take one thread where nothing is said
-  if (sched_getaffinity(0, sizeof cores, &cores) == 0)
-    setenv("OMP_NUM_THREADS", std::to_string(CPU_COUNT(&cores)).c_str(), 0);
+  inhabit::set_thread_variables();
   execv(verbs.c_str(), argv);
   std::fprintf(stderr, "inhabit: %s: cannot be started: %s\n", verbs.c_str(), std::strerror(errno));
   return 3;

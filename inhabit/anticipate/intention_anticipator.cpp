@@ -26,15 +26,6 @@ using torch::Tensor;
 
 namespace {
 
-/// The built-in body on given bones.
-BodyModel body_on(const Skeleton& skeleton) {
-  BodyModel body = builtin_body();
-  body.skeleton = skeleton;
-  body.joint_template = skeleton.rest_joints();
-  body.joint_dirs = torch::zeros_like(body.joint_dirs);
-  return body;
-}
-
 /// Where a person can go on the floor under them; nothing where nothing stands on it.
 std::optional<FreeSpace> floor_around(const Scene& scene, const Clip& person) {
   if (scene.empty()) return std::nullopt;
@@ -99,7 +90,8 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
   };
   out.futures.resize(static_cast<size_t>(options.samples));
   if (!options.standard) out.on_source.resize(out.futures.size());
-  const int64_t first = options.start < 0 ? clip.frames() : options.start;
+  const int64_t first = options.start < 0 ? clip.frames() : options.start, observed_frames = out.past.frames();
+  const Clip last_pose = slice(out.past, observed_frames - 1, observed_frames);
   const std::optional<FreeSpace> floor = floor_around(scene, out.past);
   std::optional<refine::SharedSurroundings> surroundings;
   if (options.refine) surroundings.emplace(scene);
@@ -109,11 +101,12 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
     interruption_point();
     const torch::NoGradGuard none;
     const auto i = static_cast<size_t>(s);
-    Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));  // twist goes on from the last pose
+    // What positions do not determine (twist, and how head, hands and feet are held) goes on from the last pose.
+    Clip whole = posed(torch::cat({last.unsqueeze(0), joints[s]}));
     if (floor) whole = steered(whole, *floor);
-    out.futures[i] = slice(whole, 1, whole.frames());
+    out.futures[i] = going_on(out.past, observed_frames, slice(whole, 0, 1), slice(whole, 1, whole.frames()));
     if (surroundings) out.futures[i] = refine::refine_continuation(out.past, out.futures[i], *surroundings);
-    if (!options.standard) out.on_source[i] = going_on(clip, first, slice(whole, 0, 1), out.futures[i]);
+    if (!options.standard) out.on_source[i] = going_on(clip, first, last_pose, out.futures[i]);
     const std::lock_guard<std::mutex> lock(counting);
     if (options.progress) options.progress(++done, options.samples);
   });

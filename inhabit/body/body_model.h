@@ -42,6 +42,9 @@ struct BodyModel {
 /// and girth (docs/body.md says which beta is which). Built once, then shared.
 const BodyModel& builtin_body();
 
+/// The built-in body on the bones of a standard skeleton, which betas do not change. Throws Error for other skeletons.
+BodyModel body_on(const Skeleton& skeleton);
+
 /// The skeleton of `model` with shape `betas` (B'), B' <= B; an undefined tensor means the mean shape.
 Skeleton shaped_skeleton(const BodyModel& model, const torch::Tensor& betas);
 

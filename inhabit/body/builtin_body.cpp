@@ -123,6 +123,15 @@ const BodyModel& builtin_body() {
   return body;
 }
 
+BodyModel body_on(const Skeleton& skeleton) {
+  if (skeleton.size() != kStandardJoints) throw Error("body", "needs bones of the standard 22 joints");
+  BodyModel body = builtin_body();
+  body.skeleton = skeleton;
+  body.joint_template = skeleton.rest_joints();
+  body.joint_dirs = torch::zeros_like(body.joint_dirs);
+  return body;
+}
+
 Skeleton shaped_skeleton(const BodyModel& model, const Tensor& betas) {
   if (!betas.defined() || betas.numel() == 0) return model.skeleton;
   if (betas.dim() != 1 || betas.size(0) > model.joint_dirs.size(2))

@@ -22,19 +22,16 @@
 namespace inhabit::forecast {
 namespace {
 
-/// The body of the observed person in predicted joints (T, 22, 3).
-Clip embodied(const Clip& past, const torch::Tensor& joints) {
-  FitOptions fit;
-  fit.betas = fit_shape(builtin_body(), past.joints);
-  const BodyFit body =
-      fit_body(builtin_body(), joints, fit);  // over all frames: a network's bones change from one to the next
-  Clip out;
-  out.rate = past.rate;
+/// The observed person, on their own bones, in predicted joints (T, 22, 3).
+/// @param rigid whether the network keeps the lengths of bones: else they are fitted over all frames together
+Clip embodied(const Clip& past, const torch::Tensor& joints, bool rigid) {
+  const BodyModel body = body_on(past.skeleton);
+  const BodyFit fit = rigid ? fit_rotations(body, joints) : fit_body(body, joints);
+  Clip out = person_of(past);
+  out.file = {};
   out.joints = joints;
-  out.skeleton = shaped_skeleton(builtin_body(), body.betas);
-  out.rotations = body.rotations;
-  out.trans = body.trans;
-  out.betas = body.betas;
+  out.rotations = fit.rotations;
+  out.trans = fit.trans;
   return out;
 }
 
@@ -51,6 +48,7 @@ struct ContactForecaster::Impl {
   mutable nn::InstancePool<FastContactNetwork> contact;
   Motion motion;
   Hypothesize hypothesize;
+  bool rigid = false;  // the network keeps the lengths of bones
 
   /// Ways to go on from what was observed (P, J, 3) with the contact points of its forecast, likeliest first.
   std::vector<Hypothesis> hypotheses_of(const torch::Tensor& past, const Forecast& forecast, int64_t count) const {
@@ -72,10 +70,10 @@ struct ContactForecaster::Impl {
 };
 
 ContactForecaster::ContactForecaster(const Networks& networks)
-    : impl_(new Impl{networks.config, nn::InstancePool<FastContactNetwork>([network = networks.contact] {
-                       return FastContactNetwork(network);
-                     }),
-                     motion_of(networks, Contacts::predicted), hypothesize_of(networks)}) {}
+    : impl_(new Impl{
+          networks.config,
+          nn::InstancePool<FastContactNetwork>([network = networks.contact] { return FastContactNetwork(network); }),
+          motion_of(networks, Contacts::predicted), hypothesize_of(networks), !networks.articulated.is_empty()}) {}
 ContactForecaster::~ContactForecaster() = default;
 ContactForecaster::ContactForecaster(ContactForecaster&&) noexcept = default;
 
@@ -145,11 +143,13 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   std::optional<refine::SharedSurroundings> surroundings;
   if (options.refine) surroundings.emplace(out.scene);
   const auto finish = [&](const torch::Tensor& joints, Clip& prediction, Clip& on_source) {
-    // With the last observed pose in front, so that what positions do not determine (twist) goes on from it.
-    const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), joints}));
-    prediction = slice(whole, 1, whole.frames());
+    // What positions do not determine (twist, and how head, hands and feet are held) goes on from the last observed
+    // pose.
+    const Clip whole = embodied(out.past, torch::cat({out.past.joints.slice(0, c.past - 1), joints}), impl_->rigid);
+    prediction = going_on(out.past, c.past, slice(whole, 0, 1), slice(whole, 1, whole.frames()));
+    prediction.joints = joints;
     if (surroundings) prediction = refine::refine_continuation(out.past, prediction, *surroundings);
-    if (!options.standard) on_source = going_on(clip, end, slice(whole, 0, 1), prediction);
+    if (!options.standard) on_source = going_on(clip, end, slice(out.past, c.past - 1, c.past), prediction);
   };
   finish(out.forecast.joints, out.prediction, out.on_source);
   if (options.samples > 1) out.hypotheses = impl_->hypotheses_of(out.past.joints, out.forecast, options.samples);

@@ -227,8 +227,6 @@ class Refinement {
     // Smoothing counts as much as there is noise to be taken away, and the less the livelier the motion is.
     const double liveliness = std::clamp(levels_.jerk / kUsualJerk, kCalm, kLively);
     std::vector<double> noisy(kStandardJoints);
-    problem_.stay_near.rotations.resize(frames * kStandardJoints);
-    problem_.stay_near.root.resize(frames);
     for (size_t j = 0; j < kStandardJoints; ++j) {
       const double sigma = std::max(belief_.angle, levels_.rotations[j]);
       noisy[j] = 1 - squared(belief_.angle / sigma);

@@ -17,6 +17,10 @@ _os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 from . import _core  # noqa: E402
 from ._core import *  # noqa: E402, F401, F403
 
+# LibTorch counts cores by itself, and on some virtual machines finds one of two.
+if "OMP_NUM_THREADS" not in _os.environ:
+    set_threads(len(_os.sched_getaffinity(0)))  # noqa: F405
+
 __all__ = sorted(name for name in vars(_core) if not name.startswith("_"))
 __version__ = _core.__version__
 

@@ -154,6 +154,14 @@ def test_errors_are_one_line(call, said):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("variable, threads", [({}, len(os.sched_getaffinity(0))), ({"OMP_NUM_THREADS": "1"}, 1)])
+def test_computes_on_every_core_unless_told_otherwise(variable, threads):
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"} | variable
+    said = subprocess.run([sys.executable, "-c", "import inhabit; print(inhabit.threads())"], env=environment,
+                          capture_output=True, text=True, check=True)
+    assert int(said.stdout) == threads
+
+
 def test_other_threads_run_meanwhile():
     ticks, over = [], threading.Event()
 

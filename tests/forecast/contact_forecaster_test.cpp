@@ -32,6 +32,15 @@ Networks untrained() {
   return networks;
 }
 
+/// The same with an articulated motion network: without training people go on as they moved last.
+Networks on_own_bones() {
+  Networks networks = untrained();
+  networks.motion = nullptr;
+  networks.articulated = ArticulatedNetwork(networks.config);
+  networks.articulated->eval();
+  return networks;
+}
+
 struct Observed {
   torch::Tensor past = walker(30, 1.2, 0.4, 1).joints, points;
   Observed() {
@@ -144,8 +153,28 @@ TEST(ForecastClip, CutsWhatWasObservedAndWhatReallyHappened) {
   EXPECT_LT(largest(clips.past.joints[29] - quick.joints[119]), 1e-3F);
 }
 
+TEST(ForecastClip, IsOnThePersonsOwnBones) {
+  const ContactForecaster forecaster(on_own_bones());
+  Clip clip = walker(60, 1, 0, 1);  // no shape of the built-in body: hips twice as wide, a longer and a shorter shin
+  clip.skeleton.offsets = clip.skeleton.offsets.clone();
+  clip.skeleton.offsets[1] *= 2;
+  clip.skeleton.offsets[2] *= 2;
+  clip.skeleton.offsets[7] *= 1.1;
+  clip.skeleton.offsets[8] *= 0.9;
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  const Scene scene = scanned_room(4000);
+  for (const bool refine : {false, true}) {
+    const Clip future = forecaster.run(clip, scene, {60, 0, 1, refine, "walk"}).prediction;
+    EXPECT_EQ(largest(future.skeleton.offsets - clip.skeleton.offsets), 0);
+    EXPECT_LT(largest(joint_positions(future.skeleton, future.rotations, future.trans) - future.joints), 2e-3F);
+    // The last observed velocity goes on: what the solver moves, it moves by millimetres.
+    const torch::Tensor step = clip.joints[59] - clip.joints[58];
+    EXPECT_LT(largest(future.joints[0] - clip.joints[59] - step), refine ? 0.03F : 0.01F);
+  }
+}
+
 TEST(ForecastClip, MovesAlongWithClipAndScene) {
-  const ContactForecaster forecaster(untrained());
+  const ContactForecaster forecaster(on_own_bones());
   Clip clip = walker(40, 1.2, 0.4, 1);
   Scene scene = scanned_room(4000);
   const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"}),
