@@ -137,7 +137,6 @@ Config preset(const std::string& name) {
     config.training.motion_steps = 10000;
     config.training.recorded = 0.5;
     config.training.mirror = true;
-    config.training.stature = 0.1;
     config.decoder = "articulated";
     config.articulated.hypotheses = 5;
     config.training.contact_batch = 8;

@@ -86,6 +86,14 @@ TEST(IntentionAnticipator, FuturesBeginWhereThePastEnds) {
   EXPECT_NEAR((path[-1] - path[0]).norm().item<double>(), 24 * 1.2 / 30, 0.3);
 }
 
+TEST(IntentionAnticipator, HeadAndWristsAreHeldAsTheyWere) {
+  Clip clip = person("walk", 40);
+  for (const int64_t joint : {15, 20, 21}) clip.rotations.select(1, joint).select(1, 0).fill_(0.7);  // moves no joint
+  for (const Clip& future : IntentionAnticipator(gentle()).run(clip, {}, {-1, 3, 1, 1, "walk"}).futures)
+    for (const int64_t joint : {15, 20, 21})
+      EXPECT_LT(largest(future.rotations[0][joint] - clip.rotations[39][joint]), 0.1) << joint;
+}
+
 TEST(IntentionAnticipator, IsTheSameForTheSameSeedHoweverManyAreDrawn) {
   const IntentionAnticipator anticipator(untrained());
   const Clip clip = person("walk", 30);

@@ -161,12 +161,14 @@ TEST(ForecastClip, IsOnThePersonsOwnBones) {
   clip.skeleton.offsets[2] *= 2;
   clip.skeleton.offsets[7] *= 1.1;
   clip.skeleton.offsets[8] *= 0.9;
+  clip.rotations.select(1, 20).select(1, 0).fill_(0.7);  // a bent wrist moves no joint
   clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
   const Scene scene = scanned_room(4000);
   for (const bool refine : {false, true}) {
     const Clip future = forecaster.run(clip, scene, {60, 0, 1, refine, "walk"}).prediction;
     EXPECT_EQ(largest(future.skeleton.offsets - clip.skeleton.offsets), 0);
     EXPECT_LT(largest(joint_positions(future.skeleton, future.rotations, future.trans) - future.joints), 2e-3F);
+    EXPECT_LT(largest(future.rotations[0][20] - clip.rotations[59][20]), 0.1F);
     // The last observed velocity goes on: what the solver moves, it moves by millimetres.
     const torch::Tensor step = clip.joints[59] - clip.joints[58];
     EXPECT_LT(largest(future.joints[0] - clip.joints[59] - step), refine ? 0.03F : 0.01F);
