@@ -231,7 +231,6 @@ TEST(MotionBatch, SeesPeopleOfOtherSizesWithinTheSetting) {
 TEST(MotionBatch, SeesHalfOfItsWindowsInAMirrorWithTheirContacts) {
   const TempFolder folder;
   Config c = preset("compact");
-  c.training.stature = 0;
   const Data data({write_walkers(folder / "walkers", 30, 1)}, "train", c, 5);
   std::vector<int64_t> windows(static_cast<size_t>(data.size()));
   std::iota(windows.begin(), windows.end(), 0);

@@ -176,20 +176,33 @@ TEST(ForecastClip, IsOnThePersonsOwnBones) {
 }
 
 TEST(ForecastClip, MovesAlongWithClipAndScene) {
-  const ContactForecaster forecaster(on_own_bones());
-  Clip clip = walker(40, 1.2, 0.4, 1);
-  Scene scene = scanned_room(4000);
-  const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"}),
-               refined = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
+  const Clip clip = walker(40, 1.2, 0.4, 1);
+  const Scene scene = scanned_room(4000);
   const torch::Tensor rotation = yaw_matrix(1.1).t(), shift = torch::tensor({3.F, 0.F, -2.F});
-  clip.joints = torch::matmul(clip.joints, rotation) + shift;
-  clip.rotations = clip.trans = torch::Tensor();  // positions alone
-  scene.points = torch::matmul(scene.points, rotation) + shift;
-  const Result after = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"});
-  EXPECT_LT(largest(after.forecast.points - (torch::matmul(before.forecast.points, rotation) + shift)), 1e-4F);
-  EXPECT_LT(largest(after.prediction.joints - (torch::matmul(before.prediction.joints, rotation) + shift)), 5e-3F);
-  const Clip again = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"}).prediction;
-  EXPECT_LT(largest(again.joints - (torch::matmul(refined.prediction.joints, rotation) + shift)), 0.02F);
+  const auto moved = [&](const torch::Tensor& points) { return torch::matmul(points, rotation) + shift; };
+  Clip elsewhere = clip, positions = clip;
+  elsewhere.rotations = clip.rotations.clone();
+  elsewhere.rotations.select(1, 0).select(1, 1).add_(1.1);
+  elsewhere.trans = moved(clip.root_path()) - clip.skeleton.offsets[0];
+  elsewhere.joints = positions.joints = moved(clip.joints);
+  positions.rotations = positions.trans = torch::Tensor();
+  Scene room = scene;
+  room.points = moved(scene.points);
+  for (const bool own_bones : {false, true}) {
+    const ContactForecaster forecaster(own_bones ? on_own_bones() : untrained());
+    const Result before = forecaster.run(clip, scene, {-1, 0, 1, false, "walk"}),
+                 refined = forecaster.run(clip, scene, {-1, 0, 1, true, "walk"});
+    for (const Clip& there : {elsewhere, positions}) {
+      const Result after = forecaster.run(there, room, {-1, 0, 1, false, "walk"});
+      EXPECT_LT(largest(after.forecast.points - moved(before.forecast.points)), 1e-4F);
+      EXPECT_LT(largest(after.prediction.joints - moved(before.prediction.joints)), 5e-3F);
+      // Bones found from positions alone differ by millimetres, and to joints that no bones reach, as the untrained
+      // recurrent network's, the solver may then bend a limb the other way.
+      if (!own_bones && !there.rotations.defined()) continue;
+      const Clip again = forecaster.run(there, room, {-1, 0, 1, true, "walk"}).prediction;
+      EXPECT_LT(largest(again.joints - moved(refined.prediction.joints)), 0.02F) << own_bones;
+    }
+  }
 }
 
 TEST(ForecastClip, RefusesWhatCannotBeForecastAndSaysOfWhat) {
