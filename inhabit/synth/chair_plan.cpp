@@ -24,7 +24,7 @@ class ChairPlanner : private SittingWriter {
       : SittingWriter(room.furniture[0], floor, subject, random), room_(room), take_(take) {}
 
   std::optional<LifePlan> plan() {
-    std::vector<Seat> seats = seats_of(room_, figure_);
+    std::vector<Seat> seats = seats_of(room_, figure_, 1);
     std::erase_if(seats, [](const Seat& seat) { return seat.furniture != 0; });
     const auto start = start_place();
     if (seats.empty() || !start) return std::nullopt;
@@ -71,7 +71,7 @@ class ChairPlanner : private SittingWriter {
 
   bool go_and_sit(const std::vector<Seat>& seats) {
     const Seat& seat = seats[random_() % seats.size()];
-    const Vector2d stand = stand_place(seat, figure_, random_);
+    const Vector2d stand = stand_place(seat, figure_, random_, seat.half_width);  // anywhere on wide seats
     const Vector2d before = stand + ahead_of(seat.heading) * (seat.arms.empty() ? uniform(random_, 0.18, 0.32)
                                                                                 : uniform(random_, 0.34, 0.46));
     if (floor_.at(before) < 0.17) return false;

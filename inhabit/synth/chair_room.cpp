@@ -62,11 +62,18 @@ Furniture draw_chair(std::mt19937_64& random) {
   return chair;
 }
 
-Room make_chair_room(std::mt19937_64& random) {
+const std::vector<std::string>& chair_kinds() {
+  static const std::vector<std::string> kinds = {"chair", "armchair",     "stool",      "sofa",
+                                                 "bed",   "office_chair", "solid_chair"};
+  return kinds;
+}
+
+Room make_chair_room(std::mt19937_64& random, const std::vector<std::string>& kinds) {
   Room room;
   room.size = {kFloor, kFloor};
   paint(room, random);
   Furniture chair = draw_chair(random);
+  while (!kinds.empty() && std::find(kinds.begin(), kinds.end(), chair.kind) == kinds.end()) chair = draw_chair(random);
   chair.place(uniform(random, -0.4, 0.4), uniform(random, -0.4, 0.4), uniform(random, -M_PI, M_PI));
   room.furniture.push_back(std::move(chair));
   if (chance(random, 1.0 / 3))

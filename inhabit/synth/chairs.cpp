@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "inhabit/data/dataset_items.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
@@ -69,7 +72,7 @@ bool can_sit(const Room& room, const ChairSubject& subject) {
 
 Room room_of_chair(const ChairsOptions& options, int64_t chair) {
   std::mt19937_64 random(item_seed(options.seed, kChairs + static_cast<uint64_t>(chair)));
-  return make_chair_room(random);
+  return make_chair_room(random, options.kinds);
 }
 
 /// The subject whose turn it is, or the next whose legs fit the chair.
@@ -90,7 +93,7 @@ std::string scene_name(int64_t chair) { return numbered("scenes/chair_", chair, 
 /// first, then the chair for another of the same split.
 DatasetClip make_clip(const Dataset& out, const std::vector<ChairSubject>& subjects, const ChairsOptions& options,
                       const ChairJob& job, int64_t index, int64_t chairs) {
-  constexpr int kChairTries = 6, kStartTries = 5;
+  constexpr int kChairTries = 24, kStartTries = 5;
   std::mt19937_64 random(item_seed(options.seed, kClips + static_cast<uint64_t>(index)));
   int64_t chair = job.chair;
   for (int tried = 0; tried < kChairTries; ++tried) {
@@ -128,6 +131,7 @@ nlohmann::json provenance_of(const ChairsOptions& options, const std::vector<Cha
           {"seed", options.seed},
           {"minutes", options.minutes},
           {"chairs", options.chairs},
+          {"kinds", options.kinds.empty() ? chair_kinds() : options.kinds},
           {"subjects", people},
           {"interactions", interaction_names()},
           {"source", "subject_N/INTERACTION/chair_NNNNNN"},
@@ -171,6 +175,9 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   if (!(options.minutes > 0 && options.minutes <= 6000)) throw Error("the minutes must be over 0 and at most 6000");
   if (options.subjects < 1 || options.subjects > 1000) throw Error("the number of subjects must be 1 to 1000");
   if (options.chairs < 1 || options.chairs > 100000) throw Error("the number of chairs must be 1 to 100000");
+  for (const std::string& kind : options.kinds)
+    if (std::find(chair_kinds().begin(), chair_kinds().end(), kind) == chair_kinds().end())
+      throw Error(kind, fmt::format("is no kind of chair; there are {}", fmt::join(chair_kinds(), ", ")));
   std::vector<ChairSubject> subjects;
   subjects.reserve(static_cast<size_t>(options.subjects));
   std::mt19937_64 random(item_seed(options.seed, kSubjects));

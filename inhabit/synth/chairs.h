@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "inhabit/data/native.h"
 #include "inhabit/synth/chair_life.h"
@@ -13,9 +14,10 @@ struct ChairsOptions {
   double minutes = 180;  ///< of motion
   int subjects = 6;      ///< people
   int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
-  uint64_t seed = 1;     ///< of everything
-  Shard shard;           ///< of clips
-  Progress progress;     ///< counts clips; may be empty
+  std::vector<std::string> kinds;  ///< of chair_kinds(); empty: all, in the proportions of draw_chair
+  uint64_t seed = 1;               ///< of everything
+  Shard shard;                     ///< of clips
+  Progress progress;               ///< counts clips; may be empty
 };
 
 /// A native data set of people who walk up to chairs and sit on them, in `folder`: the composition of the COUCH data
@@ -43,7 +45,10 @@ std::string split_of_chair(int64_t index);
 /// A straight chair, an armchair, a stool, a sofa, a bed, an office chair or a closed seat of random size, seats 0.38
 /// to 0.55 m high, of sofas from 0.33 and of beds from 0.36.
 Furniture draw_chair(std::mt19937_64& random);
-/// Such a chair at a place near the middle of a floor without walls, sometimes with other pieces around it.
-Room make_chair_room(std::mt19937_64& random);
+/// The kinds of these: "chair", "armchair", "stool", "sofa", "bed", "office_chair", "solid_chair".
+const std::vector<std::string>& chair_kinds();
+/// Such a chair, of one of `kinds` (empty: all), at a place near the middle of a floor without walls, sometimes with
+/// other pieces around it.
+Room make_chair_room(std::mt19937_64& random, const std::vector<std::string>& kinds = {});
 
 }  // namespace inhabit

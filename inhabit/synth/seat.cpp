@@ -35,7 +35,7 @@ HandTrip thigh_hand(int side, const Figure& figure, std::mt19937_64& random) {
   return trip;
 }
 
-std::vector<Seat> seats_of(const Room& room, const Figure& figure) {
+std::vector<Seat> seats_of(const Room& room, const Figure& figure, double bed_part) {
   std::vector<Seat> seats;
   for (size_t f = 0; f < room.furniture.size(); ++f) {
     const Furniture& piece = room.furniture[f];
@@ -57,7 +57,7 @@ std::vector<Seat> seats_of(const Room& room, const Figure& figure) {
           Seat edge = seat;
           edge.pose = piece.pose * Eigen::AngleAxisd(side * M_PI / 2, Vector3d::UnitY());
           edge.x = -side * s.center.z();
-          edge.half_width = s.half_depth * 0.7;
+          edge.half_width = s.half_depth * bed_part;
           edge.front = s.half_width + side * s.center.x();
           edge.rear = edge.front - 2 * s.half_width;
           edge.heading = heading_of(on_ground(edge.pose.linear().col(2)));
@@ -78,9 +78,9 @@ std::vector<Seat> seats_of(const Room& room, const Figure& figure) {
   return seats;
 }
 
-Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937_64& random) {
+Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937_64& random, double aside) {
   const double sideways = std::max(0.0, seat.half_width - 0.24);
-  const double x = seat.x + std::min(sideways, 0.25) * uniform(random, -0.8, 0.8);
+  const double x = seat.x + std::min(sideways, aside) * uniform(random, -0.8, 0.8);
   const double ankle = seat.front + 0.085 + uniform(random, 0.0, 0.05);
   const Vector3d p = seat.pose * Vector3d(x, 0, ankle - figure.ankle_ahead);
   return {p.x(), p.z()};

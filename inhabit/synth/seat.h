@@ -21,11 +21,13 @@ struct Seat {
   std::vector<Surface> arms;                               ///< arm rests within reach
 };
 
-/// All seats of a room that fit the length of this person's shanks; beds are sat on at their long sides.
-std::vector<Seat> seats_of(const Room& room, const Figure& figure);
+/// All seats of a room that fit the length of this person's shanks; beds are sat on at their long sides, on `bed_part`
+/// of what the blanket covers, around its middle.
+std::vector<Seat> seats_of(const Room& room, const Figure& figure, double bed_part = 0.7);
 
-/// Where one stands before sitting down, backs of the legs near the edge (x, z).
-Eigen::Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937_64& random);
+/// Where one stands before sitting down, backs of the legs near the edge (x, z), at most 0.8 `aside` (m) from the
+/// seat's middle.
+Eigen::Vector2d stand_place(const Seat& seat, const Figure& figure, std::mt19937_64& random, double aside = 0.25);
 
 /// Where the root will rest for somebody who stands at `place`; times are left to the caller.
 SeatStay plan_stay(const Seat& seat, const Figure& figure, const Eigen::Vector2d& place, std::mt19937_64& random);
