@@ -9,8 +9,8 @@
 #include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/penetration.h"
 #include "inhabit/motion/retarget.h"
-#include "inhabit/passive_waiting.h"
 #include "inhabit/scene/objects.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -41,7 +41,7 @@ Scene without_floor(const Scene& scene) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   const torch::NoGradGuard no_gradients;
   const std::string data = INHABIT_SOURCE_DIR "/examples/data/", motion = argc > 2 ? argv[1] : data + "sit.npz";

@@ -7,7 +7,7 @@
 
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 #include "room_cloud.h"
 
 namespace {
@@ -100,7 +100,7 @@ BENCHMARK(compact)
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
+  inhabit::start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

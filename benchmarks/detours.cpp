@@ -7,7 +7,7 @@
 #include "inhabit/inbetween/learned_detours.h"
 #include "inhabit/inbetween/model_file.h"
 #include "inhabit/inbetween/obstacle_detours.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -50,7 +50,7 @@ BENCHMARK(learned)->Unit(benchmark::kMillisecond)->UseRealTime();
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
+  inhabit::start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

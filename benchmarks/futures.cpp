@@ -10,7 +10,7 @@
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/nn/parallel_chunks.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -91,7 +91,7 @@ BENCHMARK(products)->Name("futures/products")->Apply(sizes);
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

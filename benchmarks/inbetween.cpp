@@ -12,7 +12,7 @@
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -203,7 +203,7 @@ BENCHMARK(fill)->Name("inbetween/fill")->Apply(sizes)->Args({2, 1})->Args({2, 2}
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

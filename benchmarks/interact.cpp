@@ -19,8 +19,8 @@
 #include "inhabit/interact/features.h"
 #include "inhabit/interact/live_person.h"
 #include "inhabit/interact/recording.h"
-#include "inhabit/passive_waiting.h"
 #include "inhabit/scene/shapes.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -208,7 +208,7 @@ void whole_frame(benchmark::State& state, const std::string& preset, int64_t peo
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   for (const std::string preset : {"paper", "compact"})
     for (const int64_t people : {1, 100})
       for (const auto& [name, run] : {std::pair("pose/plain", &pose_plain),

@@ -11,10 +11,10 @@
 #include "inhabit/body/body_model.h"
 #include "inhabit/io/files.h"
 #include "inhabit/math/quaternion.h"
-#include "inhabit/passive_waiting.h"
 #include "inhabit/refine/refine_clip.h"
 #include "inhabit/refine/solve.h"
 #include "inhabit/refine/trajectory.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -240,7 +240,7 @@ BENCHMARK(whole)
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -13,7 +13,7 @@
 #include "inhabit/motion/local_pose.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -98,7 +98,7 @@ void fit(benchmark::State& state, const Input& in, bool closed) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  use_passive_waiting(argv);
+  start_with_thread_variables(argv);
   std::vector<std::pair<std::string, Input>> inputs;
   inputs.emplace_back("walk", recorded(INHABIT_SOURCE_DIR "/examples/data/walk.npz"));
   inputs.emplace_back("sit", recorded(INHABIT_SOURCE_DIR "/examples/data/sit.npz"));

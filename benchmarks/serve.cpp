@@ -11,8 +11,8 @@
 #include <fstream>
 #include <thread>
 
-#include "inhabit/passive_waiting.h"
 #include "inhabit/serve/server.h"
+#include "inhabit/thread_variables.h"
 #include "tests/serve/client.h"
 
 namespace {
@@ -108,7 +108,7 @@ BENCHMARK(live)->Arg(1)->Arg(30)->Arg(100)->Iterations(1)->Unit(benchmark::kSeco
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
+  inhabit::start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -13,7 +13,7 @@
 #include "inhabit/forecast/forecast_stream.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace {
 
@@ -119,7 +119,7 @@ BENCHMARK(windows)->Unit(benchmark::kMicrosecond);
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
+  inhabit::start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -11,9 +11,9 @@
 #include "inhabit/forecast/window_frame.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/scene_file.h"
-#include "inhabit/passive_waiting.h"
 #include "inhabit/scene/sampling.h"
 #include "inhabit/synth/room.h"
+#include "inhabit/thread_variables.h"
 #include "room_cloud.h"
 
 namespace {
@@ -127,7 +127,7 @@ BENCHMARK_CAPTURE(run, joints_alone, false, true)->Unit(benchmark::kMillisecond)
 }  // namespace
 
 int main(int argc, char** argv) {
-  inhabit::use_passive_waiting(argv);
+  inhabit::start_with_thread_variables(argv);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "../version.h"
-#include "inhabit/passive_waiting.h"
+#include "inhabit/thread_variables.h"
 
 namespace fs = std::filesystem;
 

@@ -19,7 +19,7 @@ inline void set_thread_variables() {
 
 /// To be called first in main(): starts the program over once with these variables, unless OMP_WAIT_POLICY is set.
 /// Where /proc is missing the program goes on as it is.
-inline void use_passive_waiting(char** argv) {
+inline void start_with_thread_variables(char** argv) {
   if (std::getenv("OMP_WAIT_POLICY") != nullptr) return;
   set_thread_variables();
   execv("/proc/self/exe", argv);
