@@ -19,6 +19,7 @@
 #include "inhabit/motion/transfer.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
+#include "inhabit/scene/surface_place.h"
 
 namespace inhabit::interact {
 namespace {
@@ -201,9 +202,9 @@ std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int
     for (const int side : {1, 0}) {  // the network has the right hand first
       const float* p = drawn.data_ptr<float>() + (side == 1 ? 0 : 3);
       const Vector3d point = grid.seat.out({p[0], p[1], p[2]}).cast<double>() + Vector3d(0, floor, 0);
-      const SurfacePlace touched = nearest_on(surface, point);
-      if (touched.off <= kOffSurface && touched.point.y() - floor >= kLowestContact)
-        contacts[static_cast<size_t>(side)] = touched.point;
+      const SurfacePlace touched = nearest_places(surface, {point}).front();
+      if (touched.distance <= kOffSurface && touched.place.y() - floor >= kLowestContact)
+        contacts[static_cast<size_t>(side)] = touched.place;
     }
     out.push_back(contacts);
   }

@@ -7,14 +7,6 @@ namespace inhabit::interact {
 /// Metres from a chair's surface within which a place is a contact of it (appendix 3).
 inline constexpr double kOffSurface = 0.1;
 
-/// The place of a surface that is nearest to a point, and how far off that is, metres.
-struct SurfacePlace {
-  Eigen::Vector3d point;  ///< world, metres
-  double off = 0;         ///< metres, not negative
-};
-/// The place of a surface nearest to `point` (world, metres).
-SurfacePlace nearest_on(const SceneQuery& surface, const Eigen::Vector3d& point);
-
 /// Moves a contact of a hand (0 left, 1 right) to the surface of what is sat on. Throws Error where it is over
 /// kOffSurface from it, or out of the arm's reach of somebody who sits upright and may lean.
 /// @param surface of the chair alone. @param force contacts out of reach are taken too.

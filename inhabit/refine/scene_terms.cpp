@@ -175,11 +175,9 @@ std::vector<SurfacePlace> Surroundings::surfaces_near(const Track& places) const
   std::vector<SurfacePlace> out(places.size());
   for (const SceneQuery* query : {floor_.get(), solid_.get()}) {
     if (query == nullptr) continue;
-    const ClosestPoints closest = query->closest(point_rows(places));
-    const float* distance = closest.distances.data_ptr<float>();
+    const std::vector<SurfacePlace> nearest = nearest_places(*query, places);
     for (size_t i = 0; i < places.size(); ++i)
-      if (distance[i] < out[i].distance)
-        out[i] = {row_point(closest.points, i), row_point(closest.normals, i), distance[i]};
+      if (nearest[i].distance < out[i].distance) out[i] = nearest[i];
   }
   return out;
 }

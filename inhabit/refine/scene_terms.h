@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -10,6 +9,7 @@
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/query.h"
 #include "inhabit/scene/scene.h"
+#include "inhabit/scene/surface_place.h"
 
 namespace inhabit::refine {
 
@@ -22,13 +22,6 @@ struct BodyBall {
 
 /// Balls every 6 cm or closer along the capsules of a body with shape `betas`.
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
-
-/// A place on a surface.
-struct SurfacePlace {
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();            ///< metres, world
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();           ///< unit, of the face, as the file has it
-  double distance = std::numeric_limits<double>::infinity();  ///< metres from what was asked for
-};
 
 /// What a body is kept out of, and what it stands on.
 class Surroundings {

@@ -6,6 +6,7 @@
 #include "inhabit/io/scene_file.h"
 #include "inhabit/scene/basis_points.h"
 #include "inhabit/scene/sampling.h"
+#include "inhabit/scene/surface_place.h"
 #include "inhabit/scene/triangle.h"
 #include "shapes.h"
 #include "shared.h"
@@ -28,6 +29,21 @@ TEST(SceneQuery, SignedDistanceOfABox) {
   const torch::Tensor points = center + (torch::rand({2000, 3}) - 0.5) * 3;
   EXPECT_TRUE(torch::allclose(query.signed_distance(points),
                               box_distance(points, center, torch::tensor({1.F, 0.5F, 2.F})), 0, 2e-6));
+}
+
+// Inside or out, the place is on the box's surface, and its face's normal looks outwards.
+TEST(SceneQuery, NearestPlacesOnABox) {
+  const SceneQuery query(scene_of({box_mesh({1, 2, 3}, {1, 0.5, 2})}));
+  const std::vector<SurfacePlace> at = nearest_places(query, {{1.1, 2.6, 3.2}, {1.4, 2, 3}, {2.5, 2, 4}});
+  ASSERT_EQ(at.size(), 3U);
+  EXPECT_TRUE(at[0].place.isApprox(Eigen::Vector3d(1.1, 2.25, 3.2), 1e-6));
+  EXPECT_TRUE(at[0].normal.isApprox(Eigen::Vector3d::UnitY(), 1e-6));
+  EXPECT_NEAR(at[0].distance, 0.35, 1e-6);
+  EXPECT_TRUE(at[1].place.isApprox(Eigen::Vector3d(1.5, 2, 3), 1e-6));
+  EXPECT_TRUE(at[1].normal.isApprox(Eigen::Vector3d::UnitX(), 1e-6));
+  EXPECT_NEAR(at[1].distance, 0.1, 1e-6);
+  EXPECT_NEAR(at[2].distance, 1, 1e-6);
+  EXPECT_TRUE(nearest_places(query, {}).empty());
 }
 
 TEST(SceneQuery, SignedDistanceOfASphere) {
