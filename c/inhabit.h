@@ -51,7 +51,8 @@ typedef struct {
 INHABIT_API inhabit_clip* inhabit_clip_read(const char* path);
 
 /** A motion of joint positions alone: `joints` (frames, count, 3) metres at `rate` frames a second. `names` (count) of
- * the joints, NULL: the standard 22 (count must be 22). */
+ * the joints, NULL: the standard 22 (count must be 22). Where a child is named before its parent the clip has its
+ * joints in another order: inhabit_clip_joint_name says which. */
 INHABIT_API inhabit_clip* inhabit_clip_from_joints(const float* joints, int64_t frames, const char* const* names,
                                                    int64_t count, double rate);
 

@@ -46,7 +46,8 @@ void add_anticipate(CLI::App& app) {
                  "Find the joint rotations over all frames together, seconds a future, instead of frame by frame");
   add_scene(*verb, o->scene, ", which futures are steered around");
   verb->add_flag("--refine", o->anticipate.refine,
-                 "Feet stand, and nobody is inside the scene: a second for each half minute of a future");
+                 "Feet stand, and nobody is inside the scene: a quarter of a second for each half minute of a future, "
+                 "more in a room");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   verb->add_flag("--standard", o->anticipate.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");

@@ -120,7 +120,7 @@ void add_eval_inbetween(CLI::App& verb) {
   CLI::Option* data = inbetween->add_option("--data", o->data, "Native data set folders");
   inbetween->add_option("--motion", o->motions, "Instead: motion files, such as noisy recordings; implies --no-truth")
       ->excludes(data);
-  add_scene(*inbetween, o->scene, "with --motion; default: a flat floor");
+  add_scene(*inbetween, o->scene, " (with --motion; default: a flat floor)");
   add_reading(*inbetween, o->reading, "--motion");
   inbetween->add_option("--split", o->split, "train, val, test or all")
       ->check(CLI::IsMember({"train", "val", "test", "all"}))

@@ -62,7 +62,7 @@ void add_stream_forecast(CLI::App& stream) {
   verb->add_option("--seed", o->forecast.forecast.seed, "Seed of the points")
       ->check(whole_number)
       ->capture_default_str();
-  verb->add_flag("--refine", o->refine, "Feet stand, nobody is inside the scene: over four times as slow");
+  verb->add_flag("--refine", o->refine, "Feet stand, nobody is inside the scene: nearly four times as slow");
   verb->callback([o] {
     Notes notes;
     const Scene scene = read_scene(o->scene, notes);

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <deque>
 #include <functional>
 
@@ -112,6 +113,8 @@ int inhabit_stream_next(inhabit_stream* stream, const char** person, double* tim
     needed(stream, "stream");
     inhabit_result*& to = needed(result, "result");
     to = nullptr;
+    if (person != nullptr) *person = "";  // also where making what is due fails
+    if (time != nullptr) *time = NAN;
     if (stream->waiting.empty()) stream->take(stream->waiting);
     if (stream->waiting.empty()) return 0;
     stream->last = std::move(stream->waiting.front());

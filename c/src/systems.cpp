@@ -39,6 +39,7 @@ std::optional<Eigen::Vector3d> hand_of(const json& value, const interact::Chair&
 inhabit_result run(const forecast::ContactForecaster& system, const Clip& clip, const Scene& scene, Options& text) {
   forecast::Options options;
   text.take("start", options.start);
+  if (options.start < -1) throw Error("start", "is under 0");
   text.take("points", options.points);
   text.take("seed", options.seed);
   text.take("refine", options.refine);
@@ -52,6 +53,7 @@ inhabit_result run(const anticipate::IntentionAnticipator& system, const Clip& c
                    Options& text) {
   anticipate::Options options;
   text.take("start", options.start);
+  if (options.start < -1) throw Error("start", "is under 0");
   text.take("samples", options.samples);
   text.take("seconds", options.seconds);
   text.take("seed", options.seed);

@@ -13,7 +13,7 @@ AnticipateStream::AnticipateStream(std::shared_ptr<const IntentionAnticipator> a
              (anticipator_->config().kappa - 1) / anticipator_->config().rate) {
   options_.start = -1;
   options_.name = "person";
-  if (options_.samples < 1) throw Error("samples", "must be at least 1");
+  if (options_.samples < 1 || options_.samples > 10'000) throw Error("samples", "must be 1 to 10000");
   if (!(options_.seconds > 0 && options_.seconds <= 3600)) throw Error("seconds", "must be over 0 and at most 3600");
 }
 

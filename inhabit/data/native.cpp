@@ -122,7 +122,13 @@ auto of_dataset(const Read& read) {
 
 }  // namespace
 
+void require_split(const std::string& name) {
+  if (name != "train" && name != "val" && name != "test" && name != "all")
+    throw Error("split", "'" + name + "' is none of train, val, test and all");
+}
+
 std::vector<DatasetClip> Dataset::split(const std::string& name) const {
+  require_split(name);
   std::vector<DatasetClip> out;
   for (const DatasetClip& c : clips)
     if (name == "all" || c.split == name) out.push_back(c);

@@ -35,9 +35,12 @@ struct Dataset {
   std::vector<std::shared_ptr<const FileLock>> locks;    ///< of the folder, while the data set is being made
   bool whole = true;  ///< false: other shards are still to come, there is no index yet and `clips` are this shard's
 
-  /// The clips of one split, in order; "all" gives every clip.
+  /// The clips of one split, in order; "all" gives every clip. Throws as require_split.
   std::vector<DatasetClip> split(const std::string& name) const;
 };
+
+/// Throws Error("split", ...) unless it is "train", "val", "test" or "all".
+void require_split(const std::string& name);
 
 /// Reads FOLDER/dataset.json. Throws Error(FOLDER/dataset.json, ...) that names the entry at fault where it is missing,
 /// no JSON, of another version, has values of the wrong type or size, a path that leaves the folder, or one scene in

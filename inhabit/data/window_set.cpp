@@ -14,8 +14,9 @@ std::string item_of(const std::string& key) { return key.substr(key.find('/') + 
 }  // namespace
 
 WindowSet::WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
-                     double rate, const std::function<void(const Dataset&)>& accept)
+                     double rate, const std::function<void(const Dataset&)>& accept, bool in_scenes)
     : frames_(frames), stride_(stride) {
+  require_split(split);
   for (const std::string& folder : folders) {
     sets_.push_back(open_dataset(folder));
     const Dataset& set = sets_.back();
@@ -23,7 +24,7 @@ WindowSet::WindowSet(const std::vector<std::string>& folders, const std::string&
     if (set.rate != rate) throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, rate));
     for (size_t c = 0; c < set.clips.size(); ++c) {
       const DatasetClip& clip = set.clips[c];
-      if (clip.scene.empty() || (split != "all" && clip.split != split)) continue;
+      if ((in_scenes && clip.scene.empty()) || (split != "all" && clip.split != split)) continue;
       require_files(set, clip);
       for (int64_t start = 0; start + frames <= clip.frames; start += stride)
         places_.push_back(

@@ -8,7 +8,7 @@
 
 namespace inhabit {
 
-/// Windows of equal length, one every `stride` frames, of the clips in rooms of native data sets. Only their
+/// Windows of equal length, one every `stride` frames, of the clips of native data sets. Only their
 /// places are in memory. Safe to use from several threads.
 class WindowSet {
  public:
@@ -20,10 +20,10 @@ class WindowSet {
   };
 
   /// @param folders native data sets; @param split "train", "val", "test" or "all"; @param rate that their clips must
-  /// have; @param accept throws Error where a data set's skeleton is not the one wanted. Throws Error where a data set
-  /// cannot be read, has another rate, or a file is missing.
+  /// have; @param accept throws Error where a data set's skeleton is not the one wanted; @param in_scenes clips without
+  /// a scene are left out. Throws Error where a data set cannot be read, has another rate, or a file is missing.
   WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
-            double rate, const std::function<void(const Dataset&)>& accept);
+            double rate, const std::function<void(const Dataset&)>& accept, bool in_scenes = true);
 
   /// Number of windows.
   int64_t size() const { return static_cast<int64_t>(places_.size()); }

@@ -16,6 +16,7 @@ using torch::Tensor;
 namespace {
 
 constexpr double kTwistDamping = 1e-4;  // m^2: a rotation about a bone of 0.1 m that no other bone shows stays 0
+constexpr double kLongDamping = 1e-6;   // of the trace: of bones so long that float32 would lose the other
 
 /// The standard skeleton's bones, one to each joint but the root, and the joints that rotate them.
 struct Bones {
@@ -74,7 +75,9 @@ Tensor angular_velocities(const Tensor& before, const Tensor& now) {
   // Bones rotate by change = w x bone: normal equations sum(|b|^2 I - b b^T) w = sum(b x change).
   const Tensor length = bone.square().sum(-1, true).unsqueeze(-1), unit = torch::eye(3, now.options());
   const Tensor inertia = length * unit - bone.unsqueeze(-1) * bone.unsqueeze(-2);
-  const Tensor matrix = torch::einsum("ab,nbij->naij", {sums, inertia}) + kTwistDamping * unit;
+  const Tensor sum = torch::einsum("ab,nbij->naij", {sums, inertia});
+  const Tensor trace = sum.diagonal(0, -2, -1).sum(-1, true).unsqueeze(-1);
+  const Tensor matrix = sum + (kTwistDamping + kLongDamping * trace) * unit;
   const Tensor moment = torch::einsum("ab,nbi->nai", {sums, torch::cross(bone, change, -1)});
   return torch::linalg_solve(matrix, moment);
 }

@@ -99,8 +99,7 @@ struct Config {
   /// How motion is sampled where Options say nothing else.
   struct Inference {
     double guidance = 2.5;  ///< w
-    int steps = 2;  ///< evaluations of the denoiser: few, as more collide more and are else no better beyond the
-                    ///< spread of seeds (docs/inbetweening.md)
+    int steps = 2;          ///< evaluations of the denoiser: those that stage "deployed" trains
 
     bool operator==(const Inference&) const = default;  ///< compares all settings
   } inference;                                          ///< how motion is sampled

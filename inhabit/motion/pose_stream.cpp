@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
+#include <utility>
 
 #include "inhabit/body/skeleton.h"
 #include "inhabit/error.h"
@@ -42,9 +43,14 @@ PoseStream::PoseStream(const PoseStreamOptions& options, double seconds, double 
   order_ = torch::tensor(std::vector<int64_t>(usual.order.begin(), usual.order.end()));
 }
 
-void PoseStream::make_room(double time) {
+void PoseStream::make_room(double before, double time) {
   if (people_.size() < static_cast<size_t>(options_.people)) return;
-  std::erase_if(people_, [&](const auto& entry) { return entry.second.window.last() < time - options_.forget; });
+  // Who is ahead was last seen before the clock jumped back, where the pose before this one is of this time too.
+  const bool jumped = std::abs(before - time) <= options_.forget;
+  std::erase_if(people_, [&](const auto& entry) {
+    const double last = entry.second.window.last();
+    return last < time - options_.forget || (jumped && last > time + options_.forget);
+  });
   if (people_.size() >= static_cast<size_t>(options_.people))
     throw Error("person", "there are " + std::to_string(people_.size()) + " people already");
 }
@@ -58,10 +64,11 @@ void PoseStream::push(const std::string& person, double time, const torch::Tenso
     // A window that has taken its first pose: who is refused is not remembered.
     PoseWindow window(skeleton_, seconds_, options_.longest_gap);
     window.push(time, ordered);
-    make_room(time);
+    make_room(std::exchange(clock_, time), time);
     found = people_.emplace(person, Person{std::move(window)}).first;
   } else {
     found->second.window.push(time, ordered);
+    clock_ = time;
   }
   Person& p = found->second;
   const bool enough = p.window.seconds() > least_ - kEarly;

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -55,13 +56,14 @@ class PoseStream {
     double next = 0;  // seconds
     bool running = false, due = false, looked_at = false;
   };
-  void make_room(double time);
+  void make_room(double before, double time);
 
   PoseStreamOptions options_;
   double seconds_, least_;
   Skeleton skeleton_;
   torch::Tensor order_;  // (J) int64: joint j of the skeleton is joint order_[j] of what is pushed
   std::map<std::string, Person> people_;
+  double clock_ = -std::numeric_limits<double>::infinity();  // time of the pose before, seconds
 };
 
 }  // namespace inhabit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <set>
 
 #include "inhabit/body/proportions.h"
@@ -108,16 +109,24 @@ struct Parts {
   }
 };
 
-/// The joints, parents before children. Throws where parents go round in a circle or there is not one root.
+/// The joints, parents before children: as they are given where they are so. Throws where parents go round in a circle
+/// or there is not one root.
 std::vector<int> parents_first(const std::vector<int>& parents, const std::string& subject) {
   const auto count = static_cast<int>(parents.size());
   std::vector<int> order;
+  bool already = true;
   for (int j = 0; j < count; ++j) {
     const int parent = parents[static_cast<size_t>(j)];
+    already = already && parent < j;
     if (parent < -1 || parent >= count || parent == j) throw Error(subject, "a joint's parent does not exist");
     if (parent == -1) order.push_back(j);
   }
   if (order.size() != 1) throw Error(subject, "not one joint but " + std::to_string(order.size()) + " have no parent");
+  if (already) {
+    order.resize(parents.size());
+    std::iota(order.begin(), order.end(), 0);
+    return order;
+  }
   for (size_t k = 0; k < order.size(); ++k)
     for (int j = 0; j < count; ++j)
       if (parents[static_cast<size_t>(j)] == order[k]) order.push_back(j);

@@ -1,6 +1,9 @@
 #pragma once
+#include <c10/util/Exception.h>
+
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "inhabit/error.h"
@@ -11,7 +14,7 @@
 namespace inhabit::nn {
 
 /// What is made of everybody who is due, a person on each core. @param run makes Result::result of a Due; the Error
-/// that it throws becomes that person's Result::error.
+/// (or LibTorch's) that it throws becomes that person's Result::error: no pose of a tracker ends anybody else's stream.
 template <class Result, class Run>
 std::vector<Result> each_person(const std::vector<PoseStream::Due>& due, const Run& run) {
   std::vector<Result> out(due.size());
@@ -26,6 +29,9 @@ std::vector<Result> each_person(const std::vector<PoseStream::Due>& due, const R
       out[i].result = run(due[i]);
     } catch (const Error& error) {
       out[i].error = error.what();
+    } catch (const c10::Error& error) {
+      const std::string said = error.what_without_backtrace();
+      out[i].error = said.substr(0, said.find('\n'));
     }
   });
   return out;

@@ -46,27 +46,41 @@ Clip make_clip(const std::optional<Floats>& joints, double rate, const std::opti
   return out;
 }
 
-/// A property over one of a clip's arrays. Setting it checks the clip.
-template <class Array, Tensor Clip::*kField>
+void as_set(Clip&) {}
+
+/// Positions that were set say nothing of rotations: those that were there would put the joints elsewhere.
+void positions_alone(Clip& clip) { clip.rotations = clip.trans = clip.translations = Tensor(); }
+
+/// Joints where rotations and trans, one of which was set, put them.
+void pose_joints(Clip& clip) {
+  if (!clip.rotations.defined() || !clip.trans.defined()) return;
+  validate(clip, "clip");
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans, clip.translations);
+}
+
+/// A property over one of a clip's arrays. Setting it brings along what depends on it, and checks the clip.
+template <class Array, Tensor Clip::*kField, void (*kAfter)(Clip&) = as_set>
 void add_array(py::class_<Clip>& clip, const char* name, const char* doc) {
   clip.def_property(
       name, [](const Clip& c) -> Tensor { return c.*kField; },
       [](Clip& c, const std::optional<Array>& array) {
         Clip changed = c;
         changed.*kField = array ? Tensor(*array) : Tensor();
+        kAfter(changed);
         validate(changed, "clip");
         c = std::move(changed);
       },
       doc);
 }
 
-template <class Value, Value Clip::*kField>
+template <class Value, Value Clip::*kField, void (*kAfter)(Clip&) = as_set>
 void add_value(py::class_<Clip>& clip, const char* name, const char* doc) {
   clip.def_property(
       name, [](const Clip& c) { return c.*kField; },
       [](Clip& c, const Value& value) {
         Clip changed = c;
         changed.*kField = value;
+        kAfter(changed);
         validate(changed, "clip");
         c = std::move(changed);
       },
@@ -99,8 +113,8 @@ void add_clips(py::module_& m) {
       .def_readonly("names", &Skeleton::names, "J names.")
       .def_readonly("parents", &Skeleton::parents, "J indices of parents, -1 for the root.")
       .def_property_readonly(
-          "offsets", [](const Skeleton& s) { return s.offsets; },
-          "(J, 3) float32, metres: rest position relative to the parent.")
+          "offsets", [](const Skeleton& s) { return s.offsets.clone(); },
+          "(J, 3) float32, metres: rest position relative to the parent. A copy: clips share their skeletons.")
       .def_property_readonly(
           "rest_joints", [](const Skeleton& s) { return s.rest_joints(); },
           "(J, 3) float32, metres: rest positions in the root's frame.")
@@ -130,15 +144,18 @@ void add_clips(py::module_& m) {
   clip.def_property_readonly(
       "seconds", [](const Clip& c) { return c.seconds(); }, "Length, seconds.");
   add_value<double, &Clip::rate>(clip, "rate", "Frames a second.");
-  add_value<Skeleton, &Clip::skeleton>(clip, "skeleton", "The joints' tree at rest.");
-  add_array<Floats, &Clip::joints>(clip, "joints", "(T, J, 3) float32, metres, world.");
-  add_array<Floats, &Clip::rotations>(
+  add_value<Skeleton, &Clip::skeleton, pose_joints>(clip, "skeleton", "The joints' tree at rest.");
+  add_array<Floats, &Clip::joints, positions_alone>(
+      clip, "joints", "(T, J, 3) float32, metres, world. Set, rotations, trans and translations are None.");
+  add_array<Floats, &Clip::rotations, pose_joints>(
       clip, "rotations",
       "(T, J, 3) float32, axis-angle radians, each joint relative to its parent; row 0 is the root's;\n"
-      "or None.");
-  add_array<Floats, &Clip::trans>(
-      clip, "trans", "(T, 3) float32, metres: root joint = trans + skeleton.offsets[0] (SMPL's convention), or None.");
-  add_array<Floats, &Clip::translations>(
+      "or None. Set, with trans, the joints follow.");
+  add_array<Floats, &Clip::trans, pose_joints>(
+      clip, "trans",
+      "(T, 3) float32, metres: root joint = trans + skeleton.offsets[0] (SMPL's convention), or None. Set, with\n"
+      "rotations, the joints follow.");
+  add_array<Floats, &Clip::translations, pose_joints>(
       clip, "translations", "(T, J, 3) float32, metres, in place of skeleton.offsets where joints translate, or None.");
   add_array<Floats, &Clip::betas>(clip, "betas", "(B) float32, body shape, or None.");
   add_value<std::string, &Clip::gender>(clip, "gender", "'neutral', 'female' or 'male'.");

@@ -39,7 +39,7 @@ std::shared_ptr<ClipSet> open_clip_set(const Path& folder, const std::string& sp
   return out;
 }
 
-/// Windows of clips as dictionaries of arrays; clips and scenes are kept while recently used.
+/// Windows of clips as dictionaries of arrays; clips are kept while recently used.
 class Windows {
  public:
   using Arguments = std::tuple<Folders, std::string, int64_t, int64_t, double>;
@@ -47,20 +47,20 @@ class Windows {
 
   Windows(const Folders& folders, const std::string& split, int64_t frames, int64_t stride, double rate)
       : arguments(folders, split, frames, stride, rate),
-        set_(texts_of(folders), split, checked(frames, "frames"), checked(stride, "stride"), rate,
-             [](const Dataset&) {}),
-        clips_(16, [this](const std::string& key) { return set_.load_clip(key); }),
-        scenes_(16, [this](const std::string& key) { return set_.load_scene(key); }) {}
+        set_(
+            texts_of(folders), split, checked(frames, "frames"), checked(stride, "stride"), rate, [](const Dataset&) {},
+            false),
+        clips_(16, [this](const std::string& key) { return set_.load_clip(key); }) {}
 
   int64_t size() const { return set_.size(); }
   std::string name(int64_t index) const { return set_.name(index); }
-  Clip clip(int64_t index) {
-    const int64_t first = set_.place(index).start;
-    return slice(clips_.get(set_.clip_key(index)), first, first + set_.frames());
-  }
-  std::optional<Scene> scene(int64_t index) {
+  /// Of the cache's own arrays: to be copied, not given out.
+  Clip cached_clip(int64_t index) { return window_of(clips_.get(set_.clip_key(index)), index); }
+  /// Read anew, as who asks may write into it; likewise the scene.
+  Clip clip(int64_t index) const { return window_of(set_.load_clip(set_.clip_key(index)), index); }
+  std::optional<Scene> scene(int64_t index) const {
     if (set_.entry(index).scene.empty()) return std::nullopt;
-    return scenes_.get(set_.scene_key(index));
+    return set_.load_scene(set_.scene_key(index));
   }
 
  private:
@@ -68,18 +68,21 @@ class Windows {
     if (count < 1) throw Error(name, "are fewer than 1");
     return count;
   }
+  Clip window_of(const Clip& whole, int64_t index) const {
+    const int64_t first = set_.place(index).start;
+    return slice(whole, first, first + set_.frames());
+  }
   WindowSet set_;
   RecentCache<Clip> clips_;
-  RecentCache<Scene> scenes_;
 };
 
 void put(py::dict& out, const char* name, const Tensor& array) {
-  if (array.defined()) out[name] = array_of(array.contiguous());
+  if (array.defined()) out[name] = array_of(array.clone(at::MemoryFormat::Contiguous));
 }
 
 py::dict item_of(Windows& windows, int64_t index) {
   const auto at = static_cast<int64_t>(index_in(index, windows.size()));
-  const Clip clip = released([&] { return windows.clip(at); });
+  const Clip clip = released([&] { return windows.cached_clip(at); });
   py::dict out("index"_a = at);
   put(out, "joints", clip.joints);
   put(out, "rotations", clip.rotations);

@@ -9,6 +9,16 @@
 #include "inhabit/motion/retarget.h"
 
 namespace inhabit::python {
+namespace {
+
+/// The same body with arrays of its own.
+BodyModel copy_of(BodyModel body) {
+  for (torch::Tensor* t : {&body.template_vertices, &body.skin_weights, &body.faces, &body.joint_limits})
+    *t = t->clone();
+  return body;
+}
+
+}  // namespace
 
 void add_motion(py::module_& m) {
   m.def(
@@ -48,7 +58,7 @@ void add_motion(py::module_& m) {
 
   py::class_<BodyModel>(m, "Body", "A skinned body with linear shape space.")
       .def(py::init([](const std::optional<Path>& path) {
-             if (!path) return builtin_body();
+             if (!path) return copy_of(builtin_body());  // who writes into it changes no other
              return released([&] { return read_smpl_model(path->string()); });
            }),
            "path"_a = py::none(),

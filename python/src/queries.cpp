@@ -152,9 +152,9 @@ void add_scene_query(py::module_& m) {
       .def(py::init([](const SharedQuery& query, const Point& lower, const Point& upper, double cell) {
              const Eigen::AlignedBox3d box(Eigen::Vector3d(lower[0], lower[1], lower[2]),
                                            Eigen::Vector3d(upper[0], upper[1], upper[2]));
-             return new Field{query, DistanceField(*query, box, cell)};
+             return released([&] { return new Field{query, DistanceField(*query, box, cell)}; });
            }),
-           "query"_a, "lower"_a, "upper"_a, "cell"_a = 0.05,
+           py::arg("query").none(false), "lower"_a, "upper"_a, "cell"_a = 0.05,
            "query: a SceneQuery; lower, upper: corners of the box that the grid covers, metres; cell: edge, metres.")
       .def(
           "distance",

@@ -121,3 +121,26 @@ def test_copies_have_memory_of_their_own():
     other = clip.copy()
     other.joints[:] = 0
     assert np.abs(clip.joints).max() > 0
+
+
+def test_what_is_set_brings_the_rest_along():
+    clip = inhabit.read_clip(WALK)
+    before = clip.joints.copy()
+    clip.trans += [5, 0, 0]
+    assert np.abs(clip.joints - before - [5, 0, 0]).max() < 1e-4
+    turned = clip.rotations.copy()
+    turned[:, 16] = 0  # an arm
+    clip.rotations = turned
+    moved = np.abs(clip.joints - before - [5, 0, 0]).max(axis=(0, 2))
+    assert moved[18] > 0.05 and moved[17] < 1e-4
+    clip.joints = before
+    assert clip.rotations is None and clip.trans is None and (clip.joints == before).all()
+
+
+def test_bodies_and_skeletons_are_nobody_elses():
+    offsets = inhabit.standard_skeleton().offsets
+    offsets *= 2
+    body = inhabit.Body()
+    body.template_vertices[:] *= 2
+    assert np.abs(inhabit.standard_skeleton().offsets - offsets / 2).max() == 0
+    assert np.abs(inhabit.Body().template_vertices - body.template_vertices / 2).max() == 0

@@ -202,6 +202,12 @@ def test_data_sets_feed_a_loader_and_a_training(tmp_path):
     assert "foot skating" in [bar.name for bar in bars] and told == [(done, 10) for done in range(1, 11)]
     windows = inhabit.Windows([tmp_path / "rooms"], frames=90, stride=30)
     assert windows[0]["joints"].shape == (90, 22, 3) and len(list(windows)) == len(windows)
+    first = windows[0]["joints"].copy()
+    windows[0]["joints"][:] = 5  # as a transform in place does
+    windows.clip(0).joints[:] = 7
+    assert (windows[0]["joints"] == first).all()
+    with pytest.raises(inhabit.Error, match="split: 'tran' is none of train, val, test and all"):
+        inhabit.Windows([tmp_path / "rooms"], "tran")
     samples = inhabit.ForecastWindows([tmp_path / "rooms"], settings={"points": 64})
     assert samples[0]["points"].shape == (64, 3)
     keys = inhabit.InbetweenWindows([tmp_path / "rooms"], "all", settings={"frames": 61})

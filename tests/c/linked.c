@@ -31,6 +31,9 @@ static void clips_and_scenes(const char* folder) {
   inhabit_array joints, rotations, other;
   static const float corners[] = {-5, 0, -5, 5, 0, -5, 5, 0, 5, -5, 0, 5};
   static const int64_t faces[] = {0, 2, 1, 0, 3, 2}, wrong[] = {0, 1, 4};
+  static const char* const human36m[] = {"Hip",    "RHip",   "RKnee",     "RFoot",  "LHip",  "LKnee",
+                                         "LFoot",  "Spine",  "Thorax",    "Neck",   "Head",  "LShoulder",
+                                         "LElbow", "LWrist", "RShoulder", "RElbow", "RWrist"};
   inhabit_scene* scene;
   CHECK(clip != NULL);
   CHECK(inhabit_clip_frames(clip) == 90 && inhabit_clip_rate(clip) == 30 && inhabit_clip_joints(clip) == 22);
@@ -54,6 +57,11 @@ static void clips_and_scenes(const char* folder) {
 
   again = inhabit_clip_from_joints(joints.data, 90, NULL, 22, 30);
   CHECK(again != NULL && difference(joints.data, array_of(again, "joints").data, 90 * 22 * 3) == 0);
+  inhabit_clip_free(again);
+  /* Names in another order than the standard one, parents first: the clip's joints are those that were given. */
+  again = inhabit_clip_from_joints(joints.data, 5, human36m, 17, 50);
+  CHECK(again != NULL && difference(joints.data, array_of(again, "joints").data, 5 * 17 * 3) == 0);
+  for (int j = 0; again != NULL && j < 17; ++j) CHECK(strcmp(inhabit_clip_joint_name(again, j), human36m[j]) == 0);
   inhabit_clip_free(again);
   CHECK(inhabit_clip_from_joints(joints.data, 90, NULL, 21, 30) == NULL && said("22"));
   CHECK(inhabit_clip_from_joints(joints.data, -1, NULL, 22, 30) == NULL && said("frames"));
@@ -93,6 +101,7 @@ static inhabit_clip* first_of(const char* name, const inhabit_clip* clip, const 
   CHECK(inhabit_run(system, clip, scene, "{\"colour\": 1}") == NULL && said("colour"));
   CHECK(inhabit_run(system, clip, scene, "{") == NULL && said("options"));
   CHECK(inhabit_run(system, clip, scene, "7") == NULL && said("options"));
+  CHECK(inhabit_run(system, clip, scene, "{\"start\": -5}") == NULL && said("start"));
   CHECK(inhabit_run(system, clip, scene, "{\"standard\": \"yes\"}") == NULL && said("standard"));
   CHECK(inhabit_run(system, NULL, scene, NULL) == NULL && said("clip: is NULL"));
   inhabit_result_free(result);

@@ -19,6 +19,13 @@ TEST(WindowSet, HasTheWindowsOfASplitsClipsInRooms) {
   EXPECT_EQ(train.entry(2).file, "clips/0.npz");
   EXPECT_EQ(train.place(2).start, 60);
   EXPECT_EQ(WindowSet(folders, "all", 50, 30, 30, [](const Dataset&) {}).spread(3), (std::vector<int64_t>{0, 3, 6}));
+  EXPECT_GT(WindowSet(
+                folders, "train", 50, 30, 30, [](const Dataset&) {}, false)
+                .size(),
+            3)
+      << "scenes are not asked for";
+  EXPECT_EQ(refusal_of([&] { WindowSet(folders, "tran", 50, 30, 30, [](const Dataset&) {}); }),
+            "split: 'tran' is none of train, val, test and all");
 }
 
 TEST(WindowSet, WithoutAWindowCannotBeMeasured) {

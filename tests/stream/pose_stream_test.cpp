@@ -69,6 +69,20 @@ TEST(PoseStream, PeopleAreKeptApartAndMakeRoomWhenTheyAreGone) {
   EXPECT_EQ(stream.people(), 2) << "who is refused makes nobody go";
 }
 
+// A recording that is played again from its start, or a simulator that is reset.
+TEST(PoseStream, NewPeopleAreLetInAfterTheClockJumpsBack) {
+  PoseStream stream({.rate = 1, .people = 3, .forget = 3}, 1, 1);
+  for (int i = 0; i < 3; ++i) stream.push(std::to_string(i), 1000 + i, walk().joints[0]);
+  EXPECT_EQ(refusal_of([&] { stream.push("new", 0, walk().joints[0]); }), "person: there are 3 people already");
+  stream.push("new", 0.03, walk().joints[1]);
+  EXPECT_EQ(stream.people(), 1);
+  PoseStream known({.rate = 1, .people = 3, .forget = 3}, 1, 1);
+  for (int i = 0; i < 3; ++i) known.push(std::to_string(i), 1000 + i, walk().joints[0]);
+  known.push("2", 0, walk().joints[0]);
+  known.push("new", 0.03, walk().joints[0]);
+  EXPECT_EQ(known.people(), 2);
+}
+
 TEST(PoseStream, OtherNamesInAnyOrder) {
   PoseStreamOptions options;
   options.names.assign(standard_joint_names().rbegin(), standard_joint_names().rend());

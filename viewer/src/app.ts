@@ -19,6 +19,7 @@ export class App {
   private shown?: MotionPage;
   private sheet?: Sheet;
   private back?: () => void;
+  private opening: Promise<void> = Promise.resolve();
 
   /** @param framed in a frame of another page: it plays by itself, without controls */
   constructor(private data: Data, private readonly framed: boolean, private readonly hooks: Hooks) {
@@ -90,8 +91,14 @@ export class App {
     this.shown?.themed();
   }
 
-  /** Opens files beside what is shown; one that cannot be read is said, and the page stays as it is. */
-  private async open(files: File[]) {
+  /** Opens files beside what is shown, one call after the other: what is dropped meanwhile waits. */
+  private open(files: File[]) {
+    const next = () => this.openNow(files);
+    return (this.opening = this.opening.then(next, next));
+  }
+
+  /** One that cannot be read is said, and the page stays as it is. */
+  private async openNow(files: File[]) {
     const title = element('head').querySelector('h1')!.textContent!;
     const refused: string[] = [];
     // Of a page of cards a file that is opened stands alone.

@@ -36,16 +36,20 @@ export class Menu {
       press(id, set());
       this.onChange();
     };
-    button.onclick = action;
-    this.keys.set(key, action);
-    return button;
+    return this.bind(button, key, action);
   }
 
   /** The same of a button that does something rather than to stay pressed. */
   press(id: string, key: string, action: () => void) {
-    const button = element(id);
+    return this.bind(element(id), key, action);
+  }
+
+  /** A key of a hidden button does nothing. */
+  private bind(button: HTMLElement, key: string, action: () => void) {
     button.onclick = action;
-    this.keys.set(key, action);
+    this.keys.set(key, () => {
+      if (!button.hidden) action();
+    });
     return button;
   }
 

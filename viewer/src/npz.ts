@@ -54,19 +54,49 @@ async function unzipped(bytes: Uint8Array<ArrayBuffer>, wanted: (name: string) =
   return files;
 }
 
-const KINDS: Record<string, [number, (view: DataView, at: number) => number]> = {
-  '<f4': [4, (view, at) => view.getFloat32(at, true)],
-  '<f8': [8, (view, at) => view.getFloat64(at, true)],
-  '<i8': [8, (view, at) => Number(view.getBigInt64(at, true))],
-  '<u8': [8, (view, at) => Number(view.getBigUint64(at, true))],
-  '<i4': [4, (view, at) => view.getInt32(at, true)],
-  '<u4': [4, (view, at) => view.getUint32(at, true)],
-  '<i2': [2, (view, at) => view.getInt16(at, true)],
-  '<u2': [2, (view, at) => view.getUint16(at, true)],
-  '|i1': [1, (view, at) => view.getInt8(at)],
-  '|u1': [1, (view, at) => view.getUint8(at)],
-  '|b1': [1, (view, at) => view.getUint8(at)],
+type Read = (view: DataView, at: number, little: boolean) => number;
+
+function half(bits: number) {
+  const sign = bits & 0x8000 ? -1 : 1;
+  const exponent = (bits >> 10) & 0x1f;
+  const fraction = bits & 0x3ff;
+  if (exponent === 0x1f) return fraction ? NaN : sign * Infinity;
+  return exponent ? sign * 2 ** (exponent - 15) * (1 + fraction / 1024) : sign * 2 ** -24 * fraction;
+}
+
+const KINDS: Record<string, [number, Read]> = {
+  f2: [2, (view, at, little) => half(view.getUint16(at, little))],
+  f4: [4, (view, at, little) => view.getFloat32(at, little)],
+  f8: [8, (view, at, little) => view.getFloat64(at, little)],
+  i8: [8, (view, at, little) => Number(view.getBigInt64(at, little))],
+  u8: [8, (view, at, little) => Number(view.getBigUint64(at, little))],
+  i4: [4, (view, at, little) => view.getInt32(at, little)],
+  u4: [4, (view, at, little) => view.getUint32(at, little)],
+  i2: [2, (view, at, little) => view.getInt16(at, little)],
+  u2: [2, (view, at, little) => view.getUint16(at, little)],
+  i1: [1, (view, at) => view.getInt8(at)],
+  u1: [1, (view, at) => view.getUint8(at)],
+  b1: [1, (view, at) => view.getUint8(at)],
 };
+
+/** For every element in C order the place where Fortran's order has it. */
+function placesInFortranOrder(shape: number[], count: number) {
+  const places = new Uint32Array(count);
+  const at = shape.map(() => 0);
+  const step: number[] = [];
+  shape.reduce((product, size, axis) => ((step[axis] = product), product * size), 1);
+  let place = 0;
+  for (let i = 0; i < count; ++i) {
+    places[i] = place;
+    for (let axis = shape.length - 1; axis >= 0; --axis) {
+      place += step[axis];
+      if (++at[axis] < shape[axis]) break;
+      place -= step[axis] * shape[axis];
+      at[axis] = 0;
+    }
+  }
+  return places;
+}
 
 function parseNpy(bytes: Uint8Array, name: string): NumpyArray | undefined {
   const damaged = new Error(`its array ${name} is damaged`);
@@ -79,21 +109,24 @@ function parseNpy(bytes: Uint8Array, name: string): NumpyArray | undefined {
   const head = new TextDecoder('latin1').decode(bytes.subarray(start, start + length));
   const type = /'descr':\s*'([^']+)'/.exec(head)?.[1];
   const sizes = /'shape':\s*\(([^)]*)\)/.exec(head)?.[1];
-  if (!type || sizes === undefined || /'fortran_order':\s*True/.test(head)) return undefined; // objects and tables are left out
+  if (!type || sizes === undefined) return undefined; // tables are left out
   const shape = sizes.split(',').map((part) => part.trim()).filter(Boolean).map(Number);
   const count = shape.reduce((product, size) => product * size, 1);
   const at = start + length;
   const text = /^([<|])([US])(\d+)$/.exec(type);
-  const [width, read] = text ? [Number(text[3]) * (text[2] === 'U' ? 4 : 1), undefined] : KINDS[type] ?? [0, undefined];
-  if (!text && !read) return undefined;
+  const [width, read] = text ? [Number(text[3]) * (text[2] === 'U' ? 4 : 1), undefined] : KINDS[type.slice(1)] ?? [0, undefined];
+  if (!text && !read) return undefined; // objects, complex numbers
   if (!Number.isSafeInteger(count) || count < 0 || at + count * width > bytes.length) throw damaged;
+  const places = shape.length > 1 && /'fortran_order':\s*True/.test(head) ? placesInFortranOrder(shape, count) : undefined;
+  const startOf = (i: number) => at + (places ? places[i] : i) * width;
   if (read) {
-    const values = type === '<f4' ? new Float32Array(count) : new Float64Array(count);
-    for (let i = 0; i < count; ++i) values[i] = read(view, at + i * width);
+    const little = type[0] !== '>';
+    const values = width === 4 && type[1] === 'f' ? new Float32Array(count) : new Float64Array(count);
+    for (let i = 0; i < count; ++i) values[i] = read(view, startOf(i), little);
     return { shape, values };
   }
   const words = Array.from({ length: count }, (_, i) => {
-    const here = at + i * width;
+    const here = startOf(i);
     let word = '';
     if (text![2] === 'S') word = new TextDecoder().decode(bytes.subarray(here, here + width));
     else for (let k = 0; k < width; k += 4) {

@@ -16,19 +16,23 @@ await mkdir(saved, { recursive: true });
 const expected = JSON.parse(await readFile(join(folder, 'expected.json'), 'utf8'));
 const open = (context, name) => openListening(context, join(folder, name));
 
-/** Drops files on the page as a visitor does, and waits until they are opened or refused. */
-async function drop(page, ...paths) {
-  const files = await Promise.all(paths.map(async (path) => [basename(path), (await readFile(path)).toString('base64')]));
+/** Drops files on the page as a visitor does, those of each list at once, and waits until all are opened or refused. */
+async function dropInTurn(page, ...lists) {
+  const content = async (path) => [basename(path), (await readFile(path)).toString('base64')];
+  const drops = await Promise.all(lists.map((paths) => Promise.all(paths.map(content))));
   const before = await page.evaluate('inhabit.opened ?? 0');
   await page.evaluate((all) => {
-    const dropped = new DataTransfer();
-    for (const [name, text] of all) dropped.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
-    const event = (type) => document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: dropped }));
-    event('dragover');
-    event('drop');
-  }, files);
-  await until(page, `(inhabit.opened ?? 0) === ${before + paths.length}`);
+    for (const files of all) {
+      const dropped = new DataTransfer();
+      for (const [name, text] of files) dropped.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
+      const event = (type) => document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: dropped }));
+      event('dragover');
+      event('drop');
+    }
+  }, drops);
+  await until(page, `(inhabit.opened ?? 0) === ${before + lists.flat().length}`);
 }
+const drop = (page, ...paths) => dropInTurn(page, paths);
 
 const message = (page) => page.locator('#message').evaluate((node) => (node.hidden ? '' : node.textContent));
 const at = (page, name) => page.evaluate((wanted) => inhabit.objects().find((object) => object.name === wanted), name);
@@ -209,6 +213,20 @@ async function opening(context) {
   assert.ok(await page.locator('#note').isVisible());
   assert.deepEqual(complaints, []);
   await page.close();
+
+  // What is dropped while other files are read comes beside them. One person alone is not put apart by a key.
+  const empty = await open(context, 'empty.html');
+  await dropInTurn(empty.page, [join(folder, 'walk.npz')], [join(folder, 'room.glb')], [join(folder, 'z_up.npz')]);
+  assert.deepEqual(await empty.page.evaluate('inhabit.people'), ['walk', 'z_up']);
+  assert.ok((await empty.page.evaluate('inhabit.objects().length')) > 5);
+  await empty.page.close();
+  const one = await open(context, 'empty.html');
+  await drop(one.page, join(folder, 'walk.npz'));
+  await one.page.evaluate('inhabit.setTime(1)');
+  await one.page.keyboard.press('s');
+  (await joints(one.page, 0)).forEach((p, j) => assert.ok(distance(p, expected.joints[j]) < 0.002, `joint ${j} was moved`));
+  assert.deepEqual([...empty.complaints, ...one.complaints], []);
+  await one.page.close();
 
   // The file button does the same, on any page; a .glb brings people and scene.
   const two = await open(context, 'two.html');
