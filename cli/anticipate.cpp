@@ -75,6 +75,7 @@ void add_anticipate(CLI::App& app) {
           const bool standard = o->anticipate.standard;
           write_clips(out, standard ? a.futures : a.on_source, o->writing,
                       {{"intention", standard ? a.labels : a.labels_on_source}});
+          return a.futures.size();
         });
   });
 }

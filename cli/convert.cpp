@@ -32,6 +32,11 @@ bool into_folder(const Convert& o) {
 
 void convert_many(const Convert& o) {
   const std::string out = o.files.back();
+  std::error_code unknown;
+  const std::string extension = std::filesystem::path(out).extension();
+  for (const char* format : {".npz", ".json", ".bvh", ".glb", ".ply"})
+    if (extension == format && !std::filesystem::is_directory(out, unknown))
+      throw inhabit::Error(out, "is named like a file; many become files of a folder");
   std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
   std::map<std::string, std::string> targets, made;
   std::vector<std::string> skipped;

@@ -74,6 +74,7 @@ void add_forecast(CLI::App& app) {
           if (r.hypotheses.empty()) add(r.prediction, r.on_source);
           for (const forecast::Hypothesis& one : r.hypotheses) add(one.prediction, one.on_source);
           write_clips(out, motions, o->writing, {}, &r.scene);
+          return motions.size();
         });
   });
 }

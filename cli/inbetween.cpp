@@ -55,7 +55,9 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
     }
     return clip;
   }
-  if (!o.keys.empty()) throw Error("--keyframes", "is for one file; several stand at --times");
+  if (!o.keys.empty())
+    throw Error("--keyframes", "is one list of frames, such as 0,40,95, of one file; several (here " + o.motions[0] +
+                                   ", " + o.motions[1] + ") stand at --times");
   std::vector<Clip> poses;
   for (const std::string& motion : o.motions) poses.push_back(read_motion(motion, o.reading, notes));
   inbetween::PosesInTime in_time = inbetween::poses_at_times(poses, o.times, rate, o.motions);
@@ -177,6 +179,7 @@ void add_inbetween(CLI::App& app) {
           for (const inbetween::Result& result : results)
             motions.push_back(o->options.standard ? result.motion : result.on_source);
           write_clips(out, motions, o->writing, {}, &r.scene);
+          return motions.size();
         });
   });
 }

@@ -153,7 +153,10 @@ void add_interact(CLI::App& app) {
       motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
     write_outputs(
         o->outputs, [&] { return interact::interaction_page(results, scene); },
-        [&](const std::string& out) { write_clips(out, motions, o->writing, {}, &scene); });
+        [&](const std::string& out) {
+          write_clips(out, motions, o->writing, {}, &scene);
+          return motions.size();
+        });
   });
 }
 

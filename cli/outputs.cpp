@@ -46,13 +46,15 @@ bool pages_alone(const std::vector<std::string>& outputs) {
 }
 
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
-                   const std::function<void(const std::string& path)>& write_motion) {
+                   const std::function<size_t(const std::string& path)>& write_motion) {
   for (const std::string& out : outputs) {
-    if (inhabit::extension_of(out) == "html")
+    if (inhabit::extension_of(out) == "html") {
       inhabit::write_page(out, page());
-    else
-      write_motion(out);
-    std::printf("%s\n", out.c_str());
+      std::printf("%s\n", out.c_str());
+      continue;
+    }
+    const std::vector<std::string> files = inhabit::clip_files(out, write_motion(out));
+    std::printf("%s\n", (files.size() > 1 ? files.front() + " to " + files.back() : out).c_str());
   }
 }
 

@@ -25,6 +25,7 @@ void add_writing(CLI::App& verb, inhabit::WriteOptions& writing, bool loop = tru
 /// Throws inhabit::Error where that is asked for and pages alone are written, which show the motion as it is.
 void require_motion_written(const inhabit::WriteOptions& writing, const std::vector<std::string>& outputs);
 
-/// Writes every output, an .html by `page`, others by `write_motion`, and prints its name.
+/// Writes every output, an .html by `page`, others by `write_motion`, which says how many motions it wrote, and prints
+/// the names of the files.
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
-                   const std::function<void(const std::string& path)>& write_motion);
+                   const std::function<size_t(const std::string& path)>& write_motion);

@@ -87,6 +87,7 @@ void run_reconstruct(ReconstructArguments& o) {
       [&] { return reconstruct::reconstruction_page(r, std::filesystem::path(o.files.motion).filename().string()); },
       [&](const std::string& out) {
         write_clips(out, {o.options.standard ? r.motion : r.on_source}, o.writing, {}, &r.scene);
+        return size_t{1};
       });
 }
 

@@ -36,7 +36,10 @@ void write_refined(const RefineArguments& o, const std::vector<inhabit::RefinedP
   write_outputs(
       o.outputs,
       [&] { return refined_page(people, scene, "Refined: " + std::filesystem::path(o.motion).filename().string()); },
-      [&](const std::string& out) { write_clips(out, written, o.writing, {}, &scene); });
+      [&](const std::string& out) {
+        write_clips(out, written, o.writing, {}, &scene);
+        return written.size();
+      });
 }
 
 void run_on_depth(const RefineArguments& o) {

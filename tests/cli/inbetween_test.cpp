@@ -147,13 +147,17 @@ TEST(Inbetween, KeyFramesOfAFileStandAtOtherTimes) {
 TEST(Inbetween, TakesWhatAnAnimatorGivesBesideKeys) {
   const TempFolder folder;
   const std::string out = folder / "out";
-  CommandResult r = run_command("inbetween " + kWalk + " --keyframes 45 --key-weights 1,0.5,1 --contact " +
-                                "left_wrist,2.0,2.2,0.3,1.2,2 --root-path 1,0.4,0.9 --samples 2 --standard -o " + out +
-                                ".npz -o " + out + ".bvh -o " + out + ".html");
+  CommandResult r = run_command("inbetween " + kWalk + " --keyframes 0 45 89 -o " + out + ".npz");
+  EXPECT_EQ(r.exit_code, 2);
+  EXPECT_THAT(r.err, HasSubstr("--keyframes: is one list of frames, such as 0,40,95, of one file; several (here "));
+  r = run_command("inbetween " + kWalk + " --keyframes 45 --key-weights 1,0.5,1 --contact " +
+                  "left_wrist,2.0,2.2,0.3,1.2,2 --root-path 1,0.4,0.9 --samples 2 --standard -o " + out + ".npz -o " +
+                  out + ".bvh -o " + out + ".html");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const std::vector<Clip> samples = read_clips(out + ".npz");
   ASSERT_EQ(samples.size(), 2U);
   EXPECT_FALSE(torch::equal(samples[0].joints, samples[1].joints));
+  EXPECT_THAT(r.out, HasSubstr(out + ".npz\n" + out + "_000.bvh to " + out + "_001.bvh\n" + out + ".html\n"));
   EXPECT_TRUE(std::filesystem::exists(out + "_000.bvh"));
   EXPECT_TRUE(std::filesystem::exists(out + "_001.bvh"));
   EXPECT_THAT(read_whole_file(out + ".html"), HasSubstr("sample 2"));

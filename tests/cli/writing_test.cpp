@@ -138,6 +138,10 @@ TEST(ManyFiles, NeverOverwriteEachOther) {
   const Clip walk = slice(read_clip(kWalk), 0, 20);
   write_clips(folder / "in/a.npz", {walk, walk});
   write_clip(folder / "in/a_000.npz", walk);
+  const std::string two = folder / "in/a.npz" + " " + folder / "in/a_000.npz" + " ";
+  std::filesystem::create_directories(folder / "empty");
+  expect_refused("convert " + two + folder / "empty/out.bvh",
+                 {"out.bvh: is named like a file; many become files of a folder"}, folder / "empty");
   const CommandResult r = run_command("convert " + folder / "in" + " " + folder / "out" + " --format bvh");
   EXPECT_EQ(r.exit_code, 1);
   EXPECT_THAT(r.err, HasSubstr("out/a_000.bvh: would be written of both " + folder / "in/a.npz" + " and "));
