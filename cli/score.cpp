@@ -68,7 +68,7 @@ void add_score(CLI::App& app) {
                 "Error of futures: of joints and root in the world, and of poses without place and heading; mean and "
                 "best",
                 25, score_error_of),
-            "The future that came true");
+            "The future that came true, from its first frame on");
   add_reference(add(*verb, "fid", "Frechet distance of motion features from those of real motion", 0, score_fid_of),
                 "Real motion files")
       ->required();
