@@ -1,11 +1,13 @@
 #include "inhabit/io/convert.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
 
 #include "inhabit/error.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/file_notes.h"
 #include "inputs.h"
 #include "interrupted.h"
@@ -21,6 +23,12 @@ struct Convert {
   inhabit::ConvertOptions options;
 };
 
+/// What motions and scenes become.
+const std::vector<std::string>& convert_formats() {
+  static const std::vector<std::string> all = {"npz", "json", "bvh", "glb", "ply"};
+  return all;
+}
+
 /// Whether `files` name a folder to convert into, and not one file that becomes another.
 bool into_folder(const Convert& o) {
   namespace fs = std::filesystem;
@@ -32,11 +40,11 @@ bool into_folder(const Convert& o) {
 
 void convert_many(const Convert& o) {
   const std::string out = o.files.back();
-  std::error_code unknown;
-  const std::string extension = std::filesystem::path(out).extension();
-  for (const char* format : {".npz", ".json", ".bvh", ".glb", ".ply"})
-    if (extension == format && !std::filesystem::is_directory(out, unknown))
-      throw inhabit::Error(out, "is named like a file; many become files of a folder");
+  std::error_code none;
+  const std::vector<std::string>& formats = convert_formats();
+  const bool named_as_file = std::find(formats.begin(), formats.end(), inhabit::extension_of(out)) != formats.end();
+  if (named_as_file && !std::filesystem::is_directory(out, none))
+    throw inhabit::Error(out, "is named like a file; many become files of a folder");
   std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
   std::map<std::string, std::string> targets, made;
   std::vector<std::string> skipped;
@@ -48,7 +56,6 @@ void convert_many(const Convert& o) {
   if (files.empty()) throw inhabit::Error(skipped.front());
   inhabit::Notes notes;
   const GoesOnLater later("the files that are named above are written; name the rest to go on");
-  std::error_code none;
   const bool new_folder = !std::filesystem::exists(out, none);
   inhabit::FileCount count;
   try {
@@ -87,7 +94,7 @@ void add_convert(CLI::App& app) {
                    "patterns, each as a file of the same name in FOLDER")
       ->required();
   verb->add_option("--format", given->format, "Of many files: the format they become (default: npz)")
-      ->check(CLI::IsMember({"npz", "json", "bvh", "glb", "ply"}));
+      ->check(CLI::IsMember(convert_formats()));
   verb->add_flag("--retarget", given->options.retarget, "Onto the standard 22 joints");
   add_reading(*verb, given->options.reading, "the input");
   add_writing(*verb, given->options.writing);
