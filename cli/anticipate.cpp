@@ -52,9 +52,9 @@ void add_anticipate(CLI::App& app) {
   verb->add_flag("--standard", o->anticipate.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   add_writing(*verb, o->writing);
-  verb->add_option("-o,--out", o->outputs,
-                   "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
-                   "(default: futures.html)");
+  add_outputs(*verb, o->outputs,
+              "Output files: .npz holds all futures, .html is a page, .bvh .glb .json have one file a future "
+              "(default: futures.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "futures.html", "an anticipation");

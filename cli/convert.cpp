@@ -34,8 +34,10 @@ bool into_folder(const Convert& o) {
   namespace fs = std::filesystem;
   const std::string& in = o.files.front();
   std::error_code none;
+  const std::string& out = o.files.back();
   const bool pattern = in.find_first_of("*?[") != std::string::npos && !fs::exists(in, none);
-  return o.files.size() > 2 || !o.format.empty() || pattern || fs::is_directory(in, none);
+  return o.files.size() > 2 || !o.format.empty() || pattern || fs::is_directory(in, none) ||
+         fs::is_directory(out, none) || out.back() == '/';
 }
 
 void convert_many(const Convert& o) {

@@ -44,10 +44,9 @@ void add_forecast(CLI::App& app) {
   verb->add_flag("--standard", o->forecast.standard,
                  "Write the standard 22 joints at 30 Hz, not the file's skeleton and rate");
   add_writing(*verb, o->writing);
-  verb->add_option(
-      "-o,--out", o->outputs,
-      "Output files: .npz .bvh .glb .json hold the prediction (of several samples .npz all, the others a file "
-      "each), .html is a page (default: forecast.html)");
+  add_outputs(*verb, o->outputs,
+              "Output files: .npz .bvh .glb .json hold the prediction (of several samples .npz all, the others a file "
+              "each), .html is a page (default: forecast.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "forecast.html", "a forecast");

@@ -41,7 +41,7 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
   if (o.motions.size() == 1) {
     Clip clip = read_motion(o.motions[0], o.reading, notes);
     if (!o.times.empty()) {
-      if (o.keys.empty())
+      if (o.keys.find_first_not_of("0123456789, ") != std::string::npos || o.keys.empty())
         throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
       inbetween::PosesInTime in_time =
           inbetween::frames_at_times(clip, inbetween::listed_frames(o.keys, clip.frames()), o.times, o.motions[0]);
@@ -121,9 +121,9 @@ void add_inbetween(CLI::App& app) {
   verb->add_flag("--standard", o->options.standard,
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   add_writing(*verb, o->writing, /*loop=*/false);
-  verb->add_option("-o,--out", o->outputs,
-                   "Output files: .npz .bvh .glb .json hold the motion (of several samples .npz all, the others a file "
-                   "each), .html is a page (default: inbetween.html)");
+  add_outputs(*verb, o->outputs,
+              "Output files: .npz .bvh .glb .json hold the motion (of several samples .npz all, the others a file "
+              "each), .html is a page (default: inbetween.html)");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
     require_motion_written(o->writing, o->outputs);

@@ -11,11 +11,17 @@
 #include "progress.h"
 #include "verbs.h"
 
-void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise) {
-  verb.add_option("--scene", scene.file, "Scene file: a mesh or a point cloud" + otherwise);
+void add_scene_reading(CLI::App& verb, SceneInput& scene, CLI::Option* file) {
   add_up_axis(verb, scene.up, "--scene-up", "the scene");
+  verb.get_option("--scene-up")->needs(file);
   verb.add_option("--scene-scale", scene.scale, "Metres per unit of the scene (default: detected)")
-      ->check(positive_number);
+      ->check(positive_number)
+      ->needs(file);
+}
+
+void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise) {
+  add_scene_reading(verb, scene,
+                    verb.add_option("--scene", scene.file, "Scene file: a mesh or a point cloud" + otherwise));
 }
 
 inhabit::Scene read_scene(const SceneInput& input, inhabit::Notes& notes) {

@@ -16,6 +16,9 @@ struct SceneInput {
   double scale = 0;  ///< metres per unit; 0: detected
 };
 
+/// Adds --scene-up and --scene-scale for the scene that `file` names.
+void add_scene_reading(CLI::App& verb, SceneInput& scene, CLI::Option* file);
+
 /// Adds --scene, --scene-up and --scene-scale. @param otherwise what happens without a scene, in brackets, or nothing
 void add_scene(CLI::App& verb, SceneInput& scene, const std::string& otherwise = "");
 

@@ -37,8 +37,13 @@ struct InteractArguments {
 /// "none", a part of the chair, or a point in metres.
 std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interact::Chair& chair, int side) {
   if (text.empty() || text == "none") return std::nullopt;
-  if (text.find(',') == std::string::npos) return interact::contact_on(chair, text, side);
-  const std::vector<double> p = numbers(text, 3, side == 0 ? "--left" : "--right");
+  const std::string option = side == 0 ? "--left" : "--right";
+  if (text.find(',') == std::string::npos) try {
+      return interact::contact_on(chair, text, side);
+    } catch (const Error& e) {
+      throw Error(option, e.what());
+    }
+  const std::vector<double> p = numbers(text, 3, option);
   return Eigen::Vector3d(p[0], p[1], p[2]);
 }
 
@@ -52,7 +57,9 @@ void add_interact(CLI::App& app) {
   auto o = std::make_shared<InteractArguments>();
   CLI::Option* start_motion =
       verb->add_option("start_motion", o->start_file, "Motion whose last pose the person starts in");
-  add_reading(*verb, o->reading);
+  add_reading(*verb, o->reading, "the start motion");
+  for (const char* of_motion : {"--up", "--scale", "--input-rate", "--level", "--asf"})
+    verb->get_option(of_motion)->needs(start_motion);
   add_scene(*verb, o->scene);
   CLI::Option* on = verb->add_option("--chair", o->options.chair,
                                      "Object of the scene to sit on, or auto (default: the nearest seat)");
@@ -89,7 +96,7 @@ void add_interact(CLI::App& app) {
   verb->add_flag("--force", o->options.force, "Try seats of any height and contacts out of reach");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   add_writing(*verb, o->writing);
-  verb->add_option("-o,--out", o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
+  add_outputs(*verb, o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
   verb->callback([o] {
     require_motion_outputs(o->outputs, "interact.html", "interaction");
     require_motion_written(o->writing, o->outputs);
@@ -112,8 +119,9 @@ void add_interact(CLI::App& app) {
       start = interact::standing_clip({at[0], at[1]}, at[2] * M_PI / 180);
       o->options.name = "--start";
     } else {
-      start =
-          interact::standing_before(interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, o->options), scene);
+      const interact::Chair first = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, o->options);
+      start = interact::standing_before(first, scene);
+      if (!o->options.sit_at) o->options.chair = first.name;  // another may be nearer from there
       o->options.name = "the person before the chair";
     }
     const interact::Chair chair = interactor.chair_of(start, scene, o->options);
@@ -162,14 +170,19 @@ void add_interact(CLI::App& app) {
 
 void add_contacts(CLI::App& app) {
   struct Arguments {
-    std::string scene, chair, model, out = "contacts.html";
+    SceneInput scene;
+    std::string chair, model, out = "contacts.html";
+    bool force = false;
     int samples = 10;
     uint64_t seed = 1;
   };
   CLI::App* verb = app.add_subcommand("contacts", "Propose where hands touch a chair (ContactNet)");
   auto o = std::make_shared<Arguments>();
-  verb->add_option("scene", o->scene, "Mesh of a chair, or a scene that holds one")->required();
-  verb->add_option("--chair", o->chair, "Object of the scene (default: its first seat)");
+  CLI::Option* file = verb->add_option("scene", o->scene.file, "Mesh of a chair, or a scene that holds one");
+  file->required();
+  add_scene_reading(*verb, o->scene, file);
+  verb->add_option("--chair", o->chair, "Object of the scene (default: the seat nearest to the scene's origin)");
+  verb->add_flag("--force", o->force, "Take seats of any height");
   verb->add_option("--samples", o->samples, "How many")->check(CLI::Range(1, 1000))->capture_default_str();
   verb->add_option("--seed", o->seed, "Seed")->check(whole_number)->capture_default_str();
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
@@ -179,12 +192,11 @@ void add_contacts(CLI::App& app) {
     if (!page && extension_of(o->out) != "json") throw Error(o->out, "is no output of contacts: .html or .json");
     require_writable(o->out);
     Notes notes;
-    SceneInput input;
-    input.file = o->scene;
-    const Scene scene = read_scene(input, notes);
+    const Scene scene = read_scene(o->scene, notes);
     const auto interactor = interact::ChairInteractor::load(model_file(o->model, "interact-compact.safetensors"));
     interact::Options options;
     options.chair = o->chair;
+    options.force = o->force;
     const interact::Chair chair = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, options);
     const std::vector<HandContacts> drawn = interactor.draw_contacts(chair, o->samples, o->seed);
     say(notes);

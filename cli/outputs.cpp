@@ -30,6 +30,10 @@ void require_writable(const std::string& path) {
   if (!in_place) fs::remove(probe, ignored);
 }
 
+void add_outputs(CLI::App& verb, std::vector<std::string>& outputs, const std::string& what) {
+  verb.add_option("-o,--out", outputs, what + "; once for each file")->allow_extra_args(false);
+}
+
 void require_motion_outputs(std::vector<std::string>& outputs, const std::string& otherwise, const std::string& what) {
   if (outputs.empty()) outputs.push_back(otherwise);
   for (const std::string& out : outputs) {
@@ -47,14 +51,16 @@ bool pages_alone(const std::vector<std::string>& outputs) {
 
 void write_outputs(const std::vector<std::string>& outputs, const std::function<inhabit::Page()>& page,
                    const std::function<size_t(const std::string& path)>& write_motion) {
+  const auto is_page = [](const std::string& out) { return inhabit::extension_of(out) == "html"; };
   for (const std::string& out : outputs) {
-    if (inhabit::extension_of(out) == "html") {
-      inhabit::write_page(out, page());
-      std::printf("%s\n", out.c_str());
-      continue;
-    }
+    if (is_page(out)) continue;
     const std::vector<std::string> files = inhabit::clip_files(out, write_motion(out));
     std::printf("%s\n", (files.size() > 1 ? files.front() + " to " + files.back() : out).c_str());
+  }
+  for (const std::string& out : outputs) {
+    if (!is_page(out)) continue;
+    inhabit::write_page(out, page());
+    std::printf("%s\n", out.c_str());
   }
 }
 
@@ -79,4 +85,6 @@ void require_motion_written(const inhabit::WriteOptions& writing, const std::vec
   if (writing.any() && pages_alone(outputs))
     throw inhabit::Error("--from, --to, --rate, --out-up and --loop",
                          "are of motion files; a page shows the motion as it is");
+  for (const std::string& out : outputs)
+    if (inhabit::extension_of(out) != "html") inhabit::require_written_as(writing, out);
 }

@@ -7,6 +7,7 @@
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
+#include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/io/smpl_model.h"
@@ -66,22 +67,20 @@ void run_reconstruct(ReconstructArguments& o) {
                                      [](const std::string& out) { return extension_of(out) == "html"; });
   BodyModel body;
   if (!o.body.empty()) body = read_smpl_model(o.body);
-  Notes notes;
+  Notes notes, of_motion;
   ClipReadOptions reading;
   reading.up = UpAxis::y;  // the camera's file tells where gravity is
   reading.rate = o.rate;
   if (!o.body.empty()) reading.body = o.options.body = &body;
-  const reconstruct::Inputs inputs = reconstruct::open_inputs(o.files, reading, &notes);
+  const reconstruct::Inputs inputs = reconstruct::open_inputs(o.files, reading, &of_motion);
+  add_notes(notes, std::move(of_motion), o.files.motion);
   const auto inbetweener = noise_aware(o.model);
   o.options.name = o.files.motion;
   o.options.progress = progress_of("depth maps");
   const reconstruct::Result r = reconstruct::run(inputs, inbetweener, o.options);
-  say(r.notes);
+  notes.insert(notes.end(), r.notes.begin(), r.notes.end());
+  say(notes);
   say_result(r);
-  if (!o.scene.empty()) {
-    write_scene(o.scene, r.scene);
-    std::printf("%s\n", o.scene.c_str());
-  }
   write_outputs(
       o.outputs,
       [&] { return reconstruct::reconstruction_page(r, std::filesystem::path(o.files.motion).filename().string()); },
@@ -89,6 +88,10 @@ void run_reconstruct(ReconstructArguments& o) {
         write_clips(out, {o.options.standard ? r.motion : r.on_source}, o.writing, {}, &r.scene);
         return size_t{1};
       });
+  if (!o.scene.empty()) {
+    write_scene(o.scene, r.scene);
+    std::printf("%s\n", o.scene.c_str());
+  }
 }
 
 }  // namespace
@@ -130,9 +133,8 @@ void add_reconstruct(CLI::App& app) {
                  "Write the standard 22 joints at the model's rate, not the file's skeleton and rate");
   verb->add_option("--scene-out", o->scene, "Also write the room: floor and objects, and all else as points (.glb)");
   add_writing(*verb, o->writing);
-  verb->add_option(
-      "-o,--out", o->outputs,
-      "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: reconstruction.html)");
+  add_outputs(*verb, o->outputs,
+              "Output files: .npz .bvh .glb .json hold the motion, .html is a page (default: reconstruction.html)");
   verb->callback([o] { run_reconstruct(*o); });
 }
 

@@ -51,6 +51,8 @@ void run_on_depth(const RefineArguments& o) {
     body = read_smpl_model(o.body);
     reading.body = &body;
   }
+  if (!o.scene.file.empty())
+    notes.push_back(o.scene.file + ": is shown; a motion that is fitted to depth is held by what the camera saw alone");
   const Clip clip = read_motion(o.motion, reading, notes);
   const Scene scene = read_scene(o.scene, notes);
   // The clouds' axes are those of the motion's file.
@@ -146,9 +148,8 @@ void add_refine(CLI::App& app) {
   depth->excludes("--contacts", "--keep")->excludes(generated);
   verb->add_flag("--standard", o->standard, "Write the standard 22 joints, not the file's skeleton");
   add_writing(*verb, o->writing);
-  verb->add_option(
-      "-o,--out", o->outputs,
-      "Output files: .npz .bvh .glb .json hold the motion, .html is a page with both (default: refined.html)");
+  add_outputs(*verb, o->outputs,
+              "Output files: .npz .bvh .glb .json hold the motion, .html is a page with both (default: refined.html)");
   verb->callback([o] {
     using namespace inhabit;
     require_motion_outputs(o->outputs, "refined.html", "a refined motion");

@@ -42,6 +42,7 @@ void add_poses(CLI::App& verb, StreamArguments& o, PoseStreamOptions& poses, con
 /// From standard input to standard output, until the one ends or nobody reads the other.
 void answer(const serve::LineStream& stream, StreamArguments& o, const Notes& notes) {
   o.lines.z_up = o.up == UpAxis::z;
+  serve::validate(o.lines, stream);
   if (!is_quiet())
     for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   std::signal(SIGPIPE, SIG_IGN);

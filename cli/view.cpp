@@ -23,12 +23,15 @@ void write_cards(const ViewArguments& given, const std::vector<std::string>& pat
   if (!given.scene.file.empty()) throw inhabit::Error("--scene", "is for motions, not for a page of cards");
   inhabit::Notes notes;
   inhabit::CardsPage page;
-  page.cards = inhabit::cards_of(paths, given.reading, notes);
+  inhabit::FileCount count;
+  page.cards = inhabit::cards_of(paths, given.reading, notes, count.skipped);
+  count.done = static_cast<int64_t>(page.cards.size());
   page.title = given.title.empty() ? inhabit::cards_title(paths) : given.title;
   page.note = given.note;
   inhabit::write_page(given.out, page);
   say(notes);
   std::printf("%s: %zu card%s\n", given.out.c_str(), page.cards.size(), page.cards.size() == 1 ? "" : "s");
+  end_of(count);
 }
 
 }  // namespace

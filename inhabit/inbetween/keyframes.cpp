@@ -78,12 +78,13 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
 PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate,
                            const std::vector<std::string>& names) {
   if (seconds.size() != poses.size())
-    throw Error("times", std::to_string(seconds.size()) + " are named for " + std::to_string(poses.size()) + " poses");
+    throw Error("--times",
+                std::to_string(seconds.size()) + " are named for " + std::to_string(poses.size()) + " poses");
   std::vector<Clip> sources, standard;
   for (size_t i = 0; i < poses.size(); ++i) {
     if (i > 0 && std::llround((seconds[i] - seconds[0]) * rate) <= std::llround((seconds[i - 1] - seconds[0]) * rate))
-      throw Error("times", "are not in order, a frame or more apart");
-    if ((seconds[i] - seconds[0]) * rate > 100'000) throw Error("times", "are more than 55 minutes apart");
+      throw Error("--times", "are not in order, a frame or more apart");
+    if ((seconds[i] - seconds[0]) * rate > 100'000) throw Error("--times", "are more than 55 minutes apart");
     sources.push_back(slice(poses[i], 0, 1));
     standard.push_back(slice(retarget(poses[i], names[i]), 0, 1));
     const auto bones = [&](size_t k) { return standard[k].skeleton.offsets.slice(0, 1); };

@@ -94,6 +94,7 @@ struct Take {
   std::vector<size_t> contact_of;  // (T) which of the series was reached for
   ContactErrors contact_error;     // the closest approach to each
   std::optional<int64_t> seated;   // first frame from which they sit to the end
+  bool left = false;               // they were told to walk off
 };
 
 /// Seconds that hands stay at the i-th contacts of a series.
@@ -111,7 +112,6 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
   take.contact_error.resize(series.size());
   take.contact_of.assign(static_cast<size_t>(frames), 0);
   size_t present = 0;
-  bool left = false;
   for (int64_t t = 1; t < frames; ++t) {
     interruption_point();
     if (options.progress) options.progress(t, frames);
@@ -121,7 +121,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
     const auto& weights = state.now().action;
     take.action[t] = std::max_element(weights.begin(), weights.end()) - weights.begin();
     take.contact_of[static_cast<size_t>(t)] = present;
-    if (left) continue;
+    if (take.left) continue;
     if (!person.seated())
       take.seated.reset();
     else if (!take.seated)
@@ -142,7 +142,7 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
       person.reach_for(series[present], hold_of(options, present, series.size()));
     } else if (all && options.then_walk && take.seated && t - *take.seated >= kSits) {
       person.walk_to(options.then_walk->head<2>(), (*options.then_walk)[2]);
-      left = true;
+      take.left = true;
     }
   }
   if (options.progress) options.progress(frames, frames);
@@ -165,6 +165,12 @@ ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contac
     for (size_t side = 0; side < 2; ++side)
       if (!errors[i][side]) errors[i][side] = raw[i][side];
   return errors;
+}
+
+/// Metres on the floor from where the root ends to a place (x, z, heading).
+double distance_on_ground(const Clip& motion, const Vector3d& place) {
+  const Tensor root = motion.joints[-1][0].to(torch::kFloat64).contiguous();
+  return (on_ground(Eigen::Map<const Vector3d>(root.data_ptr<double>())) - place.head<2>()).norm();
 }
 
 }  // namespace
@@ -252,6 +258,9 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
       if (contact) contact->y() -= floor;
   live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0], hold_of(options, 0, series.size()));
   if (live.blocked()) throw Error(options.name, "there is no route from there to " + out.chair.name);
+  if (options.then_walk && !options.force && !around->floor().covers(options.then_walk->head<2>()))
+    throw Error("the place to walk to",
+                fmt::format("{:g},{:g} is over 3 m outside the scene", options.then_walk->x(), options.then_walk->y()));
   if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))
     throw Error("the place to walk to", "there is no route to it from " + out.chair.name);
   const Take take = perform(live, series, options, std::max<int64_t>(1, std::llround(options.seconds * config().rate)));
@@ -265,6 +274,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
     out.motion = fit_contacts(out.motion, there);
     out.contact_error = errors_after(out.motion, take.contact_of, take.contact_error);
   }
+  if (options.then_walk) out.walk_error = take.left ? distance_on_ground(out.motion, *options.then_walk) : HUGE_VAL;
   const Tensor up = torch::tensor({0.F, static_cast<float>(floor), 0.F});
   out.motion.trans = out.motion.trans + up;
   out.motion.joints = out.motion.joints + up;

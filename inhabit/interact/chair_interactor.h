@@ -42,6 +42,8 @@ struct Result {
   /// (contacts, left and right) metres: the palm's closest approach to each contact (ACE); none without one
   std::vector<std::array<std::optional<double>, 2>> contact_error;
   std::optional<int64_t> seated;  ///< first frame from which the person sits, to the end or until they leave
+  /// Metres from where they end to Options::then_walk, infinite where they never got up to go; none without one.
+  std::optional<double> walk_error;
 };
 
 /// Controllable human-chair interaction (COUCH): a person, a chair and where the hands are to go in, motion out. On the
@@ -67,8 +69,8 @@ class ChairInteractor {
   /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.
   /// @param scene as read, with the chair. Contacts are moved to the nearest place of the chair's surface. Throws Error
   /// where the scene has no such chair or seat, a contact is over 10 cm from the chair or farther from the seat than
-  /// arms reach, the person begins inside something, there is no route to the chair or on from it, or the model lacks
-  /// ContactNet where contacts are to be drawn.
+  /// arms reach, the person begins inside something, there is no route to the chair or on from it, they are to walk
+  /// over 3 m out of the scene, or the model lacks ContactNet where contacts are to be drawn.
   Result run(const Clip& start, const Scene& scene, const Options& options) const;
 
   /// The same on a chair that is known.

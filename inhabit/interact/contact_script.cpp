@@ -37,12 +37,20 @@ ContactScript parse_contact_script(std::string_view text, const std::string& sub
       out.then_walk = Eigen::Vector3d(place->x(), place->y(), place->z() * M_PI / 180);
       continue;
     }
+    for (const auto& [key, value] : entry.items())
+      if (key != "left" && key != "right")
+        throw Error(subject, "holds \"" + key + "\", which is none of left, right and walk_to");
     HandContacts contacts;
     for (int side = 0; side < 2; ++side) {
       const char* name = side == 0 ? "left" : "right";
       if (!entry.contains(name) || entry[name].is_null() || entry[name] == "none") continue;
-      const auto point = entry[name].is_string() ? contact_on(chair, entry[name].get<std::string>(), side)
-                                                 : three_numbers(entry[name]);
+      std::optional<Eigen::Vector3d> point;
+      try {
+        point = entry[name].is_string() ? contact_on(chair, entry[name].get<std::string>(), side)
+                                        : three_numbers(entry[name]);
+      } catch (const Error& e) {
+        throw Error(subject, std::string(name) + ": " + e.what());
+      }
       if (!point) throw Error(subject, std::string(name) + ": neither a part of the chair nor [x, y, z]");
       contacts[static_cast<size_t>(side)] = point;
     }

@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
 namespace inhabit::interact {
 
 std::vector<std::string> warnings_of(const Result& result, double seconds) {
@@ -15,6 +17,11 @@ std::vector<std::string> warnings_of(const Result& result, double seconds) {
     if ((left && left_error) || (right && right_error)) ++begun;
   }
   if (begun < wanted) out.push_back(fmt::format("of {} contacts {} were begun within {:g} s", wanted, begun, seconds));
+  constexpr double kShort = 0.5;  // metres: somebody who stands there covers the place
+  if (result.walk_error && std::isinf(*result.walk_error))
+    out.push_back(fmt::format("nobody gets up to walk off within {:g} s", seconds));
+  else if (result.walk_error && *result.walk_error > kShort)
+    out.push_back(fmt::format("ends {:.1f} m from the place to walk to, after {:g} s", *result.walk_error, seconds));
   return out;
 }
 

@@ -237,7 +237,8 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
 
   TextLines lines(amc_text, amc_name);
   double angle = asf.radians ? 1.0 : M_PI / 180;
-  bool rate_known = false, bones_move = false, bones_stretch = false;
+  out.rate_assumed = true;
+  bool bones_move = false, bones_stretch = false;
   PoseTrack track;
   track.joints = out.clip.skeleton.size();
   const Bones rest = bones_of(out.clip.skeleton);
@@ -256,7 +257,7 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
       const std::string key = lower_case(first);
       if (key == ":degrees") angle = M_PI / 180;
       if (key == ":radians") angle = 1;
-      if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(words)), rate_known = true;
+      if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(words)), out.rate_assumed = false;
       continue;
     }
     if (first.front() >= '0' && first.front() <= '9') {
@@ -303,7 +304,6 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
   }
   if (frame < 0) throw Error(amc_name, "holds no frames");
   close_frame();
-  if (!rate_known) out.notes.emplace_back("the file does not say its rate, 120 frames a second taken");
   if (bones_stretch) out.notes.emplace_back("changes of bones' lengths were left out");
   if (!bones_move) track.places.clear();
   set_pose(out.clip, track);

@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "inhabit/error.h"
 #include "inhabit/io/extension.h"
@@ -58,11 +60,11 @@ std::string convert_scene(const std::string& in, const std::string& out, const C
   SceneReadOptions options;
   options.up = given.reading.up;
   if (given.reading.scale > 0) options.scale = given.reading.scale;
-  if (given.writing.any() || given.reading.rate > 0 || !given.reading.asf.empty() || given.retarget ||
-      !given.scene.empty() || !given.body.empty())
+  if (given.writing.any() || given.reading.rate > 0 || !given.reading.asf.empty() || given.reading.level ||
+      given.retarget || !given.scene.empty() || !given.body.empty())
     throw Error(in,
-                "is a scene: times, frame rates, --loop, --asf, --retarget, --scene, --out-up and --body go with "
-                "motions");
+                "is a scene: times, frame rates, --loop, --asf, --level, --retarget, --scene, --out-up and --body go "
+                "with motions");
   const SceneFile file = read_scene_file(in, options);
   claim(out, in, written);
   write_scene(out, file.scene);
@@ -91,27 +93,30 @@ std::string convert_file(const std::string& in, const std::string& out, const Co
 std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
                                     const std::string& format, std::vector<std::string>* skipped) {
   namespace fs = std::filesystem;
+  std::error_code none;
   std::vector<Conversion> all;
-  std::map<std::string, std::string> sources;
-  const auto skip = [&](const std::string& why) {
-    if (skipped != nullptr) skipped->push_back(why);
-  };
+  std::set<fs::path> inputs;
   for (const std::string& name : named) {
-    std::error_code none;
     const bool folder = fs::is_directory(name, none);
     for (const std::string& file : files_as(name, folder, format)) {
+      if (!inputs.insert(fs::weakly_canonical(file, none)).second) continue;  // named twice
       const fs::path relative = folder ? fs::path(file).lexically_relative(name) : fs::path(file).filename();
-      const std::string target = ((fs::path(out) / relative).replace_extension(format)).string();
-      const auto [before, fresh] = sources.emplace(target, file);
-      if (!fresh && fs::equivalent(before->second, file, none)) continue;  // named twice
-      if (!fresh)
-        skip(file + ": would become " + target + ", as " + before->second + " does");
-      else if (fs::equivalent(file, target, none))
-        skip(target + ": would be written over what it is made of");
-      else
-        all.push_back({file, target});
+      all.push_back({file, (fs::path(out) / relative).replace_extension(format).string()});
     }
   }
+  std::map<std::string, std::string> sources;
+  const auto refused = [&](const Conversion& each) {
+    std::string why;
+    if (inputs.count(fs::weakly_canonical(each.out, none)) != 0)
+      why = fs::equivalent(each.in, each.out, none)
+                ? each.out + ": would be written over what it is made of"
+                : each.in + ": would be written over " + each.out + ", which is to be converted too";
+    else if (const auto [before, fresh] = sources.emplace(each.out, each.in); !fresh)
+      why = each.in + ": would become " + each.out + ", as " + before->second + " does";
+    if (!why.empty() && skipped != nullptr) skipped->push_back(why);
+    return !why.empty();
+  };
+  all.erase(std::remove_if(all.begin(), all.end(), refused), all.end());
   return all;
 }
 

@@ -52,7 +52,10 @@ void levelled(Clip& clip, bool asked, Notes& notes) {
 /// was found to go.
 Clip finished(SourceMotion motion, const std::string& path, const ClipReadOptions& options, Notes* notes,
               bool foreign = true) {
-  if (options.rate != 0) motion.clip.rate = options.rate;
+  if (options.rate != 0)
+    motion.clip.rate = options.rate;
+  else if (motion.rate_assumed)
+    motion.notes.push_back(fmt::format("the file does not say its rate, {:g} frames a second taken", motion.clip.rate));
   validate(motion.clip, path);
   motion.clip.file.z_up = ((foreign && !motion.y_up) || options.up != UpAxis::automatic) &&
                           is_z_up(motion.clip, options.up, path, &motion.notes);
@@ -76,6 +79,8 @@ void note_implausible(const Clip& clip, Notes* notes) {
 
 Clip read_any(const std::string& path, const ClipReadOptions& options, Notes* notes) {
   const std::string extension = extension_of(path);
+  if (!options.asf.empty() && extension != "amc")
+    throw Error(path, "is no .amc, whose skeleton " + options.asf + " is");
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
   if (extension == "npz" || extension == "npy") {
     Clip clip = read_clip_npz(path, options, notes);
@@ -183,6 +188,8 @@ void write_clips(const std::string& path, const std::vector<Clip>& clips, const 
     return write_clips_npz(path, written, rows);
   }
   const std::vector<std::string> files = clip_files(path, written.size());
+  for (const std::string& file : files)  // before the first is written
+    if (std::error_code none; fs::is_directory(file, none)) throw Error(file, "cannot be written: it is a folder");
   for (size_t i = 0; i < written.size(); ++i) write_clip(files[i], written[i], scene);
 }
 

@@ -14,6 +14,7 @@ struct SourceMotion {
   std::string unit = "metres";     ///< name of the file's unit
   bool y_up = false;               ///< by definition of its format: nothing to be detected
   bool slopes = false;             ///< the world is that of the first pose's pelvis, which need not be upright
+  bool rate_assumed = false;       ///< the file does not say its rate: that of its format was taken
   std::vector<std::string> notes;  ///< what was guessed or left out, one clause each, for `inhabit info`
 };
 

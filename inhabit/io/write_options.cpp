@@ -31,8 +31,6 @@ std::pair<int64_t, int64_t> between(const Clip& clip, const WriteOptions& option
 Clip with_up(Clip clip, UpAxis up, const std::string& path) {
   if (up == UpAxis::automatic) return clip;
   const std::string format = extension_of(path);
-  if (up == UpAxis::z && format != "bvh" && format != "npz")
-    throw Error(path, "is +Y up by its format; --out-up z is for .bvh and .npz");
   // Of another format than it came from: units and channels are ours.
   const bool same = clip.file.format == format || (clip.file.format == "smpl" && format == "npz");
   if (!same) {
@@ -46,8 +44,17 @@ Clip with_up(Clip clip, UpAxis up, const std::string& path) {
 
 }  // namespace
 
+void require_written_as(const WriteOptions& options, const std::string& path) {
+  const std::string format = extension_of(path);
+  if (options.up == UpAxis::z && format != "bvh" && format != "npz")
+    throw Error(path, "is +Y up by its format; --out-up z is for .bvh and .npz");
+  if (options.to && *options.to < options.from)
+    throw Error(fmt::format("--from {:g} --to {:g}", options.from, *options.to), "leave nothing");
+}
+
 Clip to_be_written(const Clip& clip, const WriteOptions& options, const std::string& path) {
   if (!options.any()) return clip;
+  require_written_as(options, path);
   const auto [first, last] = between(clip, options);
   Clip out = slice(clip, first, last);
   if (options.loop) out = looped(out, kSeam, path);

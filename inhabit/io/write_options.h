@@ -22,6 +22,10 @@ struct WriteOptions {
   bool any() const { return from != 0 || to || loop || rate != 0 || up != UpAxis::automatic; }
 };
 
+/// Throws Error naming the option for what no motion could be written as into `path`: a +Z axis in a format that is +Y
+/// up, times that leave nothing.
+void require_written_as(const WriteOptions& options, const std::string& path);
+
 /// The motion as write_clip is to write it into `path`. Throws Error naming the option, in seconds and frames of the
 /// motion, where nothing lies between from and to, or Error(path, ...) where the format is +Y up.
 Clip to_be_written(const Clip& clip, const WriteOptions& options, const std::string& path);

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -132,7 +133,7 @@ Options with_names(Options options, const JointNames& joints) {
 LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> forecaster, const Scene& scene,
                           const forecast::StreamOptions& options) {
   forecast::ForecastStream(forecaster, scene, options);  // what is wrong with options is said before lines are read
-  return {"forecast", forecaster->config().rate, [=](const JointNames& joints) {
+  return {"forecast", forecaster->config().rate, forecaster->config().future, [=](const JointNames& joints) {
             return line_system(
                 std::make_shared<forecast::ForecastStream>(forecaster, scene, with_names(options, joints)),
                 [](const forecast::Result& r, LineResult& to) { to.joints = r.prediction.joints; });
@@ -142,7 +143,9 @@ LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> for
 LineStream anticipate_lines(std::shared_ptr<const anticipate::IntentionAnticipator> anticipator,
                             const anticipate::StreamOptions& options) {
   anticipate::AnticipateStream(anticipator, options);
-  return {"anticipate", anticipator->config().rate, [=](const JointNames& joints) {
+  const double rate = anticipator->config().rate;
+  const int64_t frames = std::max<int64_t>(1, std::llround(options.anticipate.seconds * rate));
+  return {"anticipate", rate, frames, [=](const JointNames& joints) {
             return line_system(std::make_shared<anticipate::AnticipateStream>(anticipator, with_names(options, joints)),
                                [](const anticipate::Result& r, LineResult& to) {
                                  std::vector<Tensor> futures;
@@ -153,9 +156,16 @@ LineStream anticipate_lines(std::shared_ptr<const anticipate::IntentionAnticipat
           }};
 }
 
+void validate(const LineOptions& options, const LineStream& stream) {
+  if (options.every < 1) throw Error("--every", "is under 1");
+  if (options.every > stream.frames)
+    throw Error("--every", std::to_string(options.every) + " is more than the " + std::to_string(stream.frames) +
+                               " frames that there are");
+}
+
 void answer_lines(int input, const LineStream& stream, const LineOptions& options,
                   const std::function<void(const std::string&)>& write) {
-  if (options.every < 1) throw Error("every", "is under 1");
+  validate(options, stream);
   Answering answering(stream, options, write);
   LineQueue lines(input);
   Line line;

@@ -34,6 +34,7 @@ struct LineSystem {
 struct LineStream {
   std::string name;                                           ///< "forecast", "anticipate"
   double rate = 0;                                            ///< frames a second of what comes out
+  int64_t frames = 0;                                         ///< of what comes out
   std::function<LineSystem(const JointNames& joints)> begin;  ///< with the first line's joints
 };
 
@@ -52,9 +53,13 @@ struct LineOptions {
   int every = 1;      ///< every so many frames are written
 };
 
+/// Throws Error where none of the frames that come out would be written.
+void validate(const LineOptions& options, const LineStream& stream);
+
 /// Answers the lines of `input` (docs/robots.md), until it ends: a line of results for each person and time, one of
 /// {"error": ...} for what cannot be read or forecast. Results of several people are made at once.
-/// @param write called with each line, its end included; may throw to end the stream
+/// Throws what validate() throws. @param write called with each line, its end included; may
+/// throw to end the stream
 void answer_lines(int input, const LineStream& stream, const LineOptions& options,
                   const std::function<void(const std::string&)>& write);
 

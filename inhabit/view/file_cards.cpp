@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostCards = 200;
 constexpr double kCardRate = 15, kCardSeconds = 60;
-constexpr size_t kMostSkipsSaid = 10;
 
 /// What a thumbnail needs: joints, at most a minute of them, some fifteen a second.
 PagePerson figure_of(const Clip& clip, std::string name) {
@@ -105,7 +104,8 @@ void add_data_set(std::vector<PageCard>& cards, const std::string& folder, Notes
     notes.push_back(fmt::format("{}: the first {} of {} clips", folder, cards.size(), data.clips.size()));
 }
 
-void add_folder(std::vector<PageCard>& cards, const std::string& folder, const ClipReadOptions& reading, Notes& notes) {
+void add_folder(std::vector<PageCard>& cards, const std::string& folder, const ClipReadOptions& reading, Notes& notes,
+                std::vector<std::string>& all_skipped) {
   if (fs::exists(fs::path(folder) / "dataset.json")) return add_data_set(cards, folder, notes);
   std::vector<fs::path> files;
   std::error_code failed;
@@ -115,7 +115,7 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
   if (failed) throw Error(folder, "cannot be read: " + failed.message());
   std::sort(files.begin(), files.end());
   const size_t before = cards.size();
-  Notes skipped;
+  std::vector<std::string> skipped;
   size_t tried = 0;
   for (const fs::path& file : files) {
     if (cards.size() == kMostCards) break;
@@ -124,17 +124,15 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
       Notes own;  // what was detected in each of many files is more than one wants to read
       cards.push_back(card_of(file.string(), file.lexically_relative(folder).string(), reading, own));
     } catch (const Error& e) {
-      skipped.push_back(std::string("skipped ") + e.what());
+      skipped.emplace_back(e.what());
     }
   }
   if (cards.size() == before) {
-    const std::string why = skipped.empty() ? "" : fmt::format(" ({} tried; {})", skipped.size(), skipped.front());
+    const std::string why =
+        skipped.empty() ? "" : fmt::format(" ({} tried; skipped {})", skipped.size(), skipped.front());
     throw Error(folder, "holds nothing that can be shown" + why);
   }
-  const size_t count = skipped.size();
-  skipped.resize(std::min(count, kMostSkipsSaid));
-  notes.insert(notes.end(), skipped.begin(), skipped.end());
-  if (count > kMostSkipsSaid) notes.push_back(fmt::format("{}: {} files were skipped", folder, count));
+  all_skipped.insert(all_skipped.end(), skipped.begin(), skipped.end());
   if (tried < files.size()) notes.push_back(fmt::format("{}: the first {} of {} files", folder, tried, files.size()));
 }
 
@@ -160,11 +158,12 @@ std::string cards_title(const std::vector<std::string>& paths) {
   return paths.size() == 1 ? title : fmt::format("{} and {} more", title, paths.size() - 1);
 }
 
-std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes) {
+std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes,
+                               std::vector<std::string>& skipped) {
   std::vector<PageCard> cards;
   for (const std::string& path : paths) {
     if (fs::is_directory(path))
-      add_folder(cards, path, reading, notes);
+      add_folder(cards, path, reading, notes, skipped);
     else
       cards.push_back(card_of(path, fs::path(path).filename().string(), reading, notes));
   }

@@ -19,9 +19,10 @@ std::vector<Clip> read_for_view(const std::string& path, const ClipReadOptions& 
 /// What a page of cards is called where nobody says otherwise: "walk.bvh", "recordings and 2 more".
 std::string cards_title(const std::vector<std::string>& paths);
 
-/// A card for each file: of a folder for all in it that can be shown, at most 200, its others being skipped and said in
-/// `notes`; of a native data set for its clips in their scenes. Throws Error for a file that is named and cannot be
-/// read, and for a folder without anything to show.
-std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes);
+/// A card for each file: of a folder for all in it that can be shown, at most 200; of a native data set for its
+/// clips in their scenes. Throws Error for a file that is named and cannot be read, and for a folder without anything
+/// to show. @param skipped why files of folders are left out is added to it, a line for each
+std::vector<PageCard> cards_of(const std::vector<std::string>& paths, const ClipReadOptions& reading, Notes& notes,
+                               std::vector<std::string>& skipped);
 
 }  // namespace inhabit

@@ -144,7 +144,7 @@ TEST(Convert, BadInputIsOneLineAndLeavesNothing) {
     expect_refused("info " + folder / name, {name}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.xyz").string(), {"out.xyz"}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "none/out.npz").string(), {"folder"}, out);
-  expect_refused("convert " + folder / "walk.npz" + " " + out.string() + "/", {"out"}, out);
+  expect_refused("convert " + folder / "cut.npz" + " " + out.string() + "/", {"cut.npz"}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --rate -3").string(), {"--rate"}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --rate nan").string(), {"--rate"}, out);
   expect_refused("convert " + folder / "walk.npz" + " " + (out / "out.npz --up x").string(), {"--up"}, out);

@@ -97,6 +97,31 @@ TEST(Interact, StartsBeforeTheChairAndSaysWhatWasNotDone) {
   EXPECT_THAT(r.err, HasSubstr("of 2 contacts 1 were begun within 1 s"));
 }
 
+TEST(Interact, WhoIsPlacedBeforeAChairSitsOnThatOne) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), out = folder / "sit.npz";
+  const CommandResult contacts = run_command("contacts " + kSitRoom + " --samples 1 --model " + model + " -o " +
+                                             folder / "c.json"),
+                      sit =
+                          run_command("interact --seconds 1 --scene " + kSitRoom + " --model " + model + " -o " + out);
+  ASSERT_EQ(contacts.exit_code, 0) << contacts.err;
+  ASSERT_EQ(sit.exit_code, 0) << sit.err;
+  const std::string chair = contacts.out.substr(contacts.out.find(" on ") + 4);
+  EXPECT_THAT(sit.err, HasSubstr("nobody sits on " + chair.substr(0, chair.find('\n')) + " within"));
+}
+
+TEST(Interact, AnOutputIsOneFileAndWhatFollowsIsAnInput) {
+  const TempFolder folder;
+  const std::string model = untrained_interaction(folder), mine = folder / "mine.npz", out = folder / "sit.npz";
+  write_clip(mine, read_clip(kWalk));
+  const std::string before = read_whole_file(mine);
+  const CommandResult r =
+      run_command("interact --scene " + kSitRoom + " --seconds 1 --force --model " + model + " -o " + out + " " + mine);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  EXPECT_EQ(read_whole_file(mine), before);
+  EXPECT_EQ(read_clip(out).frames(), 29) << "it begins with the motion's last pose";
+}
+
 TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
   const TempFolder folder;
   const std::string model = untrained_interaction(folder), out = folder / "off.npz", script = folder / "s.json";
@@ -172,10 +197,17 @@ TEST(Interact, BadInputIsRefusedInOneLine) {
   expect_refused(base + " --start 0,x,0" + to, {"--start", "'x' is no number"}, folder / "out");
   expect_refused(base + " --start 0,0,0 --chair throne_3" + to, {"throne_3"}, folder / "out");
   expect_refused(base + " --start 0,0,0 --left 0,9,0" + to, {"left contact", "in the air"}, folder / "out");
-  expect_refused(base + " --start 0,0,0 --left lid" + to, {"'lid' is no part of a chair", "armrest"}, folder / "out");
+  expect_refused(base + " --start 0,0,0 --left lid" + to, {"--left", "'lid' is no part of a chair", "armrest"},
+                 folder / "out");
+  expect_refused(base + " --start 0,0,0 --then-walk 40,0,0" + to, {"the place to walk to", "over 3 m outside"},
+                 folder / "out");
+  expect_refused(base + " --start 0,0,0 --level" + to, {"--level", "start_motion"}, folder / "out");
   expect_refused(base + " --start 0,0,0 --contacts " + folder / "none.json" + to, {"none.json"}, folder / "out");
   std::ofstream(folder / "bad.json") << "[{\"left\": 3}]";
   expect_refused(base + " --start 0,0,0 --contacts " + folder / "bad.json" + to, {"bad.json", "left"}, folder / "out");
+  std::ofstream(folder / "bad.json", std::ios::trunc) << R"([{"lefty": "armrest"}])";
+  expect_refused(base + " --start 0,0,0 --contacts " + folder / "bad.json" + to, {"bad.json", "\"lefty\""},
+                 folder / "out");
   expect_refused("interact --scene " + kRoom + " --start 0,0,0 --model " + kWalk + " -o " + out, {"walk.npz"},
                  folder / "out");
   expect_refused("train interact --data " + (folder / "none") + " --out " + out, {"none/dataset.json"}, folder / "out");

@@ -39,6 +39,37 @@ TEST(Writing, APartAtAnotherRateAndUpAxis) {
   EXPECT_THAT(read_whole_file(out), HasSubstr("up.npy"));
 }
 
+TEST(Writing, WhatCannotBeWrittenIsRefusedBeforeAnythingIs) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "out");
+  const std::string out = folder / "out/";
+  const std::string base = "refine " + kWalk + " ";
+  expect_refused(base + "--from 2 --to 1 -o " + out + "a.html -o " + out + "a.npz", {"--from 2 --to 1"},
+                 folder / "out");
+  expect_refused(base + "--out-up z -o " + out + "a.npz -o " + out + "a.glb", {"a.glb", "+Y up"}, folder / "out");
+  const CommandResult r = run_command(base + "--from 500 -o " + out + "a.html -o " + out + "a.npz");
+  EXPECT_EQ(r.exit_code, 2);
+  EXPECT_THAT(r.err, HasSubstr("--from 500: is beyond the end"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "out"));
+}
+
+TEST(Writing, ManyFilesAreNeverWrittenOverAnother) {
+  const TempFolder folder;
+  const std::string in = folder / "in";
+  std::filesystem::create_directories(in);
+  const Clip walk = read_clip(kWalk);
+  write_clip(in + "/a.bvh", walk);
+  write_clip(in + "/a.npz", slice(walk, 0, 40));
+  write_clip(in + "/b.bvh", walk);
+  const CommandResult r = run_command("convert " + in + " " + in + " --format npz");
+  EXPECT_EQ(r.exit_code, 1);
+  EXPECT_THAT(r.err, HasSubstr("a.bvh: would be written over " + in + "/a.npz"));
+  EXPECT_EQ(read_clip(in + "/a.npz").frames(), 40);
+  EXPECT_EQ(read_clip(in + "/b.npz").frames(), walk.frames());
+  ASSERT_EQ(run_command("convert " + in + "/b.bvh " + folder / "new/").exit_code, 0);
+  EXPECT_EQ(read_clip(folder / "new/b.npz").frames(), walk.frames()) << "one file into a folder";
+}
+
 TEST(Writing, ABvhHasOneHierarchyAlongAnyAxes) {
   const TempFolder folder;
   const auto hierarchy = [&](const std::string& arguments) {

@@ -24,5 +24,16 @@ TEST(InteractWarnings, SayThatNobodySatDownAndWhichContactsWereLeftOut) {
               ElementsAre("nobody sits on chair_0 within 2.5 s", "of 2 contacts 1 were begun within 2.5 s"));
 }
 
+TEST(InteractWarnings, SayThatNobodyWalkedOffOrCameWhereTheyWereToGo) {
+  Result result;
+  result.seated = 60;
+  result.walk_error = 0.4;
+  EXPECT_THAT(warnings_of(result, 20), IsEmpty());
+  result.walk_error = 1.26;
+  EXPECT_THAT(warnings_of(result, 20), ElementsAre("ends 1.3 m from the place to walk to, after 20 s"));
+  result.walk_error = HUGE_VAL;
+  EXPECT_THAT(warnings_of(result, 20), ElementsAre("nobody gets up to walk off within 20 s"));
+}
+
 }  // namespace
 }  // namespace inhabit::interact

@@ -190,7 +190,8 @@ TEST(StreamCommand, BadArgumentsAreRefusedInOneLine) {
   expect_refused("stream", {"forecast, anticipate"}, out);
   expect_refused("stream forecast --scene " + folder / "none.glb", {"none.glb"}, out);
   expect_refused("stream forecast --model " + kRoom, {"walk_room.glb"}, out);
-  for (const char* option : {"--rate 0", "--rate nan", "--up x", "--every 0", "--people 0", "--gap 1000", "--points 1"})
+  for (const char* option :
+       {"--rate 0", "--rate nan", "--up x", "--every 0", "--every 61", "--people 0", "--gap 1000", "--points 1"})
     expect_refused(std::string("stream forecast ") + option,
                    {std::string(option).substr(0, std::string(option).find(' '))}, out);
   expect_refused("stream anticipate --samples 0", {"--samples"}, out);

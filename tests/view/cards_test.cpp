@@ -187,10 +187,10 @@ TEST(CardsInBrowser, ShowsFoldersAndCurves) {
   write(folder / "data/broken.bvh", "HIERARCHY");
   write(folder / "data/readme.md", "not looked at");
   const CommandResult r = run_command("view '" + in + "/' -o " + (folder / "gallery.html"));
-  ASSERT_EQ(r.exit_code, 0) << r.err;
-  EXPECT_NE(r.out.find("skipped"), std::string::npos) << r.out;
-  EXPECT_NE(r.out.find("broken.bvh"), std::string::npos) << r.out;
-  EXPECT_EQ(r.out.find("readme"), std::string::npos) << r.out;
+  ASSERT_EQ(r.exit_code, 1) << "a file was skipped: " << r.err;
+  EXPECT_NE(r.err.find("skipped: " + in + "/broken.bvh: "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("1 of 6 files were skipped"), std::string::npos) << r.err;
+  EXPECT_EQ((r.out + r.err).find("readme"), std::string::npos) << r.out << r.err;
   EXPECT_NE(r.out.find("5 cards"), std::string::npos) << r.out;
   EXPECT_NE(read_whole_file(folder / "gallery.html").find("<title>data</title>"), std::string::npos);
 

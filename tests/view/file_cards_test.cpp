@@ -46,7 +46,8 @@ TEST(FileCards, ShowAtMostAMinuteOfAMotionFifteenTimesASecond) {
   write_clip(folder / "short.npz", striding(60, 1, 2));
   write_clip(folder / "long.npz", striding(1950, 0, 0));
   Notes notes;
-  const std::vector<PageCard> cards = cards_of({folder / "short.npz", folder / "long.npz"}, {}, notes);
+  std::vector<std::string> skipped;
+  const std::vector<PageCard> cards = cards_of({folder / "short.npz", folder / "long.npz"}, {}, notes, skipped);
   ASSERT_THAT(card_names(cards), ElementsAre("short.npz", "long.npz"));
   EXPECT_EQ(cards[0].note, "2.0 s, 30 frames a second, 22 joints");
   ASSERT_TRUE(cards[0].person.has_value());
@@ -67,27 +68,29 @@ TEST(FileCards, OfAFolderLeaveOutWhatCannotBeReadAndSayIt) {
   write_text(in + "/broken.bvh", "HIERARCHY");
   write_text(in + "/readme.md", "not looked at");
   Notes notes;
-  const std::vector<PageCard> cards = cards_of({in}, {}, notes);
+  std::vector<std::string> skipped;
+  const std::vector<PageCard> cards = cards_of({in}, {}, notes, skipped);
   ASSERT_THAT(card_names(cards), ElementsAre("a/far.npz", "room.glb", "several.npz"));
   EXPECT_EQ(cards[1].note, "1 mesh, 2 triangles");
   EXPECT_NE(cards[1].scene, nullptr);
   EXPECT_THAT(cards[2].note, HasSubstr(", the first of 2"));
-  ASSERT_EQ(notes.size(), 1U);
-  EXPECT_THAT(notes[0], StartsWith("skipped " + in + "/broken.bvh: "));
+  ASSERT_EQ(skipped.size(), 1U);
+  EXPECT_THAT(skipped[0], StartsWith(in + "/broken.bvh: "));
 
   std::filesystem::create_directories(folder / "bad");
   write_text(folder / "bad/one.bvh", "HIERARCHY");
   EXPECT_THAT(
-      refusal_of([&] { cards_of({folder / "bad"}, {}, notes); }),
+      refusal_of([&] { cards_of({folder / "bad"}, {}, notes, skipped); }),
       testing::AllOf(HasSubstr("bad: holds nothing that can be shown (1 tried; skipped "), HasSubstr("one.bvh")));
-  EXPECT_THAT(refusal_of([&] { cards_of({in + "/readme.md"}, {}, notes); }), HasSubstr("readme.md"))
+  EXPECT_THAT(refusal_of([&] { cards_of({in + "/readme.md"}, {}, notes, skipped); }), HasSubstr("readme.md"))
       << "a file that is named is not passed over";
 }
 
 TEST(FileCards, OfANativeDataSetAreItsClipsInTheirScenes) {
   const TempFolder folder;
   Notes notes;
-  const std::vector<PageCard> cards = cards_of({write_walkers(folder / "walkers")}, {}, notes);
+  std::vector<std::string> skipped;
+  const std::vector<PageCard> cards = cards_of({write_walkers(folder / "walkers")}, {}, notes, skipped);
   EXPECT_THAT(card_names(cards), ElementsAre("clips/0.npz", "clips/1.npz", "clips/2.npz", "clips/3.npz"));
   EXPECT_EQ(cards[1].note, "4.0 s, 30 frames a second, 22 joints, in scenes/val.glb");
   EXPECT_NE(cards[1].scene, nullptr);
