@@ -61,6 +61,12 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("baselines.hisrep_future", c.baselines.hisrep_future);
   visit("baselines.hisrep_hidden", c.baselines.hisrep_hidden);
   visit("baselines.hisrep_blocks", c.baselines.hisrep_blocks);
+  visit("baselines.vae_hidden", c.baselines.vae_hidden);
+  visit("baselines.vae_latent", c.baselines.vae_latent);
+  visit("baselines.dlow_samples", c.baselines.dlow_samples);
+  visit("baselines.dlow_batch", c.baselines.dlow_batch);
+  visit("baselines.mix_hidden", c.baselines.mix_hidden);
+  visit("baselines.mix_latent", c.baselines.mix_latent);
 };
 
 }  // namespace
@@ -111,6 +117,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.batch", c.training.batch, 1, 100'000);
   check.within("training.learning_rate", c.training.learning_rate, 0, 100);
   check.within("baselines.learning_rate", c.baselines.learning_rate, 0, 100);
+  check.within("baselines.dlow_samples", c.baselines.dlow_samples, 2, 1000);
+  check.within("baselines.dlow_batch", c.baselines.dlow_batch, 1, 100'000);
   check.within("training.average", c.training.average, 0, 1 - 1e-9);
   check.within("training.label_frames", c.training.label_frames, 1, 2000);
   check.within("gamma", c.gamma, 1, 200);
@@ -123,7 +131,11 @@ void validate(const Config& c, const std::string& subject) {
                                     {"intention_features", c.intention_features},
                                     {"baselines.seq2seq_hidden", c.baselines.seq2seq_hidden},
                                     {"baselines.ltd_hidden", c.baselines.ltd_hidden},
-                                    {"baselines.hisrep_hidden", c.baselines.hisrep_hidden}})
+                                    {"baselines.hisrep_hidden", c.baselines.hisrep_hidden},
+                                    {"baselines.vae_hidden", c.baselines.vae_hidden},
+                                    {"baselines.vae_latent", c.baselines.vae_latent},
+                                    {"baselines.mix_hidden", c.baselines.mix_hidden},
+                                    {"baselines.mix_latent", c.baselines.mix_latent}})
     check.within(name, width, 1, 4096);
   check.within("noise", c.noise, 0, c.hidden - 1);
   // Judged from the last observed frames on, and in stretches of 30 frames of longer runs.

@@ -75,6 +75,12 @@ struct Config {
     int hisrep_future = 10;       ///< frames predicted at a time
     int hisrep_hidden = 256;      ///< width
     int hisrep_blocks = 12;       ///< residual blocks
+    int vae_hidden = 128;         ///< VAE and DLow: width of their GRUs
+    int vae_latent = 128;         ///< length of z
+    int dlow_samples = 50;        ///< DLow: futures of one draw
+    int dlow_batch = 8;           ///< windows of a step, with so many futures each
+    int mix_hidden = 1024;        ///< Mix-and-Match: width, of which half is the future's
+    int mix_latent = 64;          ///< length of its z
 
     bool operator==(const Baselines&) const = default;  ///< compares all settings
   } baselines;                                          ///< not looked at in use

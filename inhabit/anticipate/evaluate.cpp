@@ -9,6 +9,7 @@
 
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/simple_futures.h"
+#include "inhabit/anticipate/variational_futures.h"
 #include "inhabit/anticipate/window_scores.h"
 #include "inhabit/math/random.h"
 #include "inhabit/metrics/method.h"
@@ -46,6 +47,17 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   if (!n.hisrep.is_empty())
     out.push_back(
         {"HisRep", [=, &n](const Tensor& past, uint64_t) { return hisrep_future(n, past.unsqueeze(0), frames); }});
+  const auto stochastic = [&](const char* name, bool there, StochasticFutures futures) {
+    if (!there) return;
+    out.push_back({name,
+                   [=, &n](const Tensor& past, uint64_t seed) {
+                     return futures(n, past.unsqueeze(0), options.samples, frames, seed);
+                   },
+                   true});
+  };
+  stochastic("VAE", !n.vae.is_empty(), vae_futures);
+  stochastic("DLow", !n.dlow.is_empty(), dlow_futures);
+  stochastic("Mix&Match", !n.mix_match.is_empty(), mix_match_futures);
   if (n.forecasts()) {
     const FutureFunction ours = future_function(n);
     out.push_back({"ours",
@@ -58,7 +70,7 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   return out;
 }
 
-constexpr int64_t kMostMethods = 9;
+constexpr int64_t kMostMethods = 12;
 
 /// What every observation is measured for, over all folds, a row each.
 class Observations {

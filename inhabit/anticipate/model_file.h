@@ -7,6 +7,7 @@
 #include "inhabit/anticipate/motion_memory.h"
 #include "inhabit/anticipate/network.h"
 #include "inhabit/anticipate/released_networks.h"
+#include "inhabit/anticipate/variational_networks.h"
 #include "inhabit/body/skeleton.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/motion_attention.h"
@@ -28,6 +29,9 @@ struct Networks {
   Seq2SeqNetwork seq2seq{nullptr};                       ///< "seq2seq_net."
   nn::TrajectoryGraph ltd{nullptr};                      ///< "ltd_net.", LTD
   nn::MotionAttention hisrep{nullptr};                   ///< "hisrep_net.", HisRep
+  MotionVae vae{nullptr};                                ///< "vae_net."
+  LatentSampler dlow{nullptr};                           ///< "dlow_net.", DLow; it draws for `vae`
+  MixMatchNetwork mix_match{nullptr};                    ///< "mix_match_net.", Mix-and-Match
 
   /// Whether the networks that forecast intention and pose are there.
   bool forecasts() const {

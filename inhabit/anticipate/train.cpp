@@ -6,8 +6,10 @@
 #include "inhabit/anticipate/evaluate.h"
 #include "inhabit/anticipate/futures.h"
 #include "inhabit/anticipate/losses.h"
+#include "inhabit/anticipate/on_cpu.h"
 #include "inhabit/anticipate/plausibility_loss.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/anticipate/train_baselines.h"
 #include "inhabit/anticipate/train_released.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
@@ -63,26 +65,6 @@ Tensor discriminator_views(const Tensor& x, const Tensor& intention, const Tenso
   return torch::cat(
       {seen.flatten(1), torch::zeros_like(seen.select(1, 0)), change.flatten(1), gather(intention).mean(1)}, 1);
 }
-
-/// Networks are on the CPU, where evaluation runs, while one lives.
-struct OnCpu {
-  torch::Device device;
-  std::vector<std::shared_ptr<torch::nn::Module>> modules;
-
-  OnCpu(torch::Device on, std::vector<std::shared_ptr<torch::nn::Module>> moved)
-      : device(on), modules(std::move(moved)) {
-    move_to(torch::kCPU);
-  }
-  ~OnCpu() { move_to(device); }
-  OnCpu(const OnCpu&) = delete;
-  OnCpu& operator=(const OnCpu&) = delete;
-
- private:
-  void move_to(torch::Device where) {
-    for (const auto& module : modules)
-      if (module && !device.is_cpu()) module->to(where);
-  }
-};
 
 void set_trainable(torch::nn::Module& module, bool learn) {
   for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
@@ -323,92 +305,13 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
   return task;
 }
 
-/// Windows as Seq2Seq and LTD are trained on them.
-struct BaselineBatch {
-  Tensor past;    // (B, t, F)
-  Tensor future;  // (B, T, F)
-  Tensor known;   // (B, T) 1 for frames that were recorded
-
-  BaselineBatch on(torch::Device d) const { return {past.to(d), future.to(d), known.to(d)}; }
-};
-
-BaselineBatch baseline_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed,
-                             int64_t frames) {
-  std::mt19937_64 random(seed);
-  std::vector<Tensor> windows, known;
-  for (const int64_t index : indices) {
-    const auto window = data.sample(index, chance(random, 0.5));
-    windows.push_back(window.frames);
-    known.push_back((torch::arange(c.observed, c.observed + frames) < window.last).to(torch::kFloat32));
-  }
-  const Tensor all = torch::stack(windows);
-  return {all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + frames), torch::stack(known)};
-}
-
-/// What ours is compared with, and how it is trained: by the error of the first `frames`.
-struct Baseline {
-  int64_t frames;
-  std::shared_ptr<torch::nn::Module> network;
-  std::function<Tensor(const Tensor& past)> forecast;  ///< (B, observed, F) -> (B, frames, F), standardised
-  BaselineFuture future;
-};
-
-/// Of the name of its stage; its network, new, is among `networks` from then on.
-Baseline make_baseline(const std::string& name, Networks& networks) {
-  const Config& c = networks.config;
-  if (name == "ltd") {
-    networks.ltd = make_ltd(c);
-    return {c.baselines.ltd_future, networks.ltd.ptr(),
-            [network = networks.ltd, from = c.observed - c.baselines.ltd_past](const Tensor& past) mutable {
-              return network->forward(past.slice(1, from));
-            },
-            ltd_future};
-  }
-  if (name == "hisrep") {
-    networks.hisrep = make_hisrep(c);
-    return {c.baselines.hisrep_future, networks.hisrep.ptr(),
-            [network = networks.hisrep](const Tensor& past) mutable { return network->forward(past); }, hisrep_future};
-  }
-  networks.seq2seq = Seq2SeqNetwork(c);
-  const int64_t second = std::min<int64_t>(c.future, static_cast<int64_t>(c.rate));
-  return {second, networks.seq2seq.ptr(),
-          [network = networks.seq2seq, second](const Tensor& past) mutable { return network->forward(past, second); },
-          seq2seq_future};
-}
-
-/// Seq2Seq, LTD or HisRep, by their joint error.
-TrainTask baseline_task(const std::string& name, Networks& networks, const Data& data,
-                        const std::vector<Sequence>& validation, torch::Device device) {
-  const Config& c = networks.config;
-  const Baseline baseline = make_baseline(name, networks);
-  TrainTask task;
-  task.module = baseline.network;
-  task.networks = {{name + "_net.", task.module}};
-  task.samples = data.size();
-  task.prepare =
-      batches([&, frames = baseline.frames](
-                  const TrainStep& step) { return baseline_batch(data, c, step.indices, step.seed, frames); },
-              [device, forecast_of = baseline.forecast, scale = networks.scale.to(device)](const BaselineBatch& on_cpu,
-                                                                                           const TrainStep&) {
-                const BaselineBatch b = on_cpu.on(device);
-                const Tensor forecast = forecast_of(b.past);
-                const Tensor rec = pose_reconstruction_loss(forecast, b.future, b.known, scale),
-                             root = root_reconstruction_loss(forecast, b.future, b.known);
-                return Losses{{"total", kPoseWeight * rec + kRootWeight * root}, {"rec", rec}, {"root", root}};
-              });
-  task.validate = [&, baseline, device] {
-    const OnCpu moved(device, {baseline.network});
-    return validation_error(networks, baseline.future, validation);
-  };
-  return task;
-}
-
 }  // namespace
 
 bool train(const TrainRun& run, const Config& config, Notes* notes) {
   validate(config, run.out);
   const std::vector<std::string> names =
-      chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep"}, {"intention", "seq2seq", "ltd", "hisrep"});
+      chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep", "vae", "dlow", "mix_match"},
+                    {"intention", "seq2seq", "ltd", "hisrep"});
   const Config::Baselines& b = config.baselines;
   if (std::find(names.begin(), names.end(), "hisrep") != names.end()) {
     if (b.hisrep_query + b.hisrep_future > config.observed)
@@ -442,12 +345,13 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   std::vector<TrainStage> stages;
   for (const std::string& name : names) {
     const bool ours = name == "intention";
-    stages.push_back({name, ours ? config.training.steps : config.baselines.steps, config.training.batch,
+    stages.push_back({name, ours ? config.training.steps : config.baselines.steps,
+                      name == "dlow" ? config.baselines.dlow_batch : config.training.batch,
                       ours ? config.training.learning_rate : config.baselines.learning_rate, config.training.schedule,
                       20, [&, name] {
                         return name == "intention"
                                    ? intention_task(networks, data, train_sequences, validation, run.device)
-                                   : baseline_task(name, networks, data, validation, run.device);
+                                   : baseline_task(name, networks, data, validation, run);
                       }});
   }
   return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run);

@@ -134,7 +134,7 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   std::vector<std::string> methods;
   for (const Scores& row : table.actions[0].rows) methods.push_back(row.method);
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "memory alone", "seq2seq", "LTD",
-                                               "HisRep", "ours"}));
+                                               "HisRep", "VAE", "DLow", "Mix&Match", "ours"}));
   const Scores* ours = row_of(table, "walk", "ours");
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_GT(ours->apd[i], 0);
@@ -148,9 +148,9 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   EXPECT_NE(row_of(evaluate_one(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
   networks.pose = nullptr;
   networks.seq2seq = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 5U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 8U);
   networks.memory = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 4U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 7U);
   EXPECT_TRUE(evaluate_one(networks, people(12), options).actions.empty());
 }
 

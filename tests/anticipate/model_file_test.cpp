@@ -59,6 +59,9 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   expect_same_parameters(saved.seq2seq, loaded.seq2seq);
   expect_same_parameters(saved.ltd, loaded.ltd);
   expect_same_parameters(saved.hisrep, loaded.hisrep);
+  expect_same_parameters(saved.vae, loaded.vae);
+  expect_same_parameters(saved.dlow, loaded.dlow);
+  expect_same_parameters(saved.mix_match, loaded.mix_match);
   const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
   EXPECT_TRUE(torch::equal(ltd_future(loaded, past, 9), ltd_future(saved, past, 9)));
   const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
@@ -83,14 +86,21 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   some.seq2seq = nullptr;
   some.ltd = nullptr;
   some.hisrep = nullptr;
+  some.dlow = nullptr;
+  some.mix_match = nullptr;
   some.config.naive_clusters = true;
   some.clusters = cluster_recordings(people(60), some.config, 1);
   save_networks(folder / "m.safetensors", some);
   const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty() &&
               loaded.hisrep.is_empty());
-  EXPECT_FALSE(loaded.pose.is_empty());
+  EXPECT_TRUE(loaded.dlow.is_empty() && loaded.mix_match.is_empty());
+  EXPECT_FALSE(loaded.pose.is_empty() || loaded.vae.is_empty());
   EXPECT_FALSE(loaded.clusters.labels.defined());
+  some = untrained();
+  some.vae = nullptr;
+  save_networks(folder / "m.safetensors", some);
+  EXPECT_THAT(refusal_of([&] { load_networks(folder / "m.safetensors"); }), HasSubstr("a DLow without the VAE"));
 }
 
 TEST(AnticipateModelFile, RefusesFilesOfOtherSystemsAndDamage) {

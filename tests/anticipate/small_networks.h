@@ -27,10 +27,16 @@ inline inhabit::anticipate::Config small_anticipate_config() {
   c.baselines.hisrep_future = 5;
   c.baselines.hisrep_hidden = 10;
   c.baselines.hisrep_blocks = 1;
+  c.baselines.vae_hidden = 10;
+  c.baselines.vae_latent = 6;
+  c.baselines.dlow_samples = 4;
+  c.baselines.dlow_batch = 3;
+  c.baselines.mix_hidden = 12;
+  c.baselines.mix_latent = 5;
   return c;
 }
 
-/// All four networks, with weights of no training; scale, intention labels and memory are those of people(60).
+/// All networks, with weights of no training; scale, intention labels and memory are those of people(60).
 inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config& config = small_anticipate_config()) {
   using namespace inhabit;
   using namespace inhabit::anticipate;
@@ -49,6 +55,9 @@ inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config
   n.seq2seq = Seq2SeqNetwork(config);
   n.ltd = make_ltd(config);
   n.hisrep = make_hisrep(config);
+  n.vae = MotionVae(config);
+  n.dlow = LatentSampler(config);
+  n.mix_match = MixMatchNetwork(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();

@@ -176,6 +176,35 @@ TEST(TrainAnticipate, AStageOfItsOwnKeepsTheOthersAndRefusesThoseOfAnotherKind) 
   EXPECT_NO_THROW(load_networks(t.run.out));
 }
 
+TEST(TrainAnticipate, StochasticBaselinesLowerTheirLossesAndDlowNeedsAVae) {
+  Small t;
+  t.config.baselines.steps = 40;
+  t.run.stages = {"dlow"};
+  EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }), HasSubstr("holds no VAE"));
+  t.run.stages = {"mix_match", "dlow", "vae"};
+  ASSERT_TRUE(train(t.run, t.config));
+  std::map<std::string, double> first, last;
+  for (const json& line : t.log(t.run.out))
+    if (line.contains("losses"))
+      for (const auto& [name, value] : line["losses"].items()) {
+        const std::string key = line["stage"].get<std::string>() + " " + name;
+        first.emplace(key, value.get<double>());
+        last[key] = value.get<double>();
+      }
+  for (const char* key : {"vae rec", "vae step", "dlow total", "mix_match rec", "mix_match step"}) {
+    ASSERT_EQ(first.count(key), 1U) << key;
+    EXPECT_LT(last[key], first[key]) << key;
+  }
+  for (const char* key : {"vae divergence", "dlow sameness", "dlow rec", "mix_match divergence"})
+    EXPECT_EQ(first.count(key), 1U) << key;
+  const Networks trained = load_networks(t.run.out);
+  EXPECT_FALSE(trained.vae.is_empty() || trained.dlow.is_empty() || trained.mix_match.is_empty());
+  // A new VAE has other latents than the old one's DLow draws.
+  t.run.stages = {"vae"};
+  ASSERT_TRUE(train(t.run, t.config));
+  EXPECT_TRUE(load_networks(t.run.out).dlow.is_empty());
+}
+
 TEST(TrainAnticipate, WithoutIntentionNothingOfItIsKept) {
   Small t;
   t.config.training.steps = t.config.baselines.steps = 1;

@@ -1,0 +1,114 @@
+// Protects the stochastic networks that ours is compared with: their divergence and diversity terms in closed form,
+// what Mix-and-Match takes from where, gradients to every parameter, and futures of any horizon that the seed decides.
+#include "inhabit/anticipate/variational_futures.h"
+
+#include <gtest/gtest.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include "anticipate/small_networks.h"
+#include "inhabit/math/random.h"
+#include "largest.h"
+
+namespace inhabit::anticipate {
+namespace {
+
+using torch::Tensor;
+
+TEST(Variational, DivergenceIsThatOfNormals) {
+  const Tensor zero = torch::zeros({3, 4});
+  EXPECT_NEAR(divergence_from_normal(zero, zero).item<double>(), 0, 1e-7);
+  // Mean 2, variance 9: (4 + 9 - 1 - log 9) / 2 in each of four places.
+  EXPECT_NEAR(divergence_from_normal(zero + 2, zero + std::log(9.0)).item<double>(), 4 * (12 - std::log(9.0)) / 2,
+              1e-5);
+}
+
+TEST(Variational, SamenessIsTheMeanOverPairs) {
+  // Three futures at 0, 3 and 4 along one axis: distances 3, 4 and 1.
+  const Tensor futures = torch::tensor({0.F, 3.F, 4.F}).view({1, 3, 1});
+  const double expected = (std::exp(-9 / 2.0) + std::exp(-16 / 2.0) + std::exp(-1 / 2.0)) / 3;
+  EXPECT_NEAR(sameness_of_pairs(futures, 2).item<double>(), expected, 1e-6);
+  EXPECT_NEAR(sameness_of_pairs(futures.repeat({5, 1, 1}), 2).item<double>(), expected, 1e-6) << "mean over the batch";
+}
+
+TEST(MixMatch, TakesHalfOfTheFuturesCodeAndTheRestOfTheObservations) {
+  std::mt19937_64 random(3);
+  const Tensor taken = half_of_places(11, random), again = half_of_places(11, random);
+  EXPECT_EQ(taken.sum().item<int64_t>(), 5);
+  EXPECT_EQ(((taken == 0) | (taken == 1)).sum().item<int64_t>(), 11);
+  EXPECT_FALSE(torch::equal(taken, again)) << "other places each time";
+
+  const torch::NoGradGuard no_gradients;
+  const Config c = small_anticipate_config();
+  torch::manual_seed(1);
+  MixMatchNetwork network(c);
+  const Tensor code = torch::randn({2, c.baselines.mix_hidden}), future = torch::randn({2, 9, kFeatureCount});
+  const Tensor all = torch::ones({c.baselines.mix_hidden}), none = torch::zeros({c.baselines.mix_hidden});
+  EXPECT_TRUE(
+      torch::equal(network->posterior(code, future, all).first, network->posterior(code + 1, future, all).first));
+  EXPECT_TRUE(
+      torch::equal(network->posterior(code, future, none).first, network->posterior(code, future + 1, none).first));
+  const Tensor z = torch::randn({2, c.baselines.mix_latent}), last = torch::randn({2, kFeatureCount});
+  EXPECT_TRUE(torch::equal(network->decode(code, z, none, last, 4), network->decode(code, z + 1, none, last, 4)));
+  EXPECT_FALSE(torch::equal(network->decode(code, z, all, last, 4), network->decode(code, z + 1, all, last, 4)));
+  network->out->weight.zero_();
+  network->out->bias.zero_();
+  EXPECT_TRUE(torch::equal(network->decode(code, z, all, last, 4), last.unsqueeze(1).expand({-1, 4, -1})))
+      << "it predicts changes";
+}
+
+void expect_every_gradient(const torch::nn::Module& module) {
+  for (const auto& parameter : module.named_parameters()) {
+    ASSERT_TRUE(parameter.value().grad().defined()) << parameter.key();
+    EXPECT_GT(largest(parameter.value().grad()), 0) << parameter.key();
+  }
+}
+
+TEST(Variational, GradientsReachEveryParameter) {
+  const Config c = small_anticipate_config();
+  const Config::Baselines& b = c.baselines;
+  torch::manual_seed(2);
+  const Tensor past = torch::randn({3, 12, kFeatureCount}), future = torch::randn({3, 9, kFeatureCount}),
+               mix = torch::randn({3, 9, kFeatureCount}), last = past.select(1, 11);
+  MotionVae vae(c);
+  const Tensor code = vae->encode(past);
+  const auto [mean, log_variance] = vae->posterior(code, future);
+  const Tensor z = mean + log_variance.exp() * torch::randn({3, b.vae_latent});
+  (vae->decode(code, z, last, 9) * mix).sum().backward();
+  expect_every_gradient(*vae);
+
+  LatentSampler sampler(c);
+  const auto [factor, shift] = sampler->forward(past);
+  EXPECT_EQ(factor.sizes(), (torch::IntArrayRef{3, b.dlow_samples, b.vae_latent}));
+  EXPECT_EQ(shift.sizes(), factor.sizes());
+  (factor * torch::randn(factor.sizes()) + shift).square().sum().backward();
+  expect_every_gradient(*sampler);
+
+  MixMatchNetwork network(c);
+  std::mt19937_64 random(4);
+  const Tensor taken = half_of_places(b.mix_hidden, random), of_past = network->encode(past);
+  const auto [mixed_mean, mixed_log_variance] = network->posterior(of_past, future, taken);
+  const Tensor mixed = mixed_mean + mixed_log_variance.exp() * torch::randn({3, b.mix_latent});
+  (network->decode(of_past, mixed, taken, last, 9) * mix).sum().backward();
+  expect_every_gradient(*network);
+}
+
+TEST(VariationalFutures, GoOnForAnyHorizonAndTheSeedDecidesThem) {
+  const Networks networks = untrained();
+  const Config& c = networks.config;
+  torch::manual_seed(5);
+  const Tensor past = networks.scale.from_network(torch::randn({1, c.observed, kFeatureCount}));
+  const int64_t samples = c.baselines.dlow_samples + 2;  // DLow: more than one draw has
+  for (const StochasticFutures method : {vae_futures, dlow_futures, mix_match_futures}) {
+    const Tensor all = method(networks, past, samples, 40, 7);
+    EXPECT_EQ(all.sizes(), (torch::IntArrayRef{samples, 40, kFeatureCount}));
+    EXPECT_TRUE(torch::isfinite(all).all().item<bool>());
+    for (const int64_t frames : {int64_t{1}, int64_t{c.future}, int64_t{c.future + 1}})
+      EXPECT_LT(largest(method(networks, past, samples, frames, 7) - all.slice(1, 0, frames)), 1e-5) << frames;
+    EXPECT_LT(largest(method(networks, past, 2, 40, 7) - all.slice(0, 0, 2)), 1e-5) << "a sample depends on its own";
+    EXPECT_GT(largest(method(networks, past, samples, 40, 8) - all), 1e-4);
+    for (int64_t s = 1; s < samples; ++s) EXPECT_GT(largest(all[s] - all[0]), 1e-5) << s;
+  }
+}
+
+}  // namespace
+}  // namespace inhabit::anticipate
