@@ -37,7 +37,7 @@ bool into_folder(const Convert& o) {
   const std::string& out = o.files.back();
   const bool pattern = in.find_first_of("*?[") != std::string::npos && !fs::exists(in, none);
   return o.files.size() > 2 || !o.format.empty() || pattern || fs::is_directory(in, none) ||
-         fs::is_directory(out, none) || out.back() == '/';
+         fs::is_directory(out, none) || (!out.empty() && out.back() == '/');
 }
 
 void convert_many(const Convert& o) {
@@ -51,7 +51,7 @@ void convert_many(const Convert& o) {
   std::map<std::string, std::string> targets, made;
   std::vector<std::string> skipped;
   for (const inhabit::Conversion& each :
-       inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format, &skipped)) {
+       inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format, &skipped, &made)) {
     files.push_back(each.in);
     targets[each.in] = each.out;
   }
@@ -107,6 +107,7 @@ void add_convert(CLI::App& app) {
     if (given->files.size() < 2) throw inhabit::Error("OUT", "is missing: the file or folder to write to");
     if (into_folder(*given)) return convert_many(*given);
     const std::string &in = given->files.front(), &out = given->files.back();
+    require_amc(in, given->options.reading);
     inhabit::Notes own, notes;
     const std::string written = inhabit::convert_file(in, out, given->options, &own);
     inhabit::add_notes(notes, std::move(own), in);

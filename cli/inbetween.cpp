@@ -59,7 +59,11 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
     throw Error("--keyframes", "is one list of frames, such as 0,40,95, of one file; several (here " + o.motions[0] +
                                    ", " + o.motions[1] + ") stand at --times");
   std::vector<Clip> poses;
-  for (const std::string& motion : o.motions) poses.push_back(read_motion(motion, o.reading, notes));
+  for (const std::string& motion : o.motions) {
+    ClipReadOptions reading = o.reading;
+    if (extension_of(motion) != "amc") reading.asf.clear();  // is of those among them that are
+    poses.push_back(read_motion(motion, reading, notes));
+  }
   inbetween::PosesInTime in_time = inbetween::poses_at_times(poses, o.times, rate, o.motions);
   o.options.keys = in_time.keys;
   o.no_common_skeleton = in_time.standard;

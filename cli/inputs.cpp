@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "inhabit/error.h"
+#include "inhabit/io/extension.h"
 #include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
 #include "inhabit/motion/plausible.h"
@@ -55,7 +56,13 @@ void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std
       ->check(frame_rate);
 }
 
+void require_amc(const std::string& path, const inhabit::ClipReadOptions& reading) {
+  if (!reading.asf.empty() && inhabit::extension_of(path) != "amc")
+    throw inhabit::Error(path, "is no .amc, whose skeleton --asf is");
+}
+
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes) {
+  require_amc(path, reading);
   inhabit::Notes own;
   inhabit::Clip clip = inhabit::read_clip(path, reading, &own);
   inhabit::add_notes(notes, std::move(own), path);
@@ -64,6 +71,7 @@ inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOption
 
 std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,
                                         inhabit::Notes& notes) {
+  require_amc(path, reading);
   inhabit::Notes own;
   std::vector<inhabit::Clip> clips = inhabit::read_samples(path, reading, &own);
   inhabit::add_notes(notes, std::move(own), path);

@@ -33,7 +33,10 @@ void add_reading(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::s
 /// --NAME-input-rate.
 void add_reading_of(CLI::App& verb, inhabit::ClipReadOptions& reading, const std::string& name);
 
-/// The motion in a file. @param notes what was detected and assumed is added to it
+/// Throws inhabit::Error where --asf is given with a file that is no .amc.
+void require_amc(const std::string& path, const inhabit::ClipReadOptions& reading);
+
+/// The motion in a file; throws what require_amc throws. @param notes what was detected and assumed is added to it
 inhabit::Clip read_motion(const std::string& path, const inhabit::ClipReadOptions& reading, inhabit::Notes& notes);
 /// All futures of an .npz; of other files the first motion, as others may be of other skeletons and lengths.
 std::vector<inhabit::Clip> read_motions(const std::string& path, const inhabit::ClipReadOptions& reading,

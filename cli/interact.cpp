@@ -93,7 +93,8 @@ void add_interact(CLI::App& app) {
       ->check(whole_number)
       ->capture_default_str();
   verb->add_flag("--raw", o->options.raw, "The networks' motion as it is, not fitted to contacts, floor and chair");
-  verb->add_flag("--force", o->options.force, "Try seats of any height and contacts out of reach");
+  verb->add_flag("--force", o->options.force,
+                 "Try seats of any height, contacts out of reach, starts inside something and walks out of the scene");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   add_writing(*verb, o->writing);
   add_outputs(*verb, o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
@@ -110,7 +111,7 @@ void add_interact(CLI::App& app) {
     }
     if (!o->then_walk.empty()) o->options.then_walk = place_of(numbers(o->then_walk, 3, "--then-walk"));
     if (!o->hold.empty()) o->options.hold = o->hold == "end" ? HUGE_VAL : numbers(o->hold, 1, "--hold").front();
-    Clip start;
+    Clip start, seeker;  // seeker: whose place decides which seat is the nearest
     if (!o->start_file.empty()) {
       start = read_motion(o->start_file, o->reading, notes);
       o->options.name = o->start_file;
@@ -121,10 +122,12 @@ void add_interact(CLI::App& app) {
     } else {
       const interact::Chair first = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, o->options);
       start = interact::standing_before(first, scene);
-      if (!o->options.sit_at) o->options.chair = first.name;  // another may be nearer from there
+      const Eigen::Vector3d seat = first.seat();
+      seeker = interact::standing_clip({seat.x(), seat.z()}, 0);  // another may be nearer to the start
       o->options.name = "the person before the chair";
     }
-    const interact::Chair chair = interactor.chair_of(start, scene, o->options);
+    if (seeker.frames() == 0) seeker = start;
+    const interact::Chair chair = interactor.chair_of(seeker, scene, o->options);
     if (!o->contacts.empty()) {
       const interact::ContactScript script = interact::read_contact_script(o->contacts, chair);
       o->options.contacts = script.contacts;
@@ -133,12 +136,13 @@ void add_interact(CLI::App& app) {
       o->options.contacts = {{contact_of(o->left, chair, 0), contact_of(o->right, chair, 1)}};
     }
     o->options.draw_contacts = o->samples > 0;
+    const interact::Chair at_contacts = interactor.chair_of(seeker, scene, o->options);  // along a sofa they decide
     std::vector<interact::Result> results;
     const int samples = std::max(1, o->samples);
     const Progress frames_of_all = progress_of("frames");
     for (int i = 0; i < samples; ++i) {
       o->options.progress = [=](int64_t done, int64_t all) { frames_of_all(i * all + done, samples * all); };
-      results.push_back(interactor.run(start, scene, o->options));
+      results.push_back(interactor.run_on(start, scene, at_contacts, o->options));
       ++o->options.seed;
     }
     say(notes);

@@ -118,6 +118,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.learning_rate", c.training.learning_rate, 0, 100);
   check.within("baselines.learning_rate", c.baselines.learning_rate, 0, 100);
   check.within("baselines.dlow_samples", c.baselines.dlow_samples, 2, 1000);
+  check.within("baselines.dlow_samples times baselines.vae_latent",
+               static_cast<double>(c.baselines.dlow_samples) * c.baselines.vae_latent, 1, 1e6);
   check.within("baselines.dlow_batch", c.baselines.dlow_batch, 1, 100'000);
   check.within("training.average", c.training.average, 0, 1 - 1e-9);
   check.within("training.label_frames", c.training.label_frames, 1, 2000);

@@ -312,8 +312,14 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   const std::vector<std::string> names =
       chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep", "vae", "dlow", "mix_match"},
                     {"intention", "seq2seq", "ltd", "hisrep"});
+  const auto is_asked = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  if (is_asked("dlow") && !is_asked("vae") && names.size() > 1)
+    throw Error("stage 'dlow'",
+                "is trained alone, or with vae: with others the model file, which holds its VAE, is begun anew");
+  if (config.released && (is_asked("vae") || is_asked("dlow") || is_asked("mix_match")))
+    throw Error("stages vae, dlow and mix_match", "are of preset compact, whose features are standardised");
   const Config::Baselines& b = config.baselines;
-  if (std::find(names.begin(), names.end(), "hisrep") != names.end()) {
+  if (is_asked("hisrep")) {
     if (b.hisrep_query + b.hisrep_future > config.observed)
       throw Error("baselines.hisrep_query", "and hisrep_future are longer together than what is observed");
     if (b.hisrep_future > config.future) throw Error("baselines.hisrep_future", "is longer than what is forecast");
@@ -338,7 +344,7 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
   if (config.released)  // the authors' poses are metres
     networks.scale = {torch::zeros({kFeatureCount}), torch::ones({kFeatureCount})};
   networks.clusters = cluster_recordings(train_sequences, config, run.seed);
-  if (config.memory && !config.released && std::find(names.begin(), names.end(), "intention") != names.end())
+  if (config.memory && !config.released && is_asked("intention"))
     networks.memory = make_memory(remembered_motion(train_sequences, config.kappa), networks.clusters, config, source);
   const Data data(train_sequences, networks);
 

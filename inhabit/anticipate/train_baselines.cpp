@@ -191,12 +191,16 @@ Baseline make_baseline(const std::string& name, Networks& networks, const std::v
   const auto by_error = [&](BaselineFuture future) {
     return [&networks, &validation, future] { return validation_error(networks, future, validation); };
   };
-  const auto by_nearest = [&](StochasticFutures futures) {
-    return [&networks, &validation, futures] { return nearest_validation_error(networks, futures, validation); };
+  const auto by_nearest = [&](StochasticFutures method, int64_t futures) {
+    return [&networks, &validation, method, futures] {
+      return nearest_validation_error(networks, method, futures, validation);
+    };
   };
-  if (name == "vae") return vae_baseline(networks, scale, by_nearest(vae_futures));
-  if (name == "dlow") return dlow_baseline(networks, scale, run, by_nearest(dlow_futures));
-  if (name == "mix_match") return mix_match_baseline(networks, scale, by_nearest(mix_match_futures));
+  constexpr int64_t kDrawn = 10;
+  if (name == "vae") return vae_baseline(networks, scale, by_nearest(vae_futures, kDrawn));
+  if (name == "dlow")  // its futures are no draws that are alike
+    return dlow_baseline(networks, scale, run, by_nearest(dlow_futures, c.baselines.dlow_samples));
+  if (name == "mix_match") return mix_match_baseline(networks, scale, by_nearest(mix_match_futures, kDrawn));
   if (name == "ltd") {
     networks.ltd = make_ltd(c);
     return deterministic(

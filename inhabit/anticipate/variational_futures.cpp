@@ -84,9 +84,8 @@ Tensor half_of_places(int64_t count, std::mt19937_64& random) {
   return out;
 }
 
-double nearest_validation_error(const Networks& networks, StochasticFutures method,
+double nearest_validation_error(const Networks& networks, StochasticFutures method, int64_t futures,
                                 const std::vector<Sequence>& sequences) {
-  constexpr int64_t kFutures = 10;
   const Config& c = networks.config;
   double sum = 0;
   const std::vector<Cut> windows = test_windows(sequences, c, 32);
@@ -95,7 +94,7 @@ double nearest_validation_error(const Networks& networks, StochasticFutures meth
     const int64_t now = windows[w].now;
     const Tensor past = observation(features, now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - now);
-    const Tensor poses = feature_poses(method(networks, past, kFutures, known, w));
+    const Tensor poses = feature_poses(method(networks, past, futures, known, w));
     const Tensor truth = feature_poses(features.slice(0, now, now + known));
     sum += (poses - truth).norm(2, {3}).mean({1, 2}).min().item<double>();
   }

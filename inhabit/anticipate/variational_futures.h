@@ -11,7 +11,8 @@ namespace inhabit::anticipate {
 /// `networks.vae`, z drawn from N(0, 1).
 torch::Tensor vae_futures(const Networks& networks, const torch::Tensor& past, int64_t samples, int64_t frames,
                           uint64_t seed);
-/// `networks.vae` with z of `networks.dlow`: baselines.dlow_samples of one draw, then more draws.
+/// `networks.vae` with z of `networks.dlow`: baselines.dlow_samples of one draw (fewer: the first
+/// of them), then more draws.
 torch::Tensor dlow_futures(const Networks& networks, const torch::Tensor& past, int64_t samples, int64_t frames,
                            uint64_t seed);
 /// `networks.mix_match`, z and the places of the code that it takes drawn for each future.
@@ -24,8 +25,8 @@ using StochasticFutures = torch::Tensor (*)(const Networks& networks, const torc
 /// 1 for half of `count` places, drawn, else 0: (count).
 torch::Tensor half_of_places(int64_t count, std::mt19937_64& random);
 
-/// Mean joint error, metres, over the first second of the nearest of ten futures of each validation window.
-double nearest_validation_error(const Networks& networks, StochasticFutures method,
+/// Mean joint error, metres, over the first second of the nearest of so many futures of each validation window.
+double nearest_validation_error(const Networks& networks, StochasticFutures method, int64_t futures,
                                 const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate

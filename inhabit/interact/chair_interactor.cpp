@@ -167,6 +167,21 @@ ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contac
   return errors;
 }
 
+/// Whether (x, z) is within 3 m of the box around all that a scene holds.
+bool is_within(const Scene& scene, const Eigen::Vector2d& place) {
+  constexpr double kBeyond = 3;
+  Eigen::AlignedBox2d box;
+  const auto add = [&](const Tensor& points) {
+    if (!points.defined() || points.size(0) == 0) return;
+    const Tensor p = points.to(torch::kFloat64), low = std::get<0>(p.min(0)), high = std::get<0>(p.max(0));
+    box.extend(Eigen::Vector2d(low[0].item<double>(), low[2].item<double>()));
+    box.extend(Eigen::Vector2d(high[0].item<double>(), high[2].item<double>()));
+  };
+  for (const Mesh& mesh : scene.meshes) add(mesh.vertices);
+  add(scene.points);
+  return box.isEmpty() || box.exteriorDistance(place) <= kBeyond;
+}
+
 /// Metres on the floor from where the root ends to a place (x, z, heading).
 double distance_on_ground(const Clip& motion, const Vector3d& place) {
   const Tensor root = motion.joints[-1][0].to(torch::kFloat64).contiguous();
@@ -258,7 +273,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
       if (contact) contact->y() -= floor;
   live.sit_on(chair, around, series.empty() ? HandContacts{} : series[0], hold_of(options, 0, series.size()));
   if (live.blocked()) throw Error(options.name, "there is no route from there to " + out.chair.name);
-  if (options.then_walk && !options.force && !around->floor().covers(options.then_walk->head<2>()))
+  if (options.then_walk && !options.force && !is_within(there, options.then_walk->head<2>()))
     throw Error("the place to walk to",
                 fmt::format("{:g},{:g} is over 3 m outside the scene", options.then_walk->x(), options.then_walk->y()));
   if (options.then_walk && !options.straight && !find_route(around->floor(), chair, options.then_walk->head<2>()))

@@ -18,11 +18,19 @@
 namespace inhabit {
 namespace {
 
-using Written = std::map<std::string, std::string>;  // files and what each was made of
+using Written = std::map<std::string, std::string>;  // canonical paths of files and what each was made of
+
+std::string canonical(const std::string& path) {
+  std::error_code failed;
+  const std::filesystem::path out = std::filesystem::weakly_canonical(path, failed);
+  return failed ? std::filesystem::absolute(path).string() : out.string();
+}
 
 void claim(const std::string& file, const std::string& in, Written* written) {
   if (written == nullptr) return;
-  const auto [before, fresh] = written->emplace(file, in);
+  const auto [before, fresh] = written->emplace(canonical(file), in);
+  if (!fresh && before->second.empty())
+    throw Error(in, "would be written over " + file + ", which is to be converted too");
   if (!fresh) throw Error(file, "would be written of both " + before->second + " and " + in);
 }
 
@@ -91,24 +99,27 @@ std::string convert_file(const std::string& in, const std::string& out, const Co
 }
 
 std::vector<Conversion> conversions(const std::vector<std::string>& named, const std::string& out,
-                                    const std::string& format, std::vector<std::string>* skipped) {
+                                    const std::string& format, std::vector<std::string>* skipped,
+                                    std::map<std::string, std::string>* inputs) {
   namespace fs = std::filesystem;
-  std::error_code none;
   std::vector<Conversion> all;
-  std::set<fs::path> inputs;
+  Written of_inputs;
+  std::set<std::pair<std::string, std::string>> known;  // inputs and what they become
   for (const std::string& name : named) {
+    std::error_code none;
     const bool folder = fs::is_directory(name, none);
     for (const std::string& file : files_as(name, folder, format)) {
-      if (!inputs.insert(fs::weakly_canonical(file, none)).second) continue;  // named twice
       const fs::path relative = folder ? fs::path(file).lexically_relative(name) : fs::path(file).filename();
-      all.push_back({file, (fs::path(out) / relative).replace_extension(format).string()});
+      const std::string target = (fs::path(out) / relative).replace_extension(format).string();
+      of_inputs.emplace(canonical(file), "");
+      if (known.emplace(canonical(file), target).second) all.push_back({file, target});  // else named twice
     }
   }
-  std::map<std::string, std::string> sources;
+  Written sources;
   const auto refused = [&](const Conversion& each) {
     std::string why;
-    if (inputs.count(fs::weakly_canonical(each.out, none)) != 0)
-      why = fs::equivalent(each.in, each.out, none)
+    if (of_inputs.count(canonical(each.out)) != 0)
+      why = canonical(each.in) == canonical(each.out)
                 ? each.out + ": would be written over what it is made of"
                 : each.in + ": would be written over " + each.out + ", which is to be converted too";
     else if (const auto [before, fresh] = sources.emplace(each.out, each.in); !fresh)
@@ -117,6 +128,7 @@ std::vector<Conversion> conversions(const std::vector<std::string>& named, const
     return !why.empty();
   };
   all.erase(std::remove_if(all.begin(), all.end(), refused), all.end());
+  if (inputs != nullptr) inputs->merge(of_inputs);
   return all;
 }
 

@@ -79,8 +79,6 @@ void note_implausible(const Clip& clip, Notes* notes) {
 
 Clip read_any(const std::string& path, const ClipReadOptions& options, Notes* notes) {
   const std::string extension = extension_of(path);
-  if (!options.asf.empty() && extension != "amc")
-    throw Error(path, "is no .amc, whose skeleton " + options.asf + " is");
   const std::optional<double> unit = options.scale > 0 ? std::optional(options.scale) : std::nullopt;
   if (extension == "npz" || extension == "npy") {
     Clip clip = read_clip_npz(path, options, notes);

@@ -19,11 +19,6 @@ struct FreeSpace {
 
   /// World (x, z) of a grid point.
   Eigen::Vector2d point(int ix, int iz) const { return origin + cell * Eigen::Vector2d(ix, iz); }
-  /// Whether the grid reaches to (x, z).
-  bool covers(const Eigen::Vector2d& p) const {
-    const Eigen::Array2d at = (p - origin).array() / cell;
-    return (at >= 0).all() && at.x() <= nx - 1 && at.y() <= nz - 1;
-  }
   /// Bilinear clearance at (x, z), metres; -kFarthest outside the grid.
   double at(const Eigen::Vector2d& p) const;
   /// Direction in which the clearance at (x, z) grows fastest (unit length, or zero where it is flat).

@@ -86,6 +86,12 @@ bool may_be_shown(const fs::path& path) {
   return extension == "bvh" || extension == "amc" || extension == "txt" || extension == "json";
 }
 
+/// Whether a file of this extension that cannot be shown need not be damaged.
+bool may_be_anything(const fs::path& path) {
+  const std::string extension = extension_of(path.string());
+  return extension == "txt" || extension == "json";
+}
+
 void add_data_set(std::vector<PageCard>& cards, const std::string& folder, Notes& notes) {
   const Dataset data = open_dataset(folder);
   std::map<std::string, std::shared_ptr<const Scene>> scenes;
@@ -116,7 +122,7 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
   std::sort(files.begin(), files.end());
   const size_t before = cards.size();
   std::vector<std::string> skipped;
-  size_t tried = 0;
+  size_t tried = 0, others = 0;
   for (const fs::path& file : files) {
     if (cards.size() == kMostCards) break;
     ++tried;
@@ -124,7 +130,10 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
       Notes own;  // what was detected in each of many files is more than one wants to read
       cards.push_back(card_of(file.string(), file.lexically_relative(folder).string(), reading, own));
     } catch (const Error& e) {
-      skipped.emplace_back(e.what());
+      if (may_be_anything(file))
+        ++others;
+      else
+        skipped.emplace_back(e.what());
     }
   }
   if (cards.size() == before) {
@@ -132,6 +141,7 @@ void add_folder(std::vector<PageCard>& cards, const std::string& folder, const C
         skipped.empty() ? "" : fmt::format(" ({} tried; skipped {})", skipped.size(), skipped.front());
     throw Error(folder, "holds nothing that can be shown" + why);
   }
+  if (others > 0) notes.push_back(fmt::format("{}: {} .txt and .json files that show nothing", folder, others));
   all_skipped.insert(all_skipped.end(), skipped.begin(), skipped.end());
   if (tried < files.size()) notes.push_back(fmt::format("{}: the first {} of {} files", folder, tried, files.size()));
 }

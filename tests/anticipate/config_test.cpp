@@ -90,6 +90,9 @@ TEST(Config, RefusesWhatCannotBe) {
                                                                   {"baselines.ltd_blocks", "0"},
                                                                   {"baselines.hisrep_query", "1"},
                                                                   {"baselines.hisrep_future", "0"},
+
+                                                                  {"baselines.dlow_samples", "1"},
+                                                                  {"baselines.mix_hidden", "0"},
                                                                   {"baselines.seq2seq_hidden", "0"}})
     EXPECT_THAT(refusal(object_with(key, value)), HasSubstr("'" + key + "' is out of range")) << value;
   EXPECT_THAT(refusal(R"({"observed": 9, "baselines": {"ltd_past": 5}})"), HasSubstr("discriminator_frames"))

@@ -181,6 +181,8 @@ TEST(TrainAnticipate, StochasticBaselinesLowerTheirLossesAndDlowNeedsAVae) {
   t.config.baselines.steps = 40;
   t.run.stages = {"dlow"};
   EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }), HasSubstr("holds no VAE"));
+  t.run.stages = {"mix_match", "dlow"};
+  EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }), HasSubstr("'dlow': is trained alone, or with vae"));
   t.run.stages = {"mix_match", "dlow", "vae"};
   ASSERT_TRUE(train(t.run, t.config));
   std::map<std::string, double> first, last;

@@ -66,6 +66,20 @@ TEST(Writing, ManyFilesAreNeverWrittenOverAnother) {
   EXPECT_THAT(r.err, HasSubstr("a.bvh: would be written over " + in + "/a.npz"));
   EXPECT_EQ(read_clip(in + "/a.npz").frames(), 40);
   EXPECT_EQ(read_clip(in + "/b.npz").frames(), walk.frames());
+  // Of several motions names are made that an input may have.
+  std::filesystem::create_directories(folder / "many");
+  write_clips(folder / "many/w.npz", {walk, walk});
+  write_clip(folder / "many/w_000.bvh", slice(walk, 0, 40));
+  const CommandResult many = run_command("convert " + folder / "many" + " " + folder / "many" + " --format bvh");
+  EXPECT_EQ(many.exit_code, 2) << "none of them can be";
+  EXPECT_THAT(many.err, HasSubstr("would be written over"));
+  EXPECT_EQ(read_clip(folder / "many/w_000.bvh").frames(), 40);
+  // The same file under two names becomes two.
+  std::filesystem::create_directories(folder / "linked");
+  write_clip(folder / "linked/a.bvh", walk);
+  std::filesystem::create_symlink("a.bvh", folder / "linked/b.bvh");
+  ASSERT_EQ(run_command("convert " + folder / "linked" + " " + folder / "links").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "links/b.npz"));
   ASSERT_EQ(run_command("convert " + in + "/b.bvh " + folder / "new/").exit_code, 0);
   EXPECT_EQ(read_clip(folder / "new/b.npz").frames(), walk.frames()) << "one file into a folder";
 }

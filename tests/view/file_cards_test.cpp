@@ -67,6 +67,7 @@ TEST(FileCards, OfAFolderLeaveOutWhatCannotBeReadAndSayIt) {
   write_scene(in + "/room.glb", floor_scene());
   write_text(in + "/broken.bvh", "HIERARCHY");
   write_text(in + "/readme.md", "not looked at");
+  write_text(in + "/notes.txt", "nothing to be shown");
   Notes notes;
   std::vector<std::string> skipped;
   const std::vector<PageCard> cards = cards_of({in}, {}, notes, skipped);
@@ -76,6 +77,7 @@ TEST(FileCards, OfAFolderLeaveOutWhatCannotBeReadAndSayIt) {
   EXPECT_THAT(cards[2].note, HasSubstr(", the first of 2"));
   ASSERT_EQ(skipped.size(), 1U);
   EXPECT_THAT(skipped[0], StartsWith(in + "/broken.bvh: "));
+  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("1 .txt and .json files that show nothing")));
 
   std::filesystem::create_directories(folder / "bad");
   write_text(folder / "bad/one.bvh", "HIERARCHY");
