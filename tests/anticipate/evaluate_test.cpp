@@ -54,6 +54,9 @@ struct Straight {
     n.seq2seq = nullptr;
     n.ltd = nullptr;
     n.hisrep = nullptr;
+    n.vae = nullptr;
+    n.dlow = nullptr;
+    n.mix_match = nullptr;
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
     n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);
