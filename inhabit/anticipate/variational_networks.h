@@ -23,14 +23,15 @@ struct MotionVaeImpl : torch::nn::Module {
   /// (B, frames, F) from code (B, H), z (B, Z) and the last observed pose (B, F).
   torch::Tensor decode(const torch::Tensor& code, const torch::Tensor& z, const torch::Tensor& last, int64_t frames);
 
-  torch::nn::GRU past_encoder{nullptr};                    ///< F to H
-  torch::nn::GRU future_encoder{nullptr};                  ///< F to H
-  torch::nn::Sequential posterior_layers;                  ///< 2 H to 200
-  torch::nn::Linear mean{nullptr}, log_variance{nullptr};  ///< 200 to Z
-  torch::nn::Sequential start;                             ///< H to the decoder's first state (H)
-  torch::nn::GRUCell decoder{nullptr};                     ///< code, z and pose to H
-  torch::nn::Sequential decoder_layers;                    ///< H to 200
-  torch::nn::Linear out{nullptr};                          ///< 200 to F
+  torch::nn::GRU past_encoder{nullptr};     ///< F to H
+  torch::nn::GRU future_encoder{nullptr};   ///< F to H
+  torch::nn::Sequential posterior_layers;   ///< 2 H to 200
+  torch::nn::Linear mean{nullptr};          ///< 200 to Z
+  torch::nn::Linear log_variance{nullptr};  ///< 200 to Z
+  torch::nn::Sequential start;              ///< H to the decoder's first state (H)
+  torch::nn::GRUCell decoder{nullptr};      ///< code, z and pose to H
+  torch::nn::Sequential decoder_layers;     ///< H to 200
+  torch::nn::Linear out{nullptr};           ///< 200 to F
 };
 TORCH_MODULE(MotionVae);
 
@@ -41,10 +42,12 @@ struct LatentSamplerImpl : torch::nn::Module {
   /// a and b, (B, K, Z) each, of an observation (B, t, F).
   std::pair<torch::Tensor, torch::Tensor> forward(const torch::Tensor& past);
 
-  torch::nn::GRU encoder{nullptr};                    ///< F to H
-  torch::nn::Sequential layers;                       ///< H to 512
-  torch::nn::Linear factor{nullptr}, shift{nullptr};  ///< 512 to K Z
-  int64_t samples = 0, latent = 0;                    ///< K, Z
+  torch::nn::GRU encoder{nullptr};    ///< F to H
+  torch::nn::Sequential layers;       ///< H to 512
+  torch::nn::Linear factor{nullptr};  ///< 512 to K Z
+  torch::nn::Linear shift{nullptr};   ///< 512 to K Z
+  int64_t samples = 0;                ///< K
+  int64_t latent = 0;                 ///< Z
 };
 TORCH_MODULE(LatentSampler);
 
@@ -65,11 +68,13 @@ struct MixMatchNetworkImpl : torch::nn::Module {
   torch::Tensor decode(const torch::Tensor& code, const torch::Tensor& z, const torch::Tensor& taken,
                        const torch::Tensor& last, int64_t frames);
 
-  torch::nn::GRU past_encoder{nullptr}, future_encoder{nullptr};  ///< F to H
-  torch::nn::Linear mean{nullptr}, log_variance{nullptr};         ///< H to Z
-  torch::nn::Linear from_latent{nullptr};                         ///< Z to H
-  torch::nn::GRUCell decoder{nullptr};                            ///< pose to H
-  torch::nn::Linear out{nullptr};                                 ///< H to a change (F)
+  torch::nn::GRU past_encoder{nullptr};     ///< F to H
+  torch::nn::GRU future_encoder{nullptr};   ///< F to H
+  torch::nn::Linear mean{nullptr};          ///< H to Z
+  torch::nn::Linear log_variance{nullptr};  ///< H to Z
+  torch::nn::Linear from_latent{nullptr};   ///< Z to H
+  torch::nn::GRUCell decoder{nullptr};      ///< pose to H
+  torch::nn::Linear out{nullptr};           ///< H to a change (F)
 };
 TORCH_MODULE(MixMatchNetwork);
 
