@@ -10,6 +10,7 @@
 #include "inhabit/anticipate/variational_futures.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/normal_tensor.h"
 
 namespace inhabit::anticipate {
 namespace {
@@ -56,11 +57,7 @@ BaselineBatch baseline_batch(const Data& data, const Config& c, const TrainStep&
   const Tensor all = torch::stack(windows);
   BaselineBatch out{all.slice(1, 0, c.observed), all.slice(1, c.observed, c.observed + draws.frames),
                     torch::stack(known)};
-  if (draws.latent > 0) {
-    out.noise = torch::empty({all.size(0), draws.latent});
-    float* value = out.noise.data_ptr<float>();
-    for (int64_t i = 0; i < out.noise.numel(); ++i) value[i] = static_cast<float>(normal(random));
-  }
+  if (draws.latent > 0) out.noise = nn::normal_tensor(random, {all.size(0), draws.latent});
   if (draws.places > 0) out.taken = half_of_places(draws.places, random);
   return out;
 }
@@ -102,20 +99,16 @@ Tensor squared_error(const Tensor& future, const Tensor& truth, const Tensor& kn
 }
 
 /// Reconstruction, step into the first frame, and divergence from N(0, 1).
-Losses variational_losses(const Tensor& future, const BaselineBatch& b, const Tensor& mean, const Tensor& log_variance,
+Losses variational_losses(const Tensor& future, const BaselineBatch& b, const nn::LatentDistribution& z,
                           const Tensor& metres) {
   const Tensor rec = squared_error(future, b.future, b.known, metres).mean();
   const Tensor last = b.past.select(1, b.past.size(1) - 1);
   const Tensor step = ((future.select(1, 0) - last) * metres).square().sum(1).mean();
-  const Tensor divergence = divergence_from_normal(mean, log_variance);
+  const Tensor divergence = z.summed_divergence();
   return {{"total", rec + kFirstStep * step + kDivergence * divergence},
           {"rec", rec},
           {"step", step},
           {"divergence", divergence}};
-}
-
-Tensor drawn(const Tensor& mean, const Tensor& log_variance, const Tensor& noise) {
-  return mean + (0.5 * log_variance).exp() * noise;
 }
 
 Baseline vae_baseline(Networks& networks, const FeatureScale& scale, std::function<double()> validate) {
@@ -125,10 +118,10 @@ Baseline vae_baseline(Networks& networks, const FeatureScale& scale, std::functi
           networks.vae.ptr(),
           [vae = networks.vae, metres = feature_metres(scale)](const BaselineBatch& b) mutable {
             const Tensor code = vae->encode(b.past);
-            const auto [mean, log_variance] = vae->posterior(code, b.future);
-            const Tensor future = vae->decode(code, drawn(mean, log_variance, b.noise),
-                                              b.past.select(1, b.past.size(1) - 1), b.future.size(1));
-            return variational_losses(future, b, mean, log_variance, metres);
+            const nn::LatentDistribution z = vae->posterior(code, b.future);
+            const Tensor future =
+                vae->decode(code, z.sample(b.noise), b.past.select(1, b.past.size(1) - 1), b.future.size(1));
+            return variational_losses(future, b, z, metres);
           },
           std::move(validate)};
 }
@@ -140,10 +133,10 @@ Baseline mix_match_baseline(Networks& networks, const FeatureScale& scale, std::
           networks.mix_match.ptr(),
           [network = networks.mix_match, metres = feature_metres(scale)](const BaselineBatch& b) mutable {
             const Tensor code = network->encode(b.past);
-            const auto [mean, log_variance] = network->posterior(code, b.future, b.taken);
-            const Tensor future = network->decode(code, drawn(mean, log_variance, b.noise), b.taken,
+            const nn::LatentDistribution z = network->posterior(code, b.future, b.taken);
+            const Tensor future = network->decode(code, z.sample(b.noise), b.taken,
                                                   b.past.select(1, b.past.size(1) - 1), b.future.size(1));
-            return variational_losses(future, b, mean, log_variance, metres);
+            return variational_losses(future, b, z, metres);
           },
           std::move(validate)};
 }
@@ -172,7 +165,8 @@ Baseline dlow_baseline(Networks& networks, const FeatureScale& scale, const Trai
         const Tensor same = sameness_of_pairs((futures * metres).view({-1, samples, frames * kFeatureCount}),
                                               kApartInAFrame * static_cast<double>(frames));
         const Tensor divergence =
-            divergence_from_normal(shift.flatten(0, 1), factor.flatten(0, 1).square().clamp_min(1e-8).log());
+            nn::LatentDistribution{shift.flatten(0, 1), factor.flatten(0, 1).square().clamp_min(1e-8).log()}
+                .summed_divergence();
         const Tensor rec = nearest.mean();
         return Losses{{"total", divergence + kDiversity * same + kNearest * rec},
                       {"rec", rec},

@@ -1,7 +1,7 @@
 #include "inhabit/anticipate/train_released.h"
 
 #include "inhabit/anticipate/losses.h"
-#include "inhabit/math/random.h"
+#include "inhabit/nn/normal_tensor.h"
 
 namespace inhabit::anticipate {
 namespace {
@@ -43,13 +43,6 @@ struct ReleasedBatch {
   }
 };
 
-Tensor normal_tensor(std::mt19937_64& random, at::IntArrayRef shape, double deviation) {
-  Tensor out = torch::empty(shape);
-  float* value = out.data_ptr<float>();
-  for (int64_t i = 0; i < out.numel(); ++i) value[i] = static_cast<float>(deviation * normal(random));
-  return out;
-}
-
 ReleasedBatch released_batch(const Data& data, const Config& c, const std::vector<int64_t>& indices, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Tensor> frames, labels, known, known_labels;
@@ -66,9 +59,9 @@ ReleasedBatch released_batch(const Data& data, const Config& c, const std::vecto
           torch::stack(labels),
           torch::stack(known),
           torch::stack(known_labels),
-          normal_tensor(random, {count, c.noise}, 1),
-          normal_tensor(random, {count, c.observed, kFeatureCount}, kInputNoise),
-          normal_tensor(random, {2, count, Labels::kFuture, c.labels}, kLabelNoise)};
+          nn::normal_tensor(random, {count, c.noise}),
+          nn::normal_tensor(random, {count, c.observed, kFeatureCount}, kInputNoise),
+          nn::normal_tensor(random, {2, count, Labels::kFuture, c.labels}, kLabelNoise)};
 }
 
 /// Adds the discriminator's loss and that of what it judges, which the discriminator does not learn from.

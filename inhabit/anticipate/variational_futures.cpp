@@ -5,6 +5,7 @@
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/normal_tensor.h"
 
 namespace inhabit::anticipate {
 
@@ -14,13 +15,12 @@ namespace {
 
 /// (samples, latent), a row of each its own stream.
 Tensor drawn_latents(int64_t samples, int64_t latent, uint64_t seed) {
-  Tensor out = torch::empty({samples, latent});
-  float* value = out.data_ptr<float>();
+  std::vector<Tensor> rows;
   for (int64_t s = 0; s < samples; ++s) {
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(s)));
-    for (int64_t k = 0; k < latent; ++k) *value++ = static_cast<float>(normal(random));
+    rows.push_back(nn::normal_tensor(random, {latent}));
   }
-  return out;
+  return torch::stack(rows);
 }
 
 /// @param decode (S, observed, F) and frames -> (S, frames, F), standardised

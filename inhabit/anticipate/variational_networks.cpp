@@ -44,7 +44,7 @@ MotionVaeImpl::MotionVaeImpl(const Config& config) {
 
 Tensor MotionVaeImpl::encode(const Tensor& past) { return last_state(past_encoder, past); }
 
-std::pair<Tensor, Tensor> MotionVaeImpl::posterior(const Tensor& code, const Tensor& future) {
+nn::LatentDistribution MotionVaeImpl::posterior(const Tensor& code, const Tensor& future) {
   const Tensor both = posterior_layers->forward(torch::cat({code, last_state(future_encoder, future)}, 1));
   return {mean->forward(both), log_variance->forward(both)};
 }
@@ -89,8 +89,7 @@ MixMatchNetworkImpl::MixMatchNetworkImpl(const Config& config) {
 
 Tensor MixMatchNetworkImpl::encode(const Tensor& past) { return last_state(past_encoder, past); }
 
-std::pair<Tensor, Tensor> MixMatchNetworkImpl::posterior(const Tensor& code, const Tensor& future,
-                                                         const Tensor& taken) {
+nn::LatentDistribution MixMatchNetworkImpl::posterior(const Tensor& code, const Tensor& future, const Tensor& taken) {
   const Tensor mixed = taken * last_state(future_encoder, future) + (1 - taken) * code;
   return {mean->forward(mixed), log_variance->forward(mixed)};
 }
@@ -105,10 +104,6 @@ Tensor MixMatchNetworkImpl::decode(const Tensor& code, const Tensor& z, const Te
     poses.push_back(pose);
   }
   return torch::stack(poses, 1);
-}
-
-Tensor divergence_from_normal(const Tensor& mean, const Tensor& log_variance) {
-  return 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(1).mean();
 }
 
 Tensor sameness_of_pairs(const Tensor& futures, double scale) {

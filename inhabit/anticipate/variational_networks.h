@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "inhabit/anticipate/config.h"
+#include "inhabit/nn/latent_distribution.h"
 
 namespace inhabit::anticipate {
 
@@ -18,8 +19,8 @@ struct MotionVaeImpl : torch::nn::Module {
 
   /// Code of an observation: (B, t, F) -> (B, H).
   torch::Tensor encode(const torch::Tensor& past);
-  /// Mean and logarithm of the variance of z, (B, Z) each, of a future (B, T, F) behind an observation's code.
-  std::pair<torch::Tensor, torch::Tensor> posterior(const torch::Tensor& code, const torch::Tensor& future);
+  /// z of a future (B, T, F) behind an observation's code.
+  nn::LatentDistribution posterior(const torch::Tensor& code, const torch::Tensor& future);
   /// (B, frames, F) from code (B, H), z (B, Z) and the last observed pose (B, F).
   torch::Tensor decode(const torch::Tensor& code, const torch::Tensor& z, const torch::Tensor& last, int64_t frames);
 
@@ -60,10 +61,8 @@ struct MixMatchNetworkImpl : torch::nn::Module {
 
   /// Code of motion: (B, t, F) -> (B, H).
   torch::Tensor encode(const torch::Tensor& past);
-  /// Mean and logarithm of the variance of z, (B, Z) each. @param taken (H) or (B, H) 1 at the places of the future's
-  /// code, else 0.
-  std::pair<torch::Tensor, torch::Tensor> posterior(const torch::Tensor& code, const torch::Tensor& future,
-                                                    const torch::Tensor& taken);
+  /// z of the mixture of both codes. @param taken (H) or (B, H) 1 at the places of the future's code, else 0.
+  nn::LatentDistribution posterior(const torch::Tensor& code, const torch::Tensor& future, const torch::Tensor& taken);
   /// (B, frames, F) from the observation's code, z, the places taken and the last observed pose (B, F).
   torch::Tensor decode(const torch::Tensor& code, const torch::Tensor& z, const torch::Tensor& taken,
                        const torch::Tensor& last, int64_t frames);
@@ -77,10 +76,6 @@ struct MixMatchNetworkImpl : torch::nn::Module {
   torch::nn::Linear out{nullptr};           ///< H to a change (F)
 };
 TORCH_MODULE(MixMatchNetwork);
-
-/// Kullback-Leibler divergence from N(0, 1) of normals with these means and logarithms of variances, (B, Z) each: their
-/// sum over Z, mean over B.
-torch::Tensor divergence_from_normal(const torch::Tensor& mean, const torch::Tensor& log_variance);
 
 /// DLow's diversity term of K futures (B, K, D): mean over pairs of exp(-d^2 / scale), d being their distance.
 torch::Tensor sameness_of_pairs(const torch::Tensor& futures, double scale);

@@ -17,6 +17,8 @@
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
+#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/scene/bounding_box.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/surface_place.h"
@@ -170,15 +172,7 @@ ContactErrors errors_after(const Clip& motion, const std::vector<size_t>& contac
 /// Whether (x, z) is within 3 m of the box around all that a scene holds.
 bool is_within(const Scene& scene, const Eigen::Vector2d& place) {
   constexpr double kBeyond = 3;
-  Eigen::AlignedBox2d box;
-  const auto add = [&](const Tensor& points) {
-    if (!points.defined() || points.size(0) == 0) return;
-    const Tensor p = points.to(torch::kFloat64), low = std::get<0>(p.min(0)), high = std::get<0>(p.max(0));
-    box.extend(Eigen::Vector2d(low[0].item<double>(), low[2].item<double>()));
-    box.extend(Eigen::Vector2d(high[0].item<double>(), high[2].item<double>()));
-  };
-  for (const Mesh& mesh : scene.meshes) add(mesh.vertices);
-  add(scene.points);
+  const Eigen::AlignedBox2d box = on_ground(bounding_box(scene));
   return box.isEmpty() || box.exteriorDistance(place) <= kBeyond;
 }
 
@@ -215,9 +209,7 @@ std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int
   std::vector<HandContacts> out;
   for (int64_t i = 0; i < count; ++i) {
     std::mt19937_64 random(item_seed(seed, static_cast<uint64_t>(i)));
-    Tensor z = torch::empty({1, config().contact_z});
-    for (int64_t k = 0; k < z.numel(); ++k)
-      z.data_ptr<float>()[k] = static_cast<float>(config().inference.contact_spread * normal(random));
+    const Tensor z = nn::normal_tensor(random, {1, config().contact_z}, config().inference.contact_spread);
     const Tensor drawn = network->decode(z, condition).contiguous();
     HandContacts contacts;
     for (const int side : {1, 0}) {  // the network has the right hand first

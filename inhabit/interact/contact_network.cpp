@@ -35,7 +35,7 @@ ContactNetworkImpl::ContactNetworkImpl(const Config& c) {
   decoder = half("decoder", {c.contact_z + c.contact_code, kWide, kWide, kNarrow, kContactPoints});
 }
 
-LatentDistribution ContactNetworkImpl::encode(const Tensor& contacts, const Tensor& chair) {
+nn::LatentDistribution ContactNetworkImpl::encode(const Tensor& contacts, const Tensor& chair) {
   const Tensor code = encoder->main->forward(torch::cat({contacts, encoder->cond_encoder1->forward(chair)}, 1));
   return {encoder->fc1(code), encoder->fc2(code)};
 }

@@ -77,7 +77,7 @@ ControlRun run_control(ControlNetwork& network, const ControlSequences& s, doubl
 
 ContactLosses contact_losses(ContactNetwork& network, const ContactRows& rows, const torch::Tensor& noise,
                              double beta) {
-  const LatentDistribution z = network->encode(rows.contacts, rows.chair);
+  const nn::LatentDistribution z = network->encode(rows.contacts, rows.chair);
   const torch::Tensor apart = (network->decode(z.sample(noise), rows.chair) - rows.contacts).unflatten(-1, {2, 3});
   ContactLosses out;
   out.distance = (apart.square().sum(-1) + 1e-10).sqrt().mean();

@@ -34,7 +34,7 @@ Tensor SampNetworkImpl::condition(const Tensor& x) {
   return torch::cat({x.narrow(1, 0, state_), chair_encoder->forward(x.narrow(1, chair_first_, chair_))}, 1);
 }
 
-LatentDistribution SampNetworkImpl::encode(const Tensor& next, const Tensor& x) {
+nn::LatentDistribution SampNetworkImpl::encode(const Tensor& next, const Tensor& x) {
   const Tensor code = state_encoder->forward(torch::cat({next, condition(x)}, 1));
   return {mean(code), log_variance(code)};
 }

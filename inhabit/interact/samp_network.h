@@ -15,7 +15,7 @@ struct SampNetworkImpl : torch::nn::Module {
   SampNetworkImpl(const Config& config, bool contacts);
 
   /// @param next (B, outputs) the frame that followed; @param x (B, row); both standardised.
-  LatentDistribution encode(const torch::Tensor& next, const torch::Tensor& x);
+  nn::LatentDistribution encode(const torch::Tensor& next, const torch::Tensor& x);
   /// @param z (B, z). @return the next frame (B, outputs).
   torch::Tensor decode(const torch::Tensor& z, const torch::Tensor& x);
 

@@ -57,7 +57,7 @@ FrameModel frame_model(Predictor predictor, SampNetwork network, double beta) {
             return network->decode(torch::randn({x.size(0), network->z}, x.options()), x);
           },
           [network, beta](const PoseBatch& b, const FrameModel::Error& error) mutable {
-            const LatentDistribution z = network->encode(b.target, b.input);
+            const nn::LatentDistribution z = network->encode(b.target, b.input);
             const torch::Tensor noise = network->is_training() ? torch::randn_like(z.mean) : torch::zeros_like(z.mean);
             const torch::Tensor square = error(network->decode(z.sample(noise), b.input), b.target);
             const torch::Tensor divergence = z.divergence();

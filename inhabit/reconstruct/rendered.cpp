@@ -14,6 +14,7 @@
 #include "inhabit/io/png_mask.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/placed_body.h"
+#include "inhabit/nn/normal_tensor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/sampling.h"
@@ -70,8 +71,8 @@ struct Film {
   Tensor maps(size_t t) const {
     const Frame seen = frame(t);
     std::mt19937_64 random(item_seed(seed, t));
-    const Tensor warp = torch::upsample_bilinear2d(normals(random, {1, 1, 4, 5}), {camera.height, camera.width}, true,
-                                                   c10::nullopt, c10::nullopt)[0][0];
+    const Tensor warp = torch::upsample_bilinear2d(
+        nn::normal_tensor(random, {1, 1, 4, 5}), {camera.height, camera.width}, true, c10::nullopt, c10::nullopt)[0][0];
     const Tensor wide = seen.depth.view({1, 1, camera.height, camera.width});
     const Tensor far = torch::max_pool2d(wide, {3, 3}, {1, 1}, {1, 1})[0][0],
                  near = -torch::max_pool2d(-wide, {3, 3}, {1, 1}, {1, 1})[0][0];
@@ -80,7 +81,7 @@ struct Film {
     for (int k = 0; k < errors.maps; ++k) {
       const Tensor mix = uniforms(random, {camera.height, camera.width});
       const Tensor smeared = torch::where(edge, near + mix * (far - near), seen.depth);
-      const Tensor wrong = errors.noise * normals(random, {camera.height, camera.width}) + errors.warp * warp;
+      const Tensor wrong = errors.noise * nn::normal_tensor(random, {camera.height, camera.width}) + errors.warp * warp;
       out.push_back((smeared * (1 + wrong) - errors.offset) / errors.scale);
     }
     return torch::stack(out).to(torch::kFloat32).contiguous();
@@ -98,12 +99,6 @@ struct Film {
     Tensor out = torch::empty(sizes);
     float* x = out.data_ptr<float>();
     for (int64_t i = 0; i < out.numel(); ++i) x[i] = static_cast<float>(uniform(random, 0, 1));
-    return out;
-  }
-  static Tensor normals(std::mt19937_64& random, at::IntArrayRef sizes) {
-    Tensor out = torch::empty(sizes);
-    float* x = out.data_ptr<float>();
-    for (int64_t i = 0; i < out.numel(); ++i) x[i] = static_cast<float>(normal(random));
     return out;
   }
 };

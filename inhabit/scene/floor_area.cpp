@@ -1,10 +1,11 @@
 #include "inhabit/scene/floor_area.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
+
+#include "inhabit/scene/bounding_box.h"
 
 namespace inhabit {
 namespace {
@@ -111,15 +112,7 @@ std::vector<float> distances_to(const Marks& marks, const FreeSpace& grid, doubl
 }  // namespace
 
 FreeSpace free_floor(const Scene& scene, const Scene& obstacles, const Vector2d& place) {
-  Eigen::AlignedBox2d there;
-  const auto extend = [&](const torch::Tensor& points) {
-    if (points.numel() == 0) return;
-    const torch::Tensor low = std::get<0>(points.min(0)), high = std::get<0>(points.max(0));
-    for (const torch::Tensor& corner : {low, high})
-      there.extend(Vector2d(corner[0].item<double>(), corner[2].item<double>()));
-  };
-  for (const Mesh& mesh : scene.meshes) extend(mesh.vertices);
-  if (scene.points.defined()) extend(scene.points);
+  const Eigen::AlignedBox2d there = on_ground(bounding_box(scene));
   const Vector2d far = Vector2d::Constant(kFar);
   FreeSpace space = free_space(obstacles, 3, there.intersection({place - far, place + far}));
   FloorMarks floor(space);

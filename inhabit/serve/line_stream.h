@@ -58,8 +58,7 @@ void validate(const LineOptions& options, const LineStream& stream);
 
 /// Answers the lines of `input` (docs/robots.md), until it ends: a line of results for each person and time, one of
 /// {"error": ...} for what cannot be read or forecast. Results of several people are made at once.
-/// Throws what validate() throws. @param write called with each line, its end included; may
-/// throw to end the stream
+/// Throws what validate() throws. @param write called with each line, its end included; may throw to end the stream
 void answer_lines(int input, const LineStream& stream, const LineOptions& options,
                   const std::function<void(const std::string&)>& write);
 

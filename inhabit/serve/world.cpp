@@ -6,6 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/standing_place.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/scene/bounding_box.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/synth/room.h"
@@ -18,22 +19,6 @@ using Eigen::Vector3d;
 using torch::Tensor;
 
 constexpr double kFarthestPlace = 1000;  // metres: scenes beyond are cut off there
-
-/// Corners of the box around a scene.
-std::pair<Vector3d, Vector3d> bounds_of(const Scene& scene) {
-  Vector3d low = Vector3d::Constant(HUGE_VAL), high = -low;
-  const auto add = [&](const Tensor& points) {
-    if (!points.defined() || points.numel() == 0) return;
-    const Tensor least = std::get<0>(points.min(0)), most = std::get<0>(points.max(0));
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], least[a].item<double>());
-      high[a] = std::max(high[a], most[a].item<double>());
-    }
-  };
-  for (const Mesh& mesh : scene.meshes) add(mesh.vertices);
-  add(scene.points);
-  return {low, high};
-}
 
 /// The height of what people stand on: below the seats, else the top of the floor's lowest mesh, else the lowest point.
 double floor_of(const Scene& scene, double lowest) {
@@ -62,9 +47,9 @@ Clip first_pose(const World& world) {
 }
 
 std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor interactor) {
-  const auto [low, high] = bounds_of(scene);
-  if (!(low.y() <= high.y())) throw Error(scene.name.empty() ? "scene" : scene.name, "is empty");
-  const Scene there = raised(scene, -floor_of(scene, low.y()));
+  const Eigen::AlignedBox3d box = bounding_box(scene);
+  if (box.isEmpty()) throw Error(scene.name.empty() ? "scene" : scene.name, "is empty");
+  const Scene there = raised(scene, -floor_of(scene, box.min().y()));
   const auto cut = [](double x) { return std::clamp(x, -kFarthestPlace, kFarthestPlace); };
   auto world = std::make_shared<World>(World{there,
                                              std::make_shared<const interact::Surroundings>(there),
@@ -74,8 +59,8 @@ std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor in
                                              {},
                                              {},
                                              {},
-                                             {cut(low.x()), cut(low.z())},
-                                             {cut(high.x()), cut(high.z())}});
+                                             {cut(box.min().x()), cut(box.min().z())},
+                                             {cut(box.max().x()), cut(box.max().z())}});
   for (const interact::Chair& chair : interact::find_chairs(there))
     world->seats.push_back({chair, SceneQuery(Scene{chair.name, {chair.mesh}, {}})});
   world->person = first_pose(*world);

@@ -6,6 +6,7 @@
 #include <torch/csrc/autograd/autograd.h>
 
 #include "anticipate/small_networks.h"
+#include "gradients.h"
 #include "inhabit/anticipate/losses.h"
 #include "largest.h"
 
@@ -27,13 +28,6 @@ Tensor random_labels(int64_t batch, int64_t frames, const Config& c) {
 }
 
 Tensor gumbel_noise(at::IntArrayRef shape) { return -(-torch::rand(shape).clamp(1e-6, 1 - 1e-6).log()).log(); }
-
-void expect_gradients_everywhere(const torch::nn::Module& module) {
-  for (const auto& parameter : module.named_parameters()) {
-    ASSERT_TRUE(parameter.value().grad().defined()) << parameter.key();
-    EXPECT_GT(largest(parameter.value().grad()), 0) << parameter.key();
-  }
-}
 
 TEST(AnticipationNetworks, ForecastAnyHorizon) {
   const torch::NoGradGuard no_gradients;

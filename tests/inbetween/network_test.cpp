@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "gradients.h"
 #include "inbetween/small_network.h"
 #include "largest.h"
 
@@ -49,11 +50,7 @@ TEST(Denoiser, GradientsReachEveryParameter) {
   Denoiser network = untrained(c);
   const NetworkInput in(c, 2);
   (in.through(network) - in.x).square().mean().backward();
-  for (const auto& p : network->named_parameters()) {
-    ASSERT_TRUE(p.value().grad().defined()) << p.key();
-    EXPECT_GT(largest(p.value().grad()), 0) << p.key();
-    EXPECT_TRUE(p.value().grad().isfinite().all().item<bool>()) << p.key();
-  }
+  expect_gradients_everywhere(*network);
 }
 
 TEST(Denoiser, StartsWithoutAnOpinion) {

@@ -100,7 +100,7 @@ TEST(SampNetwork, DrawsFromWhatItReads) {
     const PoseSizes rows = nsm_sizes(c, contacts);
     ASSERT_EQ(network->row, rows.row);
     const Tensor x = torch::randn({3, rows.row}), next = torch::randn({3, rows.outputs});
-    const LatentDistribution q = network->encode(next, x);
+    const nn::LatentDistribution q = network->encode(next, x);
     EXPECT_EQ(q.mean.sizes(), at::IntArrayRef({3, c.baselines.samp_z}));
     const Tensor z = q.sample(torch::randn_like(q.mean)), y = network->decode(z, x);
     EXPECT_EQ(y.sizes(), next.sizes());

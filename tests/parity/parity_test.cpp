@@ -221,7 +221,7 @@ void check_chair_contactnet(const std::string& path, const SafeTensors& content)
   torch::NoGradGuard no_gradients;
   interact::ContactNetwork network = interact::load_networks(path).contact;
   const Tensor chair = tensor(content, "in.condition");
-  const interact::LatentDistribution q = network->encode(tensor(content, "in.contacts"), chair);
+  const nn::LatentDistribution q = network->encode(tensor(content, "in.contacts"), chair);
   expect_close(q.mean, tensor(content, "out.mean"), "mean");
   expect_close(q.log_variance, tensor(content, "out.log_variance"), "log variance");
   expect_close(network->decode(tensor(content, "in.z"), chair), tensor(content, "out.contacts"), "contacts");
