@@ -132,7 +132,8 @@ Options with_names(Options options, const JointNames& joints) {
 
 LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> forecaster, const Scene& scene,
                           const forecast::StreamOptions& options) {
-  forecast::ForecastStream(forecaster, scene, options);  // what is wrong with options is said before lines are read
+  // What is wrong with the options is said here, before lines are read.
+  [[maybe_unused]] const forecast::ForecastStream trial(forecaster, scene, options);
   return {"forecast", forecaster->config().rate, forecaster->config().future, [=](const JointNames& joints) {
             return line_system(
                 std::make_shared<forecast::ForecastStream>(forecaster, scene, with_names(options, joints)),
@@ -142,7 +143,7 @@ LineStream forecast_lines(std::shared_ptr<const forecast::ContactForecaster> for
 
 LineStream anticipate_lines(std::shared_ptr<const anticipate::IntentionAnticipator> anticipator,
                             const anticipate::StreamOptions& options) {
-  anticipate::AnticipateStream(anticipator, options);
+  [[maybe_unused]] const anticipate::AnticipateStream trial(anticipator, options);
   const double rate = anticipator->config().rate;
   const int64_t frames = std::max<int64_t>(1, std::llround(options.anticipate.seconds * rate));
   return {"anticipate", rate, frames, [=](const JointNames& joints) {
