@@ -101,6 +101,10 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("baselines.hisrep_future", config.baselines.hisrep_future);
   visit("baselines.hisrep_hidden", config.baselines.hisrep_hidden);
   visit("baselines.hisrep_blocks", config.baselines.hisrep_blocks);
+  visit("baselines.dmgnn_width", config.baselines.dmgnn_width);
+  visit("baselines.slt_goal", config.baselines.slt_goal);
+  visit("baselines.slt_path", config.baselines.slt_path);
+  visit("baselines.slt_pose", config.baselines.slt_pose);
 };
 
 void check_convolution(const std::optional<PointVoxelSpec>& spec, const ConfigCheck& check) {
@@ -267,6 +271,10 @@ void validate(const Config& c, const std::string& subject) {
   check.within("baselines.hisrep_future", c.baselines.hisrep_future, 1, 10000);
   check.within("baselines.hisrep_hidden", c.baselines.hisrep_hidden, 1, 4096);
   check.within("baselines.hisrep_blocks", c.baselines.hisrep_blocks, 1, 64);
+  check.within("baselines.dmgnn_width", c.baselines.dmgnn_width, 1, 512);
+  check.within("baselines.slt_goal", c.baselines.slt_goal, 1, 4096);
+  check.within("baselines.slt_path", c.baselines.slt_path, 1, 4096);
+  check.within("baselines.slt_pose", c.baselines.slt_pose, 1, 4096);
   check.within("abstraction levels", static_cast<double>(c.abstraction.size()), 1, 16);
   check.holds(c.abstraction.size() == c.propagation.size(), "as many levels up as down");
   for (const AbstractionSpec& spec : c.abstraction) {

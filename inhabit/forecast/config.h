@@ -77,7 +77,7 @@ struct Config {
   /// How the networks are trained. Defaults are the paper's (4.2).
   struct Training {
     int contact_steps = 0;         ///< optimiser steps of stage contact; 0: 50 epochs
-    int motion_steps = 0;          ///< of stages motion, no_contact, ltd and hisrep; 0: 50 epochs
+    int motion_steps = 0;          ///< of stages motion, no_contact and the baselines; 0: 50 epochs
     int adapt_steps = 0;           ///< of stage adapt; 0: 10 epochs
     int hypotheses_steps = 6000;   ///< of stage hypotheses; 0: 50 epochs
     int contact_batch = 4;         ///< windows of a step of stage contact
@@ -105,6 +105,10 @@ struct Config {
     int hisrep_future = 10;   ///< frames predicted at a time
     int hisrep_hidden = 256;  ///< width
     int hisrep_blocks = 12;   ///< residual blocks
+    int dmgnn_width = 32;     ///< DMGNN: width of its first layers; of the last eight times that
+    int slt_goal = 512;       ///< SLT*: width of the networks of the goal and of the pose there
+    int slt_path = 64;        ///< of the path's LSTM, each way
+    int slt_pose = 256;       ///< of the poses' LSTM, each way
 
     bool operator==(const Baselines&) const = default;  ///< compares all sizes
   } baselines;                                          ///< not looked at in use

@@ -56,6 +56,13 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
     out.push_back({"HisRep", [hisrep = model.hisrep](const Windows& w, uint64_t) mutable {
                      return hisrep->continued(w.past.flatten(2), w.truth.size(1)).view_as(w.truth);
                    }});
+  if (!model.dmgnn.is_empty())
+    out.push_back(
+        {"DMGNN", [dmgnn = model.dmgnn](const Windows& w, uint64_t) mutable { return dmgnn->forward(w.past); }});
+  if (!model.slt.is_empty())
+    out.push_back({"SLT*", [slt = model.slt](const Windows& w, uint64_t) mutable {
+                     return slt->forward(w.past, w.points).joints();
+                   }});
   const auto add = [&](const std::string& name, Contacts kind, const auto& contacts) {
     if (const Motion motion = motion_of(model, kind))
       out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});

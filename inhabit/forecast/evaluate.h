@@ -34,10 +34,10 @@ struct Table {
 };
 
 /// The model with predicted contact points, without any and with the true ones, two baselines (the last pose held; the
-/// root at its last velocity with the last pose), LTD, HisRep, and of a model's hypotheses the likeliest and the best
-/// (nearest to the truth by the mean over joints and frames), on every window of `data`. @param progress told how many
-/// windows are done; may be empty. @param parts only batches of its shard are measured; without rows, other parts are
-/// still to come
+/// root at its last velocity with the last pose), LTD, HisRep, DMGNN, SLT*, and of a model's hypotheses the likeliest
+/// and the best (nearest to the truth by the mean over joints and frames), on every window of `data`. @param progress
+/// told how many windows are done; may be empty. @param parts only batches of its shard are measured; without rows,
+/// other parts are still to come
 Table evaluate(const Networks& networks, const Data& data, const Progress& progress = {},
                const MeasuredParts& parts = {});
 

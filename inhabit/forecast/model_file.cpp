@@ -27,6 +27,8 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   if (!networks.hypotheses.is_empty()) nn::collect_parameters(*networks.hypotheses, "hypotheses_net.", content);
   if (!networks.ltd.is_empty()) nn::collect_parameters(*networks.ltd, "ltd_net.", content);
   if (!networks.hisrep.is_empty()) nn::collect_parameters(*networks.hisrep, "hisrep_net.", content);
+  if (!networks.dmgnn.is_empty()) nn::collect_parameters(*networks.dmgnn, "dmgnn_net.", content);
+  if (!networks.slt.is_empty()) nn::collect_parameters(*networks.slt, "slt_net.", content);
   write_safetensors(path, content, half);
 }
 
@@ -48,8 +50,10 @@ Networks load_networks(const std::string& path) {
   n.hypotheses = file.network("hypotheses_net.", [&] { return HypothesesNetwork(n.config); });
   n.ltd = file.network("ltd_net.", [&] { return make_ltd(n.config); });
   n.hisrep = file.network("hisrep_net.", [&] { return make_hisrep(n.config); });
+  n.dmgnn = file.network("dmgnn_net.", [&] { return DmgnnNetwork(n.config); });
+  n.slt = file.network("slt_net.", [&] { return SltNetwork(n.config); });
   if (n.contact.is_empty() && n.motion.is_empty() && n.no_contact.is_empty() && n.articulated.is_empty() &&
-      n.ltd.is_empty() && n.hisrep.is_empty())
+      n.ltd.is_empty() && n.hisrep.is_empty() && n.dmgnn.is_empty() && n.slt.is_empty())
     throw Error(path, "holds no network");
   return n;
 }

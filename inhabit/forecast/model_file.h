@@ -2,8 +2,10 @@
 #include <string>
 
 #include "inhabit/forecast/articulated_network.h"
+#include "inhabit/forecast/dmgnn_network.h"
 #include "inhabit/forecast/hypotheses.h"
 #include "inhabit/forecast/network.h"
+#include "inhabit/forecast/slt_network.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/motion_attention.h"
 #include "inhabit/nn/trajectory_graph.h"
@@ -20,6 +22,8 @@ struct Networks {
   HypothesesNetwork hypotheses{nullptr};    ///< ways to go on beside the one of `articulated`, "hypotheses_net."
   nn::TrajectoryGraph ltd{nullptr};         ///< LTD, which knows nothing of the scene, "ltd_net."
   nn::MotionAttention hisrep{nullptr};      ///< HisRep, neither, "hisrep_net."
+  DmgnnNetwork dmgnn{nullptr};              ///< DMGNN, neither, "dmgnn_net."
+  SltNetwork slt{nullptr};                  ///< SLT*, which sees the scene, "slt_net."
 
   /// Whether there are a contact network and one that moves the person by what it predicts.
   bool complete() const { return !contact.is_empty() && !(motion.is_empty() && articulated.is_empty()); }

@@ -59,7 +59,7 @@ ContactSource mixed_contacts(const Config& config, const ContactSource& predicte
 MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
                          const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed, bool truth) {
   torch::NoGradGuard no_grad;
-  std::vector<Tensor> joints, touching, given, touched;
+  std::vector<Tensor> joints, points, touching, given, touched;
   for (size_t i = 0; i < windows.size(); ++i) {
     Sample s = data.sample(windows[i], point_seed, false);
     const uint64_t draw = item_seed(seed.value_or(0), static_cast<uint64_t>(windows[i]));
@@ -75,17 +75,23 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
       moved.mirror = config.training.mirror && random() % 2 == 0;
       moved.scale = 1 + uniform(random, -config.training.stature, config.training.stature);
       s.joints = moved.joints(s.joints);
+      s.points = moved(s.points);
       contact.points = moved.contacts(contact.points);
       if (truth) right = moved.contacts(right);
     }
     joints.push_back(s.joints);
+    points.push_back(s.points);
     touching.push_back(contact.points);
     given.push_back(contacts_given(1, contact.any, contact.predicted));
     if (truth) touched.push_back(right);
   }
   const Tensor all = torch::stack(joints);
-  return {all.slice(1, 0, config.past).contiguous(), all.slice(1, config.past).contiguous(), torch::stack(touching),
-          torch::cat(given), truth ? torch::stack(touched) : Tensor()};
+  return {all.slice(1, 0, config.past).contiguous(),
+          all.slice(1, config.past).contiguous(),
+          torch::stack(points),
+          torch::stack(touching),
+          torch::cat(given),
+          truth ? torch::stack(touched) : Tensor()};
 }
 
 }  // namespace inhabit::forecast

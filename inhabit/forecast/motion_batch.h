@@ -14,13 +14,14 @@ namespace inhabit::forecast {
 struct MotionBatch {
   torch::Tensor past;      ///< (B, P, J, 3)
   torch::Tensor future;    ///< (B, T, J, 3)
+  torch::Tensor points;    ///< (B, N, 3) of the scene
   torch::Tensor contacts;  ///< (B, T, J, 4) contact points that the network is given
   torch::Tensor given;     ///< (B, 2) what they are: contacts_given
   torch::Tensor truth;     ///< (B, T, J, 4) true contact points; undefined unless asked for
 
   /// The same on another device.
   MotionBatch on(torch::Device d) const {
-    return {past.to(d), future.to(d), contacts.to(d), given.to(d), truth.defined() ? truth.to(d) : truth};
+    return {past.to(d), future.to(d), points.to(d), contacts.to(d), given.to(d), truth.defined() ? truth.to(d) : truth};
   }
 };
 

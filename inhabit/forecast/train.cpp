@@ -29,12 +29,13 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   if (asked == std::vector<std::string>{"both"}) asked = {"contact", "motion"};
   if (asked == std::vector<std::string>{"all"}) {
     asked = usual;
-    asked.insert(asked.end(), {"ltd", "hisrep"});
+    asked.insert(asked.end(), {"ltd", "hisrep", "dmgnn", "slt"});
   }
-  std::vector<std::string> names =
-      is_articulated(config)
-          ? chosen_stages(asked, {"contact", "motion", "hypotheses", "ltd", "hisrep"}, usual)
-          : chosen_stages(asked, {"contact", "motion", "no_contact", "adapt", "ltd", "hisrep"}, usual);
+  std::vector<std::string> all = is_articulated(config)
+                                     ? std::vector<std::string>{"contact", "motion", "hypotheses"}
+                                     : std::vector<std::string>{"contact", "motion", "no_contact", "adapt"};
+  all.insert(all.end(), {"ltd", "hisrep", "dmgnn", "slt"});
+  std::vector<std::string> names = chosen_stages(asked, all, usual);
   if (among(names, "hypotheses") && config.articulated.hypotheses == 0)
     throw Error("articulated.hypotheses", "is 0: there are none to be trained");
   return names;
@@ -46,9 +47,16 @@ void take_ltd(const Config::Baselines& from, Config::Baselines& to) {
   to.ltd_blocks = from.ltd_blocks;
 }
 void take_hisrep(const Config::Baselines& from, Config::Baselines& to) {
-  const Config::Baselines own = to;
-  to = from;
-  take_ltd(own, to);
+  to.hisrep_query = from.hisrep_query;
+  to.hisrep_future = from.hisrep_future;
+  to.hisrep_hidden = from.hisrep_hidden;
+  to.hisrep_blocks = from.hisrep_blocks;
+}
+void take_dmgnn(const Config::Baselines& from, Config::Baselines& to) { to.dmgnn_width = from.dmgnn_width; }
+void take_slt(const Config::Baselines& from, Config::Baselines& to) {
+  to.slt_goal = from.slt_goal;
+  to.slt_path = from.slt_path;
+  to.slt_pose = from.slt_pose;
 }
 
 /// Whether a baseline has the same sizes in both.
@@ -62,6 +70,8 @@ bool same_sizes(void (*take)(const Config::Baselines&, Config::Baselines&), cons
 Config with_kept_baselines(Config config, const Networks& start, const std::vector<std::string>& trained) {
   if (!start.ltd.is_empty() && !among(trained, "ltd")) take_ltd(start.config.baselines, config.baselines);
   if (!start.hisrep.is_empty() && !among(trained, "hisrep")) take_hisrep(start.config.baselines, config.baselines);
+  if (!start.dmgnn.is_empty() && !among(trained, "dmgnn")) take_dmgnn(start.config.baselines, config.baselines);
+  if (!start.slt.is_empty() && !among(trained, "slt")) take_slt(start.config.baselines, config.baselines);
   return config;
 }
 
@@ -97,6 +107,8 @@ void keep_untrained(const Networks& start, const Config& config, const std::vect
     keep(start.hypotheses, "hypotheses_net.", {"hypotheses", "motion"});
   keep(start.ltd, "ltd_net.", {"ltd"});
   keep(start.hisrep, "hisrep_net.", {"hisrep"});
+  keep(start.dmgnn, "dmgnn_net.", {"dmgnn"});
+  keep(start.slt, "slt_net.", {"slt"});
 }
 
 /// The networks of a run, stage by stage, and where the weights of each come from.
@@ -162,6 +174,16 @@ class Stages {
       if (same_sizes(take_hisrep, start_.config, config_))
         adopt(model_.hisrep, start_.hisrep, "hisrep_net.", run_.from);
       return baseline_task(name, model_, data_, validation_, run_.device);
+    }
+    if (name == "dmgnn") {
+      model_.dmgnn = DmgnnNetwork(config_);
+      if (same_sizes(take_dmgnn, start_.config, config_)) adopt(model_.dmgnn, start_.dmgnn, "dmgnn_net.", run_.from);
+      return baseline_task(name, model_, data_, validation_, run_.device);
+    }
+    if (name == "slt") {
+      model_.slt = SltNetwork(config_);
+      if (same_sizes(take_slt, start_.config, config_)) adopt(model_.slt, start_.slt, "slt_net.", run_.from);
+      return slt_task(model_, data_, validation_, run_.device);
     }
     const Networks before = earlier_stages(name);
     if (keeps_predictions(name)) take_contact_network(name, before);
@@ -236,7 +258,7 @@ bool train(const TrainRun& run, const Config& config) {
   SafeTensors header = model_header(own);
   if (!run.from.empty() && (names.size() > 1 || !std::filesystem::exists(run.out)))
     keep_untrained(all.start(), own, names, header);
-  return run_stages(stages, header, run);
+  return run_stages(stages, header, run, completed_by(config_from_json));
 }
 
 }  // namespace inhabit::forecast

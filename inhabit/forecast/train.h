@@ -10,7 +10,7 @@ namespace inhabit::forecast {
 ///   what the contact network predicts (of this run, of the model file, or of the one that weights start from), most
 ///   others with true contact points, the rest without any;
 /// - "hypotheses", several ways to go on beside the articulated network's (hypotheses.h);
-/// - "ltd" and "hisrep", the baselines LTD and HisRep, which must be asked for.
+/// - "ltd", "hisrep", "dmgnn" and "slt", the baselines LTD, HisRep, DMGNN and SLT*, which must be asked for.
 /// Of the paper's network alone:
 /// - "no_contact", the same without contact points;
 /// - "adapt" (not in the paper), which continues "motion" on batches of which half have predicted contact points. A

@@ -68,6 +68,28 @@ double validated(const Data& data, size_t together, const std::function<double(c
   return sum / static_cast<double>(windows.size());
 }
 
+/// Batches whose windows have no contact points, and their losses.
+template <class LossesOf>
+auto without_contacts(const Data& data, const Config& config, LossesOf losses) {
+  return batches(
+      [&, source = no_contacts(config)](const TrainStep& step) {
+        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, step.seed,
+                            step.seed);
+      },
+      [losses](const MotionBatch& b, const TrainStep&) mutable { return losses(b); });
+}
+
+/// The mean joint error in the world, metres, of what `forecast` makes of validation windows: joints (B, T, J, 3).
+std::function<double()> joint_error_of(const Data& validation, const Config& config,
+                                       std::function<torch::Tensor(const MotionBatch&)> forecast) {
+  return [&, forecast = std::move(forecast), source = no_contacts(config)] {
+    return validated(validation, 32, [&](const std::vector<int64_t>& some) {
+      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
+      return (forecast(b).cpu() - b.future).norm(2, {3}).mean({1, 2}).sum().item<double>();
+    });
+  };
+}
+
 /// The sum over a batch's windows of path plus pose error, metres.
 double summed_error(const torch::Tensor& joints, const torch::Tensor& future, int root) {
   return (path_error(joints, future, root).mean(1) + pose_error(joints, future, root).mean(1)).sum().item<double>();
@@ -216,33 +238,57 @@ TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validat
 TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
                         torch::Device device) {
   const Config& config = model.config;
-  const bool ltd = name == "ltd";
-  auto forecast = [ltd, graph = model.ltd, attention = model.hisrep, &config,
-                   device](const torch::Tensor& past) mutable {
-    const torch::Tensor known = past.to(device).flatten(2);
-    const torch::Tensor next = ltd ? graph->forward(known) : attention->continued(known, config.future);
-    return next.unflatten(2, {config.joints, 3});
-  };
+  std::function<torch::Tensor(const torch::Tensor&)> forecast;
   TrainTask task;
-  task.module = ltd ? std::static_pointer_cast<torch::nn::Module>(model.ltd.ptr())
-                    : std::static_pointer_cast<torch::nn::Module>(model.hisrep.ptr());
+  if (name == "dmgnn") {
+    task.module = model.dmgnn.ptr();
+    forecast = [network = model.dmgnn, device](const torch::Tensor& past) mutable {
+      return network->forward(past.to(device));
+    };
+  } else {
+    const bool ltd = name == "ltd";
+    task.module = ltd ? std::static_pointer_cast<torch::nn::Module>(model.ltd.ptr())
+                      : std::static_pointer_cast<torch::nn::Module>(model.hisrep.ptr());
+    forecast = [ltd, graph = model.ltd, attention = model.hisrep, &config, device](const torch::Tensor& past) mutable {
+      const torch::Tensor known = past.to(device).flatten(2);
+      const torch::Tensor next = ltd ? graph->forward(known) : attention->continued(known, config.future);
+      return next.unflatten(2, {config.joints, 3});
+    };
+  }
   task.networks = {{name + "_net.", task.module}};
   task.samples = data.size();
-  task.prepare = batches(
-      [&, source = no_contacts(config)](const TrainStep& step) {
-        return motion_batch(data, config, windows_of(step, data, config.training.recorded), source, step.seed,
-                            step.seed);
-      },
-      [forecast, device](const MotionBatch& b, const TrainStep&) mutable {
-        const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
-        return Losses{{"joints", error.sqrt().mean()}};
+  task.prepare = without_contacts(data, config, [forecast, device](const MotionBatch& b) {
+    const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
+    return Losses{{"joints", error.sqrt().mean()}};
+  });
+  task.validate = joint_error_of(validation, config, [forecast](const MotionBatch& b) { return forecast(b.past); });
+  return task;
+}
+
+TrainTask slt_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
+  const Config& config = model.config;
+  TrainTask task;
+  task.module = model.slt.ptr();
+  task.networks = {{"slt_net.", task.module}};
+  task.samples = data.size();
+  task.prepare =
+      without_contacts(data, config, [&config, network = model.slt, device](const MotionBatch& on_cpu) mutable {
+        const MotionBatch b = on_cpu.on(device);
+        const SltForecast f = network->forward(b.past, b.points);
+        const torch::Tensor path = b.future.select(2, config.root), local = b.future - path.unsqueeze(2);
+        const auto error = [](const torch::Tensor& x, const torch::Tensor& y) { return (x - y).abs().mean(); };
+        const torch::Tensor goal = error(f.goal, path.select(1, config.future - 1)),
+                            goal_pose = error(f.goal_pose, local.select(1, config.future - 1)),
+                            along = error(f.path, path), poses = error(f.local, local);
+        return Losses{{"total", goal + goal_pose + along + poses},
+                      {"goal", goal},
+                      {"goal_pose", goal_pose},
+                      {"path", along},
+                      {"poses", poses}};
       });
-  task.validate = [&, forecast, source = no_contacts(config)]() mutable {
-    return validated(validation, 1, [&](const std::vector<int64_t>& some) {
-      const MotionBatch b = motion_batch(validation, config, some, source, 0, {});
-      return (forecast(b.past).cpu() - b.future).norm(2, {3}).mean().item<double>();
-    });
-  };
+  task.validate = joint_error_of(validation, config, [network = model.slt, device](const MotionBatch& b) mutable {
+    return network->forward(b.past.to(device), b.points.to(device)).joints();
+  });
   return task;
 }
 

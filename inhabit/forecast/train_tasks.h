@@ -24,8 +24,11 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
 /// none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
 TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
 
-/// LTD or HisRep: mean joint error in the world. @param name "ltd" or "hisrep"
+/// LTD, HisRep or DMGNN: mean joint error in the world. @param name "ltd", "hisrep" or "dmgnn"
 TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
                         torch::Device device);
+
+/// SLT*: mean absolute errors of the goal, the pose there, the path and the poses. Validates by the mean joint error.
+TrainTask slt_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
 
 }  // namespace inhabit::forecast

@@ -221,7 +221,7 @@ bool train(const TrainRun& run, const Config& config) {
     };
     return task;
   };
-  return run_stages({stage_of(config, "denoiser", make_task)}, header, run);
+  return run_stages({stage_of(config, "denoiser", make_task)}, header, run, completed_by(config_from_json));
 }
 
 }  // namespace inhabit::inbetween

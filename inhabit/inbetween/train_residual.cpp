@@ -147,7 +147,7 @@ class Stages {
 bool train_residual(const TrainRun& run, const Config& config) {
   Stages stages(run, config);
   const SafeTensors header = stages.header();
-  return run_stages(stages.stages(), header, run);
+  return run_stages(stages.stages(), header, run, completed_by(config_from_json));
 }
 
 }  // namespace inhabit::inbetween

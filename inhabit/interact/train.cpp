@@ -180,7 +180,7 @@ bool train(const TrainRun& run, const Config& config) {
   std::vector<std::string> trained;
   trained.reserve(names.size());
   for (const std::string& name : names) trained.push_back(network_of_stage(name));
-  return run_stages(stages, model_content(kept, trained), run);
+  return run_stages(stages, model_content(kept, trained), run, completed_by(config_from_json));
 }
 
 }  // namespace inhabit::interact

@@ -41,10 +41,11 @@ nlohmann::json architecture(const std::string& config) {
 }
 
 /// What the model file holds already. Throws Error where it belongs to another configuration.
-SafeTensors kept_content(const SafeTensors& header, const std::string& path) {
+SafeTensors kept_content(const SafeTensors& header, const std::string& path, const CompleteConfig& complete) {
   SafeTensors kept = read_safetensors(path);
-  if (kept.metadata["system"] != header.metadata.at("system") ||
-      architecture(kept.metadata["config"]) != architecture(header.metadata.at("config")))
+  const bool same_system = kept.metadata["system"] == header.metadata.at("system");
+  if (same_system && complete) kept.metadata["config"] = complete(kept.metadata["config"], path);
+  if (!same_system || architecture(kept.metadata["config"]) != architecture(header.metadata.at("config")))
     throw Error(path, "holds networks of another configuration");
   kept.metadata = header.metadata;
   for (const auto& [name, tensor] : header.tensors)
@@ -83,7 +84,8 @@ std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, co
   return out;
 }
 
-bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run) {
+bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run,
+                const CompleteConfig& complete) {
   const size_t first = first_stage(stages, run);
   const bool anew = stages.size() > 1 && !run.resume;
   for (size_t s = first; s < stages.size(); ++s) {
@@ -91,7 +93,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     if (run.ranks) run.ranks->wait_for_all();  // rank 0 has written what the stage before made
     SafeTensors content = header;
     if (std::filesystem::exists(run.out) && !(anew && s == first)) {
-      content = kept_content(header, run.out);
+      content = kept_content(header, run.out, complete);
       for (const auto& [name, tensor] : header.tensors) content.tensors[name] = tensor;
     }
     torch::manual_seed(run.seed);

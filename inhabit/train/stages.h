@@ -33,6 +33,16 @@ struct TrainStage {
   std::function<TrainTask()> task;  ///< makes the loop's task; called when the stage begins
 };
 
+/// A configuration's text, as the file `path` has it, with every setting of its system: what the text leaves out has
+/// its default. Throws Error naming `path`.
+using CompleteConfig = std::function<std::string(const std::string& text, const std::string& path)>;
+
+/// The CompleteConfig of the system whose config_from_json this is.
+template <class Config>
+CompleteConfig completed_by(Config (*config_from_json)(const std::string& text, const std::string& subject)) {
+  return [=](const std::string& text, const std::string& path) { return to_json(config_from_json(text, path)); };
+}
+
 /// Throws Error unless `asked` are among `stages` (all their names, in order); returns them in that order, or `usual`
 /// where none is asked for.
 std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, const std::vector<std::string>& stages,
@@ -44,6 +54,9 @@ std::vector<std::string> chosen_stages(const std::vector<std::string>& asked, co
 /// resumed begins the file anew. The log is `out`.log.jsonl; an interrupted run, whichever stage it was in, goes on
 /// from `out`.checkpoint.safetensors. Returns false when it was interrupted. Throws Error where there is no checkpoint
 /// to resume from or it is of another stage, or where the file holds networks of another configuration or header.
-bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run);
+/// Configurations are compared as `complete` makes them, so that a setting the program has learned of since the file
+/// was written has its default there.
+bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header, const TrainRun& run,
+                const CompleteConfig& complete = {});
 
 }  // namespace inhabit

@@ -18,7 +18,8 @@ namespace {
 using nlohmann::json;
 
 const std::string kSmallBaselines =
-    "baselines.ltd_hidden=16 baselines.ltd_blocks=2 baselines.hisrep_hidden=16 baselines.hisrep_blocks=2";
+    "baselines.ltd_hidden=16 baselines.ltd_blocks=2 baselines.hisrep_hidden=16 baselines.hisrep_blocks=2 "
+    "baselines.dmgnn_width=2 baselines.slt_goal=16 baselines.slt_path=4 baselines.slt_pose=8";
 const std::string kShipped = INHABIT_SOURCE_DIR "/models/forecast-compact.safetensors";
 
 std::map<std::string, torch::Tensor> of_network(const SafeTensors& file, const std::string& prefix) {
@@ -48,7 +49,8 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
   const SafeTensors shipped = read_safetensors(kShipped);
   EXPECT_EQ(trained.metadata.at("system"), shipped.metadata.at("system"));
   EXPECT_THAT(trained.metadata.at("config"), ::testing::HasSubstr("\"preset\":\"compact\""));
-  for (const char* network : {"contact_net.", "motion_net.", "no_contact_net.", "ltd_net.", "hisrep_net."})
+  for (const char* network :
+       {"contact_net.", "motion_net.", "no_contact_net.", "ltd_net.", "hisrep_net.", "dmgnn_net.", "slt_net."})
     EXPECT_GT(of_network(trained, network).size(), 10U) << network;
   EXPECT_FALSE(std::filesystem::exists(model + ".checkpoint.safetensors"));
 
@@ -60,8 +62,14 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
     else
       for (const auto& [name, value] : line.at("losses").items()) EXPECT_TRUE(value.is_number()) << name;
   }
-  EXPECT_EQ(last_step, (std::map<std::string, int64_t>{
-                           {"contact", 2}, {"motion", 4}, {"no_contact", 4}, {"ltd", 4}, {"hisrep", 4}, {"adapt", 2}}));
+  EXPECT_EQ(last_step, (std::map<std::string, int64_t>{{"contact", 2},
+                                                       {"motion", 4},
+                                                       {"no_contact", 4},
+                                                       {"ltd", 4},
+                                                       {"hisrep", 4},
+                                                       {"dmgnn", 4},
+                                                       {"slt", 4},
+                                                       {"adapt", 2}}));
 
   const CommandResult f = run_command("forecast " + kWalk + " --model " + model + " -o " + folder / "f.npz");
   EXPECT_EQ(f.exit_code, 0) << f.err;
@@ -95,13 +103,13 @@ TEST(Train, EveryStageLeavesItsNetworkInTheModelFile) {
                   " --set decoder=recurrent training.motion_steps=1 baselines.ltd_hidden=24 baselines.ltd_blocks=2");
   ASSERT_EQ(l.exit_code, 0) << l.err;
   const SafeTensors grown = read_safetensors(larger);
-  for (const char* network : {"contact_net.", "motion_net.", "hisrep_net."})
+  for (const char* network : {"contact_net.", "motion_net.", "hisrep_net.", "dmgnn_net.", "slt_net."})
     for (const auto& [name, tensor] : of_network(last, network))
       EXPECT_TRUE(torch::equal(grown.tensors.at(name), tensor)) << name;
   EXPECT_EQ(grown.tensors.at("ltd_net.in.bias").size(0), 24);
   const CommandResult e = run_command("eval forecast --data " + data + " --split val --model " + larger);
   ASSERT_EQ(e.exit_code, 0) << e.err;
-  for (const char* row : {"LTD", "HisRep"}) EXPECT_THAT(e.out, ::testing::HasSubstr(row));
+  for (const char* row : {"LTD", "HisRep", "DMGNN", "SLT*"}) EXPECT_THAT(e.out, ::testing::HasSubstr(row));
 }
 
 TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
@@ -193,7 +201,8 @@ TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {
   bad.expect(data + out + " --resume", {"m.safetensors.checkpoint.safetensors", "no such file"});
   bad.expect(data + out + " --set decoder=recurrent --stage adapt",
              {"m.safetensors", "lacks the contact or the motion network"});
-  bad.expect(data + out + " --stage adapt", {"stage 'adapt'", "there are contact, motion, hypotheses, ltd, hisrep"});
+  bad.expect(data + out + " --stage adapt",
+             {"stage 'adapt'", "there are contact, motion, hypotheses, ltd, hisrep, dmgnn, slt"});
   bad.expect(data + out + " --stage motion", {"m.safetensors", "lacks the contact network"});
   bad.expect(data + " --out " + bad / "none/m.safetensors", {"none/m.safetensors", "there is no folder"});
 

@@ -80,6 +80,11 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
   model.ltd->eval();
   model.hisrep = make_hisrep(model.config);
   model.hisrep->eval();
+  model.config.baselines.dmgnn_width = 4;
+  model.dmgnn = DmgnnNetwork(model.config);
+  model.dmgnn->eval();
+  model.slt = SltNetwork(model.config);
+  model.slt->eval();
 
   const Table table = evaluate(model, data);
   std::vector<std::string> methods;
@@ -89,15 +94,15 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
     for (const double v : row.path) EXPECT_GT(v, 0) << row.method;
     for (const double v : row.pose) EXPECT_GT(v, 0) << row.method;
   }
-  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "LTD", "HisRep", "w/o contact",
-                                               "predicted contact", "w/ true contact"}));
+  EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "LTD", "HisRep", "DMGNN", "SLT*",
+                                               "w/o contact", "predicted contact", "w/ true contact"}));
   const std::string text = table_text(table);
   for (const std::string& method : methods) EXPECT_THAT(text, ::testing::HasSubstr(method));
   EXPECT_THAT(text, ::testing::HasSubstr("Path Error (mm)"));
   const nlohmann::json json = table_json(table);
-  EXPECT_EQ(json["rows"].size(), 7U);
+  EXPECT_EQ(json["rows"].size(), 9U);
   EXPECT_EQ(json["rows"][0]["path_error"]["2.0s"], table.rows[0].path[3]);
-  EXPECT_EQ(json["rows"][6]["pose_error"]["mean"], table.rows[6].pose[4]);
+  EXPECT_EQ(json["rows"][8]["pose_error"]["mean"], table.rows[8].pose[4]);
 }
 
 }  // namespace

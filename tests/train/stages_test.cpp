@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <nlohmann/json.hpp>
 
+#include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/file_lock.h"
 #include "refusal_of.h"
@@ -21,6 +23,7 @@ struct ToySystem {
   std::vector<std::string> begun;  ///< stages, as they begin
   std::string interrupt_in;        ///< a stage that SIGTERM ends at its third step
   SafeTensors header;
+  CompleteConfig complete;  ///< as run_stages takes it
 
   ToySystem() {
     header.metadata = {{"system", "toy"}, {"config", "{}"}};
@@ -55,7 +58,7 @@ struct ToySystem {
     begun.clear();
     std::vector<TrainStage> stages = {stage("a", 1)};
     if (both) stages.push_back(stage("b", 2));
-    return run_stages(stages, header, run);
+    return run_stages(stages, header, run, complete);
   }
 };
 
@@ -124,6 +127,30 @@ TEST(Stages, RefusesOtherCheckpointsAndOtherFiles) {
   toy.header.tensors["scale"] = torch::ones({2}) * 3;
   EXPECT_THAT(refusal_of([&] { toy.run(run, false); }), HasSubstr("scale differs"));
   EXPECT_EQ(read_whole_file(run.out), before);
+}
+
+TEST(Stages, AStageIsAddedToAFileFromBeforeItsSettingsExisted) {
+  const TempFolder folder;
+  const TrainRun run = run_in(folder);
+  ToySystem toy;
+  ASSERT_TRUE(toy.run(run));  // of configuration {}
+  toy.complete = [](const std::string& text, const std::string& path) {
+    nlohmann::json config = nlohmann::json::parse(text);
+    if (config.contains("unheard")) throw Error(path, "has an unknown field");
+    if (!config.contains("size")) config["size"] = 2;
+    return config.dump();
+  };
+  toy.header.metadata["config"] = "{\"size\": 3}";
+  EXPECT_THAT(refusal_of([&] { toy.run(run, false); }), HasSubstr("holds networks of another configuration"));
+  toy.header.metadata["config"] = "{\"size\": 2}";
+  const double b = made(run.out, "b");
+  ASSERT_TRUE(toy.run(run, false));
+  EXPECT_EQ(made(run.out, "b"), b);
+  EXPECT_EQ(read_safetensors_metadata(run.out).at("config"), "{\"size\": 2}");
+  SafeTensors newer = read_safetensors(run.out);
+  newer.metadata["config"] = "{\"unheard\": 1}";
+  write_safetensors(run.out, newer);
+  EXPECT_THAT(refusal_of([&] { toy.run(run, false); }), HasSubstr("m.safetensors: has an unknown field"));
 }
 
 TEST(Stages, TwoTrainingsDoNotWriteOneModel) {
