@@ -57,7 +57,7 @@ struct Evaluation {
   int64_t windows = 8;               ///< of each action
   double seconds = 30;               ///< longest horizon
   uint64_t seed = 1;                 ///< of the futures
-  WordKind words = WordKind::poses;  ///< the package's take futures in the world
+  WordKind words = WordKind::poses;  ///< of which joints, and how placed
   Progress progress = {};            ///< told how many observations' rows are done
   MeasuredParts parts = {};          ///< of the observations
 };

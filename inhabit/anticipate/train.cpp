@@ -360,7 +360,8 @@ bool train(const TrainRun& run, const Config& config, Notes* notes) {
                                    : baseline_task(name, networks, data, validation, run);
                       }});
   }
-  return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run, completed_by(config_from_json));
+  return run_stages(stages, model_header(config, networks.skeleton, networks.scale), run,
+                    completed_by(config_from_json));
 }
 
 }  // namespace inhabit::anticipate

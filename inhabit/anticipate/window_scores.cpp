@@ -44,7 +44,7 @@ WordScores future_scores(const Tensor& past, const Tensor& futures, const WordIn
                          WordKind kind) {
   const Tensor with_past =
       torch::cat({past.slice(0, past.size(0) - kappa + 1).unsqueeze(0).expand({futures.size(0), -1, -1}), futures}, 1);
-  const Tensor joints = kind == WordKind::poses ? feature_poses(with_past) : from_origin(with_past);
+  const Tensor joints = kind == WordKind::package ? from_origin(with_past) : feature_poses(with_past);
   std::vector<Tensor> scores, coded;
   for (int64_t s = 0; s < futures.size(0); ++s) {
     const WordScores of = word_scores(words_of(joints[s], kappa, kind), database, kind);

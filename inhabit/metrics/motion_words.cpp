@@ -20,6 +20,16 @@ constexpr float kMargin = 1e-3F;  // of the bounds' rounding, relative to the sq
 
 using Row = Eigen::Map<const Eigen::VectorXf>;
 
+/// Joints of words of poses: word_joints(), and of DLow's spine2, neck and head behind them.
+const std::vector<int64_t>& rows_of(WordKind kind) {
+  static const std::vector<int64_t> dlow = [] {
+    std::vector<int64_t> rows = word_joints();
+    rows.insert(rows.end(), {6, 12, 15});
+    return rows;
+  }();
+  return kind == WordKind::dlow ? dlow : word_joints();
+}
+
 Tensor flat(const Tensor& words) { return words.to(torch::kFloat32).flatten(1).contiguous(); }
 
 }  // namespace
@@ -49,10 +59,10 @@ Tensor placed_words(const Tensor& words, int64_t left_hip, int64_t right_hip) {
   return torch::matmul(moved.flatten(1, 2), rotation.transpose(1, 2)).view_as(words);
 }
 
-Tensor word_poses(const Tensor& joints) {
+Tensor word_poses(const Tensor& joints, const std::vector<int64_t>& rows) {
   const Tensor across = joints.select(1, 1) - joints.select(1, 2);                                 // hips, (T, 3)
   const Tensor rotation = yaw_matrix(-yaw_of_left(across.to(torch::kDouble))).to(joints.dtype());  // (T, 3, 3)
-  const Tensor moved = joints.index_select(1, torch::tensor(word_joints())) - joints.narrow(1, 0, 1);
+  const Tensor moved = joints.index_select(1, torch::tensor(rows)) - joints.narrow(1, 0, 1);
   return torch::matmul(moved, rotation.transpose(1, 2));
 }
 
@@ -61,15 +71,16 @@ Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {
 }
 
 Tensor words_of(const Tensor& joints, int64_t kappa, WordKind kind) {
-  if (kind == WordKind::poses) return pose_words(joints, kappa);
+  if (kind != WordKind::package) return motion_words(word_poses(joints, rows_of(kind)), kappa);
   static const Tensor rows = torch::tensor({0, 1, 2, 4, 5, 7, 8, 10, 11, 16, 17, 18, 19, 20, 21, 15});
   return placed_words(motion_words(joints.index_select(1, rows), kappa), 1, 2);
 }
 
 Tensor database_words(const Tensor& joints, int64_t kappa, int64_t stride, WordKind kind) {
   if (kind == WordKind::package) return words_of(joints.slice(0, 0, c10::nullopt, stride), kappa, kind);
-  const Tensor words = pose_words(joints, kappa, stride);
-  static const Tensor other_side = torch::arange(12).bitwise_xor(1);  // word_joints() has left and right in turn
+  const Tensor words = motion_words(word_poses(joints, rows_of(kind)), kappa, stride);
+  Tensor other_side = torch::arange(words.size(2));
+  other_side.narrow(0, 0, 12).bitwise_xor_(1);  // word_joints() has left and right in turn
   const Tensor mirrored = words.index_select(2, other_side) * torch::tensor({-1.F, 1.F, 1.F}, words.options());
   return torch::cat({words, mirrored});
 }

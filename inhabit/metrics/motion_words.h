@@ -18,25 +18,27 @@ torch::Tensor motion_words(const torch::Tensor& positions, int64_t kappa, int64_
 /// @param left_hip, right_hip rows of the words' joints.
 torch::Tensor placed_words(const torch::Tensor& words, int64_t left_hip, int64_t right_hip);
 
-/// The joints named by word_joints() of a motion (T, 22, 3) on the standard joints that lost its place and heading
-/// frame by frame: the root at the origin, the line between the hips seen from above along x, the left one at +x. (T,
-/// 12, 3).
-torch::Tensor word_poses(const torch::Tensor& joints);
+/// Some joints of a motion (T, 22, 3) on the standard joints that lost its place and heading frame by frame: the root
+/// at the origin, the line between the hips seen from above along x, the left one at +x. (T, rows, 3).
+torch::Tensor word_poses(const torch::Tensor& joints, const std::vector<int64_t>& rows = word_joints());
 
 /// What Eq. 9 scores: words of word_poses(). (N, kappa, 12, 3), ordered as in motion_words.
 torch::Tensor pose_words(const torch::Tensor& joints, int64_t kappa, int64_t stride = 1);
 
 /// How motions become words.
 enum class WordKind {
-  poses,   ///< pose_words, as the authors evaluate
-  package  ///< as the score's released package has them: 16 joints of the motion in the world, each word moved as a
-           ///< whole (placed_words)
+  poses,  ///< pose_words, as the authors evaluate
+  dlow,   ///< the same of more joints: spine, neck and head too, as in the 17 that DLow has of Human3.6M (Table 3). Of
+          ///< these the standard skeleton lacks the nose, and the root does not move
+  package,  ///< as the score's released package has them: 16 joints of the motion in the world, each word moved as a
+            ///< whole (placed_words)
 };
-/// Words of a motion (T, 22, 3), world or, for poses, without place and heading: (N, kappa, 12 or 16, 3).
+/// Words of a motion (T, 22, 3), world or, for all but the package, without place and heading: (N, kappa, 12, 15 or 16,
+/// 3).
 torch::Tensor words_of(const torch::Tensor& joints, int64_t kappa, WordKind kind = WordKind::poses);
 
-/// The words that a recording (T, 22, 3) at `stride` times the rate gives a database. Of poses those that begin in each
-/// frame and those of the mirror image; the package takes every `stride`-th frame as it is.
+/// The words that a recording (T, 22, 3) at `stride` times the rate gives a database: those that begin in each frame
+/// and those of the mirror image; the package takes every `stride`-th frame as it is.
 torch::Tensor database_words(const torch::Tensor& joints, int64_t kappa, int64_t stride,
                              WordKind kind = WordKind::poses);
 

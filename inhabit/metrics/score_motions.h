@@ -24,7 +24,7 @@ struct NdmsOptions {
   int64_t observed = 0;              ///< frames at the start of each motion that were observed: words of them alone do
                                      ///< not count
   int64_t reference_stride = 2;      ///< the reference has so many times the rate (metrics/motion_words.h)
-  WordKind words = WordKind::poses;  ///< poses frame by frame, or words moved as the package does
+  WordKind words = WordKind::poses;  ///< poses frame by frame, of which joints, or words moved as the package does
 };
 
 /// NDMS of one motion.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include "calls.h"
 #include "inhabit/error.h"
@@ -54,8 +55,11 @@ py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int6
   options.rate = rate;
   options.kappa = kappa;
   options.observed = observed;
-  if (words != "poses" && words != "package") throw Error("words", "is '" + words + "', neither poses nor package");
-  options.words = words == "poses" ? WordKind::poses : WordKind::package;
+  const std::map<std::string, WordKind> kinds = {
+      {"poses", WordKind::poses}, {"dlow", WordKind::dlow}, {"package", WordKind::package}};
+  const auto kind = kinds.find(words);
+  if (kind == kinds.end()) throw Error("words", "is '" + words + "', not poses, dlow or package");
+  options.words = kind->second;
   const NdmsScore score = released([&] {
     return score_ndms(scored(motions, rate, "motion", std::max(kappa, observed + 1)),
                       scored(reference, rate * static_cast<double>(options.reference_stride), "reference"), options);
@@ -133,8 +137,8 @@ void add_score(py::module_& m) {
         "reference_words and the same of each motion.\n\n"
         "rate: frames a second to score at; kappa: frames of a word; observed: frames (at rate) at each start that do "
         "not\n"
-        "count; words: of poses that know neither place nor heading, as the authors evaluate, or as their package has "
-        "them.");
+        "count; words: of poses that know neither place nor heading, as the authors evaluate; dlow: with spine, neck "
+        "and head; package: as their package has them.");
   m.def(
       "score_npss",
       [](const Clips& motions, const Clips& truth, double rate) {

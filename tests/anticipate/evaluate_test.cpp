@@ -214,7 +214,7 @@ TEST(EvaluateAnticipate, TheFilesNdmsIsThatOfTheTable) {
   // whole, what rounding leaves of their motion would be scored.
   const auto test = people(90);
   std::vector<Sequence> training = people(60);
-  for (const WordKind kind : {WordKind::poses, WordKind::package}) {
+  for (const WordKind kind : {WordKind::poses, WordKind::dlow, WordKind::package}) {
     Evaluation options{2, 2, 0.8, 1};
     options.words = kind;
     const Table table = evaluate_one(untrained(), test, options, training);

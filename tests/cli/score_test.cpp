@@ -39,6 +39,7 @@ TEST(Score, NdmsKnowsNeitherPlaceNorHeadingUnlessThePackagesWordsAreAskedFor) {
     return nlohmann::json::parse(inhabit::read_whole_file(folder / "s.json"))["ndms"].get<double>();
   };
   EXPECT_GT(ndms(""), 0.9);
+  EXPECT_GT(ndms(" --words dlow"), 0.9);
   EXPECT_LT(ndms(" --words package"), 0.6);
 }
 

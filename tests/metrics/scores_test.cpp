@@ -160,6 +160,22 @@ TEST(DatabaseWords, HoldEveryFrameOfTheFasterRecordingAndItsMirrorImage) {
       1, torch::tensor({0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20}));
   EXPECT_LT((words.slice(0, 27) - pose_words(seen_in_a_mirror, 8, 2)).abs().max().item<double>(), 1e-5);
   EXPECT_EQ(database_words(joints, 8, 2, WordKind::package).sizes(), (std::vector<int64_t>{14, 8, 16, 3}));
+  const Tensor more = database_words(joints, 8, 2, WordKind::dlow);  // spine2, neck and head too
+  EXPECT_TRUE(more.narrow(2, 0, 12).equal(words));
+  EXPECT_LT((more.slice(0, 0, 14) - words_of(joints.slice(0, 0, c10::nullopt, 2), 8, WordKind::dlow))
+                .abs()
+                .max()
+                .item<double>(),
+            1e-5);
+  EXPECT_LT(
+      (more.slice(0, 27) - torch::cat({words_of(seen_in_a_mirror.slice(0, 0, c10::nullopt, 2), 8, WordKind::dlow),
+                                       words_of(seen_in_a_mirror.slice(0, 1, c10::nullopt, 2), 8, WordKind::dlow)}))
+          .abs()
+          .max()
+          .item<double>(),
+      1e-5);
+  const Tensor one = joints.slice(0, 0, 8), head = words_of(one, 8, WordKind::dlow)[0].select(1, 14);
+  EXPECT_LT((head.norm(2, {1}) - (one.select(1, 15) - one.select(1, 0)).norm(2, {1})).abs().max().item<double>(), 1e-5);
 }
 
 TEST(WordIndex, FindsWhatADoubleLoopFinds) {
