@@ -18,7 +18,7 @@ picture anticipate --time 11 --size 960x640 --bare --overlaid --camera=4.6,3.0,6
 $inhabit inbetween $data/sit.npz --scene $data/sit_room.glb --keyframes every:60 -o "$pages/inbetween.html"
 picture inbetween --size 960x640 --bare --poses
 $inhabit interact --scene $data/sit_room.glb --chair armchair_0 --start=0,1,90 --left armrest --right armrest --seconds 12 -o "$pages/interact.html"
-node scripts/screenshot.mjs "$pages/interact.html" "$out/sit.webp" --film 1.5,9.5,10 --size 640x420 --bare --camera=0.2,2.0,-3.35 --target=0.8,0.72,-0.8
+node scripts/screenshot.mjs "$pages/interact.html" "$out/sit.webp" --film 1.5,9.5,10 --size 640x460 --bare --camera=0.12,2.25,-3.4 --target=0.8,0.9,-0.7
 picture interact --time 8.6 --size 960x640 --bare --camera=-0.4,1.9,0.7 --target=1.35,0.72,-1.15
 # What is refined: the end of a motion with noise of a degree and a centimetre, moved 15 cm into the sofa.
 $inhabit convert $data/sit.npz "$pages/sit.json"
