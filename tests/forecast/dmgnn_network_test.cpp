@@ -88,10 +88,10 @@ TEST_F(Dmgnn, EveryWeightIsLearned) {
 TEST_F(Dmgnn, RefusesOtherSkeletonsAndTooShortPasts) {
   Config other = config;
   other.joints = 17;
-  EXPECT_THAT(refusal_of([&] { DmgnnNetwork network(other); }), testing::HasSubstr("needs the standard 22 joints"));
+  EXPECT_THAT(refusal_of([&] { DmgnnNetwork refused(other); }), testing::HasSubstr("needs the standard 22 joints"));
   other = config;
   other.past = 2;
-  EXPECT_THAT(refusal_of([&] { DmgnnNetwork network(other); }), testing::HasSubstr("three observed frames"));
+  EXPECT_THAT(refusal_of([&] { DmgnnNetwork refused(other); }), testing::HasSubstr("three observed frames"));
 }
 
 }  // namespace
