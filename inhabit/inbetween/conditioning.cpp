@@ -11,9 +11,10 @@ DenoiserInput denoiser_input(const Networks& networks, const Conditioning& c) {
   const Config& config = networks.config;
   Denoiser network = networks.network;
   const int64_t batch = c.groups.size(0);
+  const Tensor groups = config.keys_seen ? c.groups : torch::zeros_like(c.groups);
   DenoiserInput out;
-  out.mask = config.partial_keys ? c.groups.transpose(1, 2) : c.groups.amax(2).unsqueeze(1);
-  out.local = network->embed_offsets(c.offsets, c.groups.amin(2));  // offsets need the whole pose
+  out.mask = config.partial_keys ? groups.transpose(1, 2) : groups.amax(2).unsqueeze(1);
+  out.local = network->embed_offsets(c.offsets, groups.amin(2));  // offsets need the whole pose
   out.baseline = torch::zeros({}, c.groups.options());
   if (config.from_interpolation) {
     out.baseline = along_detours(interpolated_baseline(c.given, networks.scale), c.detours, c.given.mask,

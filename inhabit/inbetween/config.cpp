@@ -27,6 +27,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("global_scene", c.global_scene);
   visit("local_scene", c.local_scene);
   visit("body_shape", c.body_shape);
+  visit("keys_seen", c.keys_seen);
   visit("partial_keys", c.partial_keys);
   visit("from_interpolation", c.from_interpolation);
   visit("around_obstacles", c.around_obstacles);
@@ -170,6 +171,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("anchors", c.anchors, 1, 1024);
   check.within("diffusion_steps", c.diffusion_steps, 2, 10000);
   check.within("t_star", c.t_star, 0, c.diffusion_steps);
+  check.holds(c.keys_seen || !(c.local_scene || c.from_interpolation || c.residual || c.t_star > 0),
+              "keys_seen");  // these are of keys
   check.within("inference.guidance", c.inference.guidance, 0, 100);
   check.within("inference.steps", c.inference.steps, 1, c.diffusion_steps);
   check.within("training.steps", c.training.steps, 1, 1e8);

@@ -50,6 +50,7 @@ struct Config {
   bool global_scene = true;   ///< the occupancy is seen (Table 1)
   bool local_scene = true;    ///< the offsets at key frames are seen (Table 1)
   bool body_shape = true;     ///< the body-shape features are seen (Table 8)
+  bool keys_seen = true;      ///< false: trained without keys; sampling puts them into what is predicted (MDM)
   bool partial_keys = false;  ///< keys may constrain parts of a pose: kMaskChannels channels of mask instead of one
 
   /// The denoiser also sees the interpolated baseline of the keys and predicts the difference from it, so that a short

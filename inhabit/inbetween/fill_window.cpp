@@ -144,13 +144,22 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
   const Config& c = f.config();
   const WindowConditioning on = condition(f, window);
   for (const int64_t frame : on.unreached) f.unreached.push_back(window.first + frame);
-  const KeyConstraints& given = on.conditioning.given;
+  KeyConstraints given = on.conditioning.given;
   const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
-  const auto denoise = [&](const Tensor& x, int64_t t) {
+  const auto predict = [&](const Tensor& x, int64_t t) {
     if (c.global_scene)
       return in.baseline + f.denoiser.guided(x, in.mask, in.local, t, in.scene, in.shape, c.inference.guidance);
     return in.baseline + f.denoiser.forward(x, in.mask, in.local, torch::full({1}, t, torch::kInt64), in.shape);
   };
+  Denoise denoise = predict;
+  if (!c.keys_seen) {  // inpainting: keys are put into what is predicted, and get the noise of x_t with it
+    const Tensor keyed = given.mask > 0;
+    given.mask = torch::zeros_like(given.mask);
+    given.always = given.mask;
+    denoise = [=, values = given.values](const Tensor& x, int64_t t) {
+      return torch::where(keyed, values, predict(x, t));
+    };
+  }
   const auto noise = seeded_noise(1, kFeatureCount, c.frames, seed);
   const Tensor sampled = f.options.stage == Stage::baseline
                              ? in.baseline

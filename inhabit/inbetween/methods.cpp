@@ -52,6 +52,7 @@ std::string row_name(const Config& c) {
       without = "local feature";
     }
     if (!c.body_shape) without += (without.empty() ? "" : ", ") + std::string("body shape");
+    if (!c.keys_seen) without += (without.empty() ? "" : ", ") + std::string("keys");
   }
   std::string name = without.empty() ? "ours" : "w/o " + without;
   if (c.t_star > 0) name += " (T* = " + std::to_string(c.t_star) + ")";

@@ -112,7 +112,7 @@ Tensor predict(const Networks& networks, const WindowBatch& b, const Tensor& x, 
 
 Losses window_losses(const Networks& networks, const DiffusionSchedule& schedule, const WindowBatch& b, bool bfloat16) {
   const Tensor noisy = diffuse(schedule, b.features, b.steps, b.noise);
-  const Tensor x = impute(noisy, b.conditioning.given, b.steps);
+  const Tensor x = networks.config.keys_seen ? impute(noisy, b.conditioning.given, b.steps) : noisy;
   return loss_terms(predict(networks, b, x, bfloat16), b.features, b.bones, networks.scale, networks.config);
 }
 

@@ -60,6 +60,7 @@ TEST(Config, RefusesWhatCannotBeBuilt) {
                           R"({"diffusion_steps": 1})",
                           R"({"t_star": -1})",
                           R"({"t_star": 1001})",
+                          R"({"keys_seen": false})",
                           R"({"inference": {"guidance": -1}})",
                           R"({"training": {"scene_dropout": 2}})"}) {
     SCOPED_TRACE(bad);

@@ -9,6 +9,7 @@
 #include "forecast/walker.h"
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
+#include "inhabit/inbetween/conditioning.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyed_clip.h"
@@ -67,6 +68,44 @@ TEST(SceneInbetweener, MeetsKeysAndLooksAtNothingElse) {
     t->slice(0, 61, 120).mul_(-2);
   }
   EXPECT_TRUE(torch::equal(inbetweener.run(other, floor_scene(), r).motion.joints, filled.joints));
+}
+
+TEST(SceneInbetweener, ANetworkThatSeesNoKeysMeetsThemByInpainting) {
+  Networks unaware = networks();
+  for (bool* seen : {&unaware.config.keys_seen, &unaware.config.local_scene, &unaware.config.from_interpolation,
+                     &unaware.config.partial_keys})
+    *seen = false;
+  validate(unaware.config, "test");
+  unaware.network = untrained(unaware.config);
+  // What the network is told does not depend on where keys are, nor on how near the scene is there.
+  Conditioning on;
+  on.groups = torch::ones({1, 121, kMaskChannels});
+  on.occupancy = torch::zeros({1, kSceneHeight, kSceneSide, kSceneSide});
+  on.offsets = torch::ones({1, unaware.config.anchors, 3, 121});
+  on.shape = torch::ones({1, kShapeFeatures});
+  Networks& n = unaware;
+  const auto told = [&] {
+    const torch::NoGradGuard no_gradients;
+    const DenoiserInput in = denoiser_input(n, on);
+    return std::vector<Tensor>{in.mask.flatten(), in.local.flatten(), in.scene.flatten(), in.shape.flatten()};
+  };
+  const Tensor all = torch::cat(told());
+  on.groups.slice(1, 1, 120).zero_();
+  EXPECT_TRUE(torch::cat(told()).equal(all));
+  n.config.keys_seen = true;
+  EXPECT_FALSE(torch::cat(told()).equal(all));
+  n.config.keys_seen = false;
+
+  const SceneInbetweener inbetweener(unaware);
+  const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  Options r = request("every:60", 121);
+  r.stage = Stage::network;
+  for (const Sampler sampler : {Sampler::ddpm, Sampler::ddim, Sampler::dpm_solver}) {
+    r.sampler = sampler;
+    const Clip filled = inbetweener.run(clip, floor_scene(), r).motion;
+    for (const int64_t key : r.keys) EXPECT_LT(largest_difference(filled.joints[key], clip.joints[key]), 1e-3) << key;
+    EXPECT_GT(largest_difference(filled.joints[30], clip.joints[30]), 0.01);
+  }
 }
 
 TEST(SceneInbetweener, TheSeedSaysEverything) {
