@@ -12,6 +12,7 @@
 #include "inhabit/io/safetensors.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/smpl_model.h"
+#include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/level.h"
 
 namespace inhabit {
@@ -27,6 +28,20 @@ Json numbers(const Tensor& t) {
   Json list = Json::array();
   for (int64_t i = 0; i < t.size(0); ++i) list.push_back(rounded(t[i].item<double>()));
   return list;
+}
+
+/// Metres from the lowest joint to the highest one of a skeleton that stands as it rests. Some rest lying: up is the
+/// axis on which the head is farthest from between the ankles; +Y where that cannot be told.
+double rest_height(const Skeleton& skeleton) {
+  const Tensor rest = skeleton.rest_joints();
+  int64_t up = 1;
+  try {
+    const Landmarks marks = find_landmarks(skeleton, "skeleton");
+    up = (rest[marks.head] - (rest[marks.ankle[0]] + rest[marks.ankle[1]]) / 2).abs().argmax().item<int64_t>();
+  } catch (const Error&) {
+  }
+  const Tensor along = rest.select(1, up);
+  return (along.max() - along.min()).item<double>();
 }
 
 Json describe_motion(const std::string& path, const ClipReadOptions& options) {
@@ -46,8 +61,7 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
   const bool standard = clip.skeleton.names == standard_joint_names();
   out["joints"] = clip.skeleton.size();
   out["skeleton"] = standard ? Json("standard (SMPL's first 22 joints)") : Json(clip.skeleton.names);
-  const Tensor rest = clip.skeleton.rest_joints().select(1, 1);
-  out["rest_height"] = rounded((rest.max() - rest.min()).item<double>());
+  out["rest_height"] = rounded(rest_height(clip.skeleton));
   out["box"] = {{"lower", numbers(std::get<0>(flat.min(0)))}, {"upper", numbers(std::get<0>(flat.max(0)))}};
   if (clip.frames() > 1) {
     const Tensor path_steps = clip.root_path().slice(0, 1) - clip.root_path().slice(0, 0, -1);

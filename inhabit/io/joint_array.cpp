@@ -7,9 +7,31 @@
 namespace inhabit {
 namespace {
 
-constexpr std::array kNames = {"keypoints", "positions", "poses_3d",     "joint_positions", "joints_3d",
-                               "joints3d",  "pose_3d",   "keypoints_3d", "keypoints3d",     "poses3d",
-                               "kpts",      "kpts_3d",   "arr_0",        "joints_pos",      "joint_position"};
+constexpr std::array kNames = {"keypoints",
+                               "positions",
+                               "poses_3d",
+                               "joint_positions",
+                               "joints_3d",
+                               "joints3d",
+                               "pose_3d",
+                               "keypoints_3d",
+                               "keypoints3d",
+                               "poses3d",
+                               "kpts",
+                               "kpts_3d",
+                               "arr_0",
+                               "joints_pos",
+                               "joint_position",
+                               "pose3d",
+                               "kp3d",
+                               "joint_pos",
+                               "joints_position",
+                               "positions_3d",
+                               "joint_coords",
+                               "jointpositions",
+                               "global_positions",
+                               "pred_joints",
+                               "new_joints"};
 // Of these, rows of numbers may be anything: features, rotations.
 constexpr std::array kVagueNames = {"xyz", "motion", "motions", "pred", "preds", "prediction", "predictions", "output"};
 constexpr int64_t kLeast = 5, kMost = 256;  // joints of a person's skeleton

@@ -290,7 +290,9 @@ torch::Tensor parse_npz_points(std::string_view bytes, const std::string& subjec
     if (!torch::isfinite(points).all().item<bool>()) throw Error(subject, "a point of '" + name + "' is not finite");
     return points;
   }
-  throw Error(subject, "has no array 'points', 'xyz' or 'positions'");
+  throw Error(subject,
+              "has no array 'points', 'xyz' or 'positions', nor any that motion is read from, such as 'joints' or "
+              "'keypoints' (T, J, 3)");
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ struct Asked {
   std::string split;
   std::optional<Path> model;
   Texts settings;
-  int64_t windows, seeds;
+  int64_t windows, seeds, stride;
   uint64_t seed;
   Progress progress;
   MeasuredParts parts;
@@ -52,7 +52,7 @@ std::string rows_text(const Table& table, const ToJson& json) {
 
 std::string forecast_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  const forecast::Data data(asked.data, asked.split, model.config, 30);
+  const forecast::Data data(asked.data, asked.split, model.config, asked.stride);
   require_any_window(data.windows(), asked.data, asked.split);
   return rows_text(forecast::evaluate(model, data, asked.progress, asked.parts),
                    [](const forecast::Table& t) { return table_json(t); });
@@ -105,9 +105,9 @@ std::string interact_rows(const Asked& asked, double seconds) {
 
 std::string contacts_rows(const Asked& asked) {
   const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  const forecast::Data data(asked.data, asked.split, model.config, 30);
+  const forecast::Data data(asked.data, asked.split, model.config, asked.stride);
   require_any_window(data.windows(), asked.data, asked.split);
-  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), 30);
+  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), asked.stride);
   return rows_text(forecast::evaluate_contacts(model, data, dense, asked.progress, asked.parts),
                    [](const ScoreTable& t) { return rows_json(t); });
 }
@@ -150,13 +150,15 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
                            const std::string& split, const std::optional<Path>& model, const py::object& settings,
                            std::optional<int64_t> windows, std::optional<int64_t> seeds, uint64_t seed, int64_t samples,
                            std::optional<double> seconds, const Texts& keyframes, double noise, bool refine,
-                           const ShardArgument& shard, const std::optional<Path>& table, const py::object& progress) {
+                           int64_t stride, const ShardArgument& shard, const std::optional<Path>& table,
+                           const py::object& progress) {
   const auto at_least_one = [](const char* name, int64_t value) {
     if (value < 1) throw Error(name, "are fewer than 1");
   };
   if (windows) at_least_one("windows", *windows);
   if (seeds) at_least_one("seeds", *seeds);
   at_least_one("samples", samples);
+  if (stride < 1) throw Error("stride", "is under 1");
   const auto* one = std::get_if<std::string>(&data);
   const Texts folders = one != nullptr ? Texts{*one} : std::get<Texts>(data), used = settings_of(settings);
   const nlohmann::json job = {{"python", system},
@@ -171,13 +173,15 @@ py::object evaluate_system(const std::string& system, const std::variant<std::st
                               {"seconds", seconds.value_or(0)},
                               {"keyframes", keyframes},
                               {"noise", noise},
-                              {"refine", refine}};
+                              {"refine", refine},
+                              {"stride", stride}};
   const Asked asked{folders,
                     split,
                     model,
                     used,
                     windows.value_or(0),
                     seeds.value_or(system == "detour" ? 10 : 1),
+                    stride,
                     seed,
                     progress_of(progress),
                     parts_of(shard, table, job)};
@@ -212,7 +216,7 @@ void add_evaluate(py::module_& m) {
   m.def("evaluate", &evaluate_system, "system"_a, "data"_a = Texts(), py::kw_only(), "split"_a = "test",
         "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = py::none(),
         "seed"_a = 1, "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
-        "refine"_a = true, "shard"_a = py::none(), "json"_a = py::none(), "progress"_a = py::none(),
+        "refine"_a = true, "stride"_a = 30, "shard"_a = py::none(), "json"_a = py::none(), "progress"_a = py::none(),
         "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
         "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
         "make\n"
@@ -223,7 +227,8 @@ void add_evaluate(py::module_& m) {
         "trials, rooms). seeds: runs of 'inbetween' (1) and 'detour' (10); keyframes, noise (degrees and cm) and "
         "refine (interpolations "
         "refined,\n"
-        "too) are of it as well. samples: futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
+        "too) are of it as well. stride: frames from one window to the next, of 'forecast' and 'contacts'. samples: "
+        "futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
         "'anticipate', the length of a run of 'interact' and of a motion of 'reconstruct'. json: a file that the table "
         "is\n"
         "written to, too. shard: (I, N) for part I of N, for several processes: parts are kept beside `json`, and the "

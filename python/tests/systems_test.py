@@ -232,8 +232,8 @@ def test_data_sets_feed_a_loader_and_a_training(tmp_path):
 def test_an_evaluation_is_the_commands(tmp_path):
     inhabit.synth_rooms(tmp_path / "rooms", clips=3, clips_per_room=1, seconds=4.2)
     seen = []
-    table = inhabit.evaluate("forecast", str(tmp_path / "rooms"), split="all", progress=lambda done, all: seen.append((done, all)))
-    subprocess.run([os.environ["INHABIT_COMMAND"], "eval", "forecast", "--data", tmp_path / "rooms", "--split", "all", "--json",
+    table = inhabit.evaluate("forecast", str(tmp_path / "rooms"), split="all", stride=20, progress=lambda done, all: seen.append((done, all)))
+    subprocess.run([os.environ["INHABIT_COMMAND"], "eval", "forecast", "--data", tmp_path / "rooms", "--split", "all", "--stride", "20", "--json",
                     tmp_path / "table.json"], check=True, capture_output=True)
     assert table == json.loads((tmp_path / "table.json").read_text()) and seen[-1][0] == seen[-1][1]
     filled = inhabit.evaluate("inbetween", [str(tmp_path / "rooms")], split="all", windows=2, refine=False)

@@ -4,7 +4,8 @@ export type NpzArrays = Map<string, NumpyArray>;
 
 // Names of joint positions besides `joints`, and how many joints a person has (inhabit/io/joint_array.cpp).
 const NAMES = ['keypoints', 'positions', 'poses_3d', 'joint_positions', 'joints_3d', 'joints3d', 'pose_3d', 'keypoints_3d', 'keypoints3d', 'poses3d',
-  'kpts', 'kpts_3d', 'arr_0', 'joints_pos', 'joint_position'];
+  'kpts', 'kpts_3d', 'arr_0', 'joints_pos', 'joint_position', 'pose3d', 'kp3d', 'joint_pos', 'joints_position', 'positions_3d',
+  'joint_coords', 'jointpositions', 'global_positions', 'pred_joints', 'new_joints'];
 // Of these, rows of numbers may be anything: features, rotations.
 const VAGUE_NAMES = ['xyz', 'motion', 'motions', 'pred', 'preds', 'prediction', 'predictions', 'output'];
 const LEAST = 5;
