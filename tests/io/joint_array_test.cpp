@@ -21,7 +21,8 @@ torch::Tensor standing(int64_t frames) {
 
 TEST(JointArray, HasAnyUsualNameAndShape) {
   const torch::Tensor joints = standing(7);
-  for (const char* name : {"joints", "keypoints", "positions", "poses_3d", "joint_positions", "joints3d", "pred_joints", "jointPositions", "arr_0"})
+  for (const char* name : {"joints", "keypoints", "positions", "poses_3d", "joint_positions", "joints3d", "pred_joints",
+                           "jointPositions", "arr_0"})
     for (const torch::Tensor& as : {joints, joints.view({7, 66})}) {
       Npz npz;
       npz.tensors[name] = as;
