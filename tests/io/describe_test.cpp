@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "inhabit/body/builtin_body.h"
+#include ""
 #include "inhabit/body/kinematics.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/math/rotation.h"
@@ -15,7 +15,7 @@ namespace inhabit {
 namespace {
 
 /// Somebody who stands for a second, on a skeleton whose rest pose is rotated by `at_rest` (axis and angle).
-Clip standing(const torch::Tensor& at_rest) {
+Clip somebody(const torch::Tensor& at_rest) {
   Clip clip;
   clip.rate = 30;
   clip.skeleton = builtin_body().skeleton;
@@ -30,7 +30,7 @@ Clip standing(const torch::Tensor& at_rest) {
 TEST(DescribeMotion, RestHeightIsThatOfAStandingPersonHoweverTheSkeletonLies) {
   const TempFolder folder;
   const auto height = [&](const std::string& name, const torch::Tensor& at_rest) {
-    write_clip_npz(folder / name, standing(at_rest));
+    write_clip_npz(folder / name, somebody(at_rest));
     return describe_file(folder / name)["rest_height"].get<double>();
   };
   const double upright = height("upright.npz", torch::zeros({3}));
