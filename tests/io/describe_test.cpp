@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include ""
+#include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/math/rotation.h"
