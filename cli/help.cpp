@@ -96,8 +96,13 @@ void add_completion(CLI::App& app) {
 
 void add_examples(CLI::App& app, const std::string& above) {
   const std::string path = above.empty() ? app.get_name() : above + " " + app.get_name();
+  const std::vector<CLI::App*> verbs = app.get_subcommands([](CLI::App*) { return true; });
+  std::vector<std::string> examples = examples_of(path);
+  if (examples.empty() && !above.empty())  // a verb that is several: the first example of each
+    for (const CLI::App* verb : verbs)
+      if (const auto own = examples_of(path + " " + verb->get_name()); !own.empty()) examples.push_back(own.front());
   std::string text;
-  for (const std::string& example : examples_of(path)) text += (text.empty() ? "Examples:\n  " : "\n  ") + example;
+  for (const std::string& example : examples) text += (text.empty() ? "Examples:\n  " : "\n  ") + example;
   if (!text.empty()) app.footer(text);
-  for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) add_examples(*verb, path);
+  for (CLI::App* verb : verbs) add_examples(*verb, path);
 }

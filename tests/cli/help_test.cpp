@@ -56,6 +56,12 @@ TEST(Help, OfAVerbIsItsOwnWithExamples) {
               AllOf(HasSubstr("Usage: inhabit forecast"), HasSubstr("Examples:\n  inhabit forecast")));
   EXPECT_THAT(shown("help"), AllOf(HasSubstr("forecast"), HasSubstr("score")));
   EXPECT_THAT(shown("help score"), HasSubstr("penetration"));
+  for (const std::string several : {"train", "eval", "synth", "score", "stream"}) {
+    const std::string help = shown("help " + several);
+    const size_t start = help.find("Examples:\n");
+    ASSERT_NE(start, std::string::npos) << several;
+    EXPECT_THAT(help.substr(start), HasSubstr("inhabit " + several + " "));
+  }
 }
 
 /// Every verb has an example, and every option in it is one of the verb's.
