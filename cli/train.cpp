@@ -62,8 +62,7 @@ void add_train(CLI::App& app) {
       *verb, "forecast", "Contact-aware forecasting: contact network, then motion network", folders,
       "Which of contact, motion, hypotheses (several ways to go on), ltd, hisrep, dmgnn and slt (baselines), and of "
       "preset paper no_contact and adapt (motion on predicted contacts); both: contact and motion; all (default: all "
-      "but "
-      "the baselines)",
+      "but the baselines)",
       inhabit::forecast::preset, inhabit::forecast::train);
   add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",
                "cmu:FOLDER, h36m:FOLDER or a native data set folder",

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "inhabit/forecast/baselines.h"
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
 #include "inhabit/forecast/motion_of.h"
@@ -48,21 +49,9 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
   std::vector<ForecastMethod> out = {
       {"last pose held", [](const Windows& w, uint64_t) { return last_pose(w); }},
       {"constant velocity", [root = config.root](const Windows& w, uint64_t) { return constant_velocity(w, root); }}};
-  if (!model.ltd.is_empty())
-    out.push_back({"LTD", [ltd = model.ltd](const Windows& w, uint64_t) mutable {
-                     return ltd->forward(w.past.flatten(2)).view_as(w.truth);
-                   }});
-  if (!model.hisrep.is_empty())
-    out.push_back({"HisRep", [hisrep = model.hisrep](const Windows& w, uint64_t) mutable {
-                     return hisrep->continued(w.past.flatten(2), w.truth.size(1)).view_as(w.truth);
-                   }});
-  if (!model.dmgnn.is_empty())
-    out.push_back(
-        {"DMGNN", [dmgnn = model.dmgnn](const Windows& w, uint64_t) mutable { return dmgnn->forward(w.past); }});
-  if (!model.slt.is_empty())
-    out.push_back({"SLT*", [slt = model.slt](const Windows& w, uint64_t) mutable {
-                     return slt->forward(w.past, w.points).joints();
-                   }});
+  for (const Baseline& baseline : baselines_of(model))
+    out.push_back({baseline.row,
+                   [forecast = baseline.forecast](const Windows& w, uint64_t) { return forecast(w.past, w.points); }});
   const auto add = [&](const std::string& name, Contacts kind, const auto& contacts) {
     if (const Motion motion = motion_of(model, kind))
       out.push_back({name, [=](const Windows& w, uint64_t) { return motion(w.past, contacts(w)); }});

@@ -20,6 +20,11 @@ bool among(const std::vector<std::string>& names, const char* name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+const std::vector<std::string>& baseline_stages() {
+  static const std::vector<std::string> stages = {"ltd", "hisrep", "dmgnn", "slt"};
+  return stages;
+}
+
 /// The stages of a run, in order.
 std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   std::vector<std::string> usual = {"contact", "motion"};
@@ -29,12 +34,12 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
   if (asked == std::vector<std::string>{"both"}) asked = {"contact", "motion"};
   if (asked == std::vector<std::string>{"all"}) {
     asked = usual;
-    asked.insert(asked.end(), {"ltd", "hisrep", "dmgnn", "slt"});
+    asked.insert(asked.end(), baseline_stages().begin(), baseline_stages().end());
   }
   std::vector<std::string> all = is_articulated(config)
                                      ? std::vector<std::string>{"contact", "motion", "hypotheses"}
                                      : std::vector<std::string>{"contact", "motion", "no_contact", "adapt"};
-  all.insert(all.end(), {"ltd", "hisrep", "dmgnn", "slt"});
+  all.insert(all.end(), baseline_stages().begin(), baseline_stages().end());
   std::vector<std::string> names = chosen_stages(asked, all, usual);
   if (among(names, "hypotheses") && config.articulated.hypotheses == 0)
     throw Error("articulated.hypotheses", "is 0: there are none to be trained");
@@ -42,6 +47,7 @@ std::vector<std::string> stages_of(const TrainRun& run, const Config& config) {
 }
 
 /// Gives sizes of one baseline to others.
+using TakeSizes = void (*)(const Config::Baselines& from, Config::Baselines& to);
 void take_ltd(const Config::Baselines& from, Config::Baselines& to) {
   to.ltd_hidden = from.ltd_hidden;
   to.ltd_blocks = from.ltd_blocks;
@@ -60,7 +66,7 @@ void take_slt(const Config::Baselines& from, Config::Baselines& to) {
 }
 
 /// Whether a baseline has the same sizes in both.
-bool same_sizes(void (*take)(const Config::Baselines&, Config::Baselines&), const Config& a, const Config& b) {
+bool same_sizes(TakeSizes take, const Config& a, const Config& b) {
   Config::Baselines taken = b.baselines;
   take(a.baselines, taken);
   return taken == b.baselines;
@@ -164,27 +170,7 @@ class Stages {
       adopt(model_.contact, start_.contact, "contact_net.", run_.from);
       return contact_task(model_, data_, validation_, run_.device);
     }
-    if (name == "ltd") {
-      model_.ltd = make_ltd(config_);
-      if (same_sizes(take_ltd, start_.config, config_)) adopt(model_.ltd, start_.ltd, "ltd_net.", run_.from);
-      return baseline_task(name, model_, data_, validation_, run_.device);
-    }
-    if (name == "hisrep") {
-      model_.hisrep = make_hisrep(config_);
-      if (same_sizes(take_hisrep, start_.config, config_))
-        adopt(model_.hisrep, start_.hisrep, "hisrep_net.", run_.from);
-      return baseline_task(name, model_, data_, validation_, run_.device);
-    }
-    if (name == "dmgnn") {
-      model_.dmgnn = DmgnnNetwork(config_);
-      if (same_sizes(take_dmgnn, start_.config, config_)) adopt(model_.dmgnn, start_.dmgnn, "dmgnn_net.", run_.from);
-      return baseline_task(name, model_, data_, validation_, run_.device);
-    }
-    if (name == "slt") {
-      model_.slt = SltNetwork(config_);
-      if (same_sizes(take_slt, start_.config, config_)) adopt(model_.slt, start_.slt, "slt_net.", run_.from);
-      return slt_task(model_, data_, validation_, run_.device);
-    }
+    if (among(baseline_stages(), name.c_str())) return baseline(name);
     const Networks before = earlier_stages(name);
     if (keeps_predictions(name)) take_contact_network(name, before);
     if (name == "hypotheses") return hypotheses(before);
@@ -203,6 +189,25 @@ class Stages {
       adopt(model_.motion, start_.motion, "motion_net.", run_.from);
     }
     return motion_task(name, model_, data_of(name), validation_, run_.device);
+  }
+
+  /// A baseline's network, with the weights of --from where these are of the same sizes.
+  template <class Network>
+  void begin(Network& network, Network made, const Network& start, TakeSizes take, const std::string& name) {
+    network = std::move(made);
+    if (same_sizes(take, start_.config, config_)) adopt(network, start, name + "_net.", run_.from);
+  }
+
+  TrainTask baseline(const std::string& name) {
+    if (name == "ltd") begin(model_.ltd, make_ltd(config_), start_.ltd, take_ltd, name);
+    if (name == "hisrep") begin(model_.hisrep, make_hisrep(config_), start_.hisrep, take_hisrep, name);
+    if (name == "dmgnn") begin(model_.dmgnn, DmgnnNetwork(config_), start_.dmgnn, take_dmgnn, name);
+    if (name == "slt") begin(model_.slt, SltNetwork(config_), start_.slt, take_slt, name);
+    for (const Baseline& b : baselines_of(model_))
+      if (b.stage == name)
+        return name == "slt" ? slt_task(b, model_.slt, config_, data_, validation_, run_.device)
+                             : baseline_task(b, config_, data_, validation_, run_.device);
+    throw Error("stage '" + name + "'", "is of no baseline");
   }
 
   /// What the model file holds by now, for stages that take it. A run of several stages begins the file anew, from the

@@ -235,59 +235,39 @@ TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validat
   return task;
 }
 
-TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
+TrainTask baseline_task(const Baseline& baseline, const Config& config, const Data& data, const Data& validation,
                         torch::Device device) {
-  const Config& config = model.config;
-  std::function<torch::Tensor(const torch::Tensor&)> forecast;
+  const auto forecast = [joints = baseline.forecast, device](const MotionBatch& b) {
+    return joints(b.past.to(device), b.points.to(device));
+  };
   TrainTask task;
-  if (name == "dmgnn") {
-    task.module = model.dmgnn.ptr();
-    forecast = [network = model.dmgnn, device](const torch::Tensor& past) mutable {
-      return network->forward(past.to(device));
-    };
-  } else {
-    const bool ltd = name == "ltd";
-    task.module = ltd ? std::static_pointer_cast<torch::nn::Module>(model.ltd.ptr())
-                      : std::static_pointer_cast<torch::nn::Module>(model.hisrep.ptr());
-    forecast = [ltd, graph = model.ltd, attention = model.hisrep, &config, device](const torch::Tensor& past) mutable {
-      const torch::Tensor known = past.to(device).flatten(2);
-      const torch::Tensor next = ltd ? graph->forward(known) : attention->continued(known, config.future);
-      return next.unflatten(2, {config.joints, 3});
-    };
-  }
-  task.networks = {{name + "_net.", task.module}};
+  task.module = baseline.network;
+  task.networks = {{baseline.stage + "_net.", task.module}};
   task.samples = data.size();
   task.prepare = without_contacts(data, config, [forecast, device](const MotionBatch& b) {
-    const torch::Tensor error = (forecast(b.past) - b.future.to(device)).square().sum(3) + 1e-10;
+    const torch::Tensor error = (forecast(b) - b.future.to(device)).square().sum(3) + 1e-10;
     return Losses{{"joints", error.sqrt().mean()}};
   });
-  task.validate = joint_error_of(validation, config, [forecast](const MotionBatch& b) { return forecast(b.past); });
+  task.validate = joint_error_of(validation, config, forecast);
   return task;
 }
 
-TrainTask slt_task(Networks& model, const Data& data, const Data& validation, torch::Device device) {
-  const Config& config = model.config;
-  TrainTask task;
-  task.module = model.slt.ptr();
-  task.networks = {{"slt_net.", task.module}};
-  task.samples = data.size();
-  task.prepare =
-      without_contacts(data, config, [&config, network = model.slt, device](const MotionBatch& on_cpu) mutable {
-        const MotionBatch b = on_cpu.on(device);
-        const SltForecast f = network->forward(b.past, b.points);
-        const torch::Tensor path = b.future.select(2, config.root), local = b.future - path.unsqueeze(2);
-        const auto error = [](const torch::Tensor& x, const torch::Tensor& y) { return (x - y).abs().mean(); };
-        const torch::Tensor goal = error(f.goal, path.select(1, config.future - 1)),
-                            goal_pose = error(f.goal_pose, local.select(1, config.future - 1)),
-                            along = error(f.path, path), poses = error(f.local, local);
-        return Losses{{"total", goal + goal_pose + along + poses},
-                      {"goal", goal},
-                      {"goal_pose", goal_pose},
-                      {"path", along},
-                      {"poses", poses}};
-      });
-  task.validate = joint_error_of(validation, config, [network = model.slt, device](const MotionBatch& b) mutable {
-    return network->forward(b.past.to(device), b.points.to(device)).joints();
+TrainTask slt_task(const Baseline& baseline, SltNetwork network, const Config& config, const Data& data,
+                   const Data& validation, torch::Device device) {
+  TrainTask task = baseline_task(baseline, config, data, validation, device);
+  task.prepare = without_contacts(data, config, [&config, network, device](const MotionBatch& on_cpu) mutable {
+    const MotionBatch b = on_cpu.on(device);
+    const SltForecast f = network->forward(b.past, b.points);
+    const torch::Tensor path = b.future.select(2, config.root), local = b.future - path.unsqueeze(2);
+    const auto error = [](const torch::Tensor& x, const torch::Tensor& y) { return (x - y).abs().mean(); };
+    const torch::Tensor goal = error(f.goal, path.select(1, config.future - 1)),
+                        goal_pose = error(f.goal_pose, local.select(1, config.future - 1)), along = error(f.path, path),
+                        poses = error(f.local, local);
+    return Losses{{"total", goal + goal_pose + along + poses},
+                  {"goal", goal},
+                  {"goal_pose", goal_pose},
+                  {"path", along},
+                  {"poses", poses}};
   });
   return task;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "inhabit/forecast/baselines.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/forecast/sample.h"
 #include "inhabit/train/loop.h"
@@ -24,11 +25,13 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
 /// none is left behind. Contact points are predicted ones. Validates by the error of the nearest.
 TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
 
-/// LTD, HisRep or DMGNN: mean joint error in the world. @param name "ltd", "hisrep" or "dmgnn"
-TrainTask baseline_task(const std::string& name, Networks& model, const Data& data, const Data& validation,
+/// A baseline: mean joint error in the world. Validates by the same. `config` must outlive the task.
+TrainTask baseline_task(const Baseline& baseline, const Config& config, const Data& data, const Data& validation,
                         torch::Device device);
 
-/// SLT*: mean absolute errors of the goal, the pose there, the path and the poses. Validates by the mean joint error.
-TrainTask slt_task(Networks& model, const Data& data, const Data& validation, torch::Device device);
+/// The same of SLT* but for its losses: mean absolute errors of the goal, the pose there, the path and the poses.
+/// @param network of the baseline
+TrainTask slt_task(const Baseline& baseline, SltNetwork network, const Config& config, const Data& data,
+                   const Data& validation, torch::Device device);
 
 }  // namespace inhabit::forecast
