@@ -42,6 +42,7 @@ int refused(const std::string& text) {
 // The exit code of a command line.
 int run(int argc, char** argv) {
   listen_for_interruptions();
+  log_above_bars();
   CLI::App app{"Human motion in 3D scenes", "inhabit"};
   app.require_subcommand(1);
   add_version(app);

@@ -1,5 +1,6 @@
 #include "progress.h"
 
+#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <fmt/format.h>
@@ -36,20 +37,23 @@ struct ProgressLine {
   std::string what;
   bool terminal = on_terminal();
   Clock::time_point first = Clock::now(), last = first;
+  int64_t before = -1;  // done when it began, as in a training that is resumed; -1: it has not
   std::mutex mutex;
 
   void say(int64_t done, int64_t all) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto now = Clock::now();
     const bool ends = done >= all;
+    if (before < 0) before = done > 1 ? done - 1 : 0;
     if (terminal && ends) return end_progress();
     if (now - last < (terminal ? std::chrono::milliseconds(200) : std::chrono::seconds(10)) || all < 1) return;
     last = now;
     const double seconds = std::chrono::duration<double>(now - first).count(),
-                 rate = static_cast<double>(done) / seconds;
+                 rate = static_cast<double>(done - before) / seconds;
     const std::string text = fmt::format(
         "{} of {}{}", done, all,
-        done > 0 ? fmt::format(", {:.3g}/s, {} left", rate, duration(static_cast<double>(all - done) / rate)) : "");
+        done > before ? fmt::format(", {:.3g}/s, {} left", rate, duration(static_cast<double>(all - done) / rate))
+                      : "");
     if (!terminal) {
       std::fprintf(stderr, "%s: %s\n", what.c_str(), text.c_str());
       return;
@@ -80,6 +84,18 @@ void end_progress() {
 }
 
 bool is_quiet() { return quiet; }
+
+bool shows_bars() { return !quiet && on_terminal(); }
+
+void log_above_bars() {
+  struct AboveBars : spdlog::sinks::stdout_color_sink_mt {
+    void log(const spdlog::details::log_msg& message) override {
+      end_progress();
+      spdlog::sinks::stdout_color_sink_mt::log(message);
+    }
+  };
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("", std::make_shared<AboveBars>()));
+}
 
 void add_quiet(CLI::App& app) {
   for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {

@@ -8,6 +8,12 @@
 /// @param what "rooms"
 inhabit::Progress progress_of(const std::string& what);
 
+/// Whether progress_of shows bars: on a terminal, without --quiet.
+bool shows_bars();
+
+/// Has what is logged written above a bar that stands.
+void log_above_bars();
+
 /// Removes a bar that stands: before anything else is said on the terminal.
 void end_progress();
 

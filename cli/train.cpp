@@ -9,6 +9,7 @@
 #include "inhabit/io/many_files.h"
 #include "inhabit/nn/device.h"
 #include "outputs.h"
+#include "progress.h"
 #include "verbs.h"
 
 namespace {
@@ -46,6 +47,7 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
     o->run.data = inhabit::folders_matching(o->run.data);
     o->run.device = inhabit::nn::device_named(o->device);
     require_writable(o->run.out);
+    if (shows_bars()) o->run.progress = progress_of;  // elsewhere the lines of losses say how far it is
     o->run.ranks = inhabit::DataParallel::from_environment(o->run.device);
     if (!train(o->run, config)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
     spdlog::info("wrote {}", o->run.out);

@@ -108,10 +108,11 @@ std::vector<ActionMotion> read_recordings(const std::vector<RecordingFile>& file
 std::vector<ActionMotion> read_native(const std::string& folder, double rate, const Progress& progress) {
   const Dataset data = open_dataset(folder);
   std::vector<ActionMotion> out;
-  const auto all = static_cast<int64_t>(data.clips.size());
+  const std::vector<size_t> at_hand = clips_at_hand(data, "all");
+  const auto all = static_cast<int64_t>(at_hand.size());
   for (int64_t i = 0; i < all; ++i) {
     if (progress) progress(i, all);
-    const DatasetClip& entry = data.clips[static_cast<size_t>(i)];
+    const DatasetClip& entry = data.clips[at_hand[static_cast<size_t>(i)]];
     const Clip clip = load_clip(data, entry);
     std::string action = "motion";
     if (clip.action.defined() && !data.actions.empty())

@@ -1,5 +1,7 @@
 #include "inhabit/data/native.h"
 
+#include <spdlog/spdlog.h>
+
 #include <filesystem>
 #include <map>
 
@@ -120,6 +122,15 @@ auto of_dataset(const Read& read) {
   }
 }
 
+/// Throws Error(file, ...) where a clip's file or its scene's is missing, or the clip's archive is torn.
+void require_files(const Dataset& dataset, const DatasetClip& entry) {
+  for (const std::string& name : {entry.file, entry.scene})
+    if (const std::string path = dataset.folder + "/" + name; !name.empty() && !std::filesystem::exists(path))
+      throw Error(path,
+                  "there is no such file, dataset.json names it; remove the clip from dataset.json or make it again");
+  read_npz(dataset.folder + "/" + entry.file, {"rate"});
+}
+
 }  // namespace
 
 void require_split(const std::string& name) {
@@ -175,11 +186,24 @@ Dataset open_dataset(const std::string& folder) {
   return out;
 }
 
-void require_files(const Dataset& dataset, const DatasetClip& entry) {
-  for (const std::string& name : {entry.file, entry.scene})
-    if (const std::string path = dataset.folder + "/" + name; !name.empty() && !std::filesystem::exists(path))
-      throw Error(path,
-                  "there is no such file, dataset.json names it; remove the clip from dataset.json or make it again");
+std::vector<size_t> clips_at_hand(const Dataset& dataset, const std::string& split) {
+  require_split(split);
+  std::vector<size_t> out;
+  size_t skipped = 0;
+  for (size_t c = 0; c < dataset.clips.size(); ++c) {
+    const DatasetClip& entry = dataset.clips[c];
+    if (split != "all" && entry.split != split) continue;
+    try {
+      require_files(dataset, entry);
+      out.push_back(c);
+    } catch (const Error& e) {
+      if (entry.split != "train") throw;
+      spdlog::warn("skipped: {}", e.what());
+      ++skipped;
+    }
+  }
+  if (skipped > 0) spdlog::warn("{}: {} of {} clips were skipped", dataset.folder, skipped, out.size() + skipped);
+  return out;
 }
 
 Clip load_clip(const Dataset& dataset, const DatasetClip& entry) {

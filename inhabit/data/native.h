@@ -47,8 +47,11 @@ void require_split(const std::string& name);
 /// two splits.
 Dataset open_dataset(const std::string& folder);
 
-/// Throws Error(file, ...) where a clip's file or its scene's is missing: said at once, not an hour into a training.
-void require_files(const Dataset& dataset, const DatasetClip& entry);
+/// Places in Dataset::clips of the clips of a split ("all": of every split), in order. One of the training split whose
+/// file is missing or torn, or whose scene is missing, is left out with a warning that says why, and how many were:
+/// others teach as well. Of the other splits, which are measured on, it is an Error(file, ...): said at once, not an
+/// hour into a training. Throws as require_split.
+std::vector<size_t> clips_at_hand(const Dataset& dataset, const std::string& split);
 
 /// Throws Error(file, ...) where the clip is missing or damaged, or disagrees with the index (frames, rate, joints,
 /// actions).

@@ -16,16 +16,14 @@ std::string item_of(const std::string& key) { return key.substr(key.find('/') + 
 WindowSet::WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
                      double rate, const std::function<void(const Dataset&)>& accept, bool in_scenes)
     : frames_(frames), stride_(stride) {
-  require_split(split);
   for (const std::string& folder : folders) {
     sets_.push_back(open_dataset(folder));
     const Dataset& set = sets_.back();
     accept(set);
     if (set.rate != rate) throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, rate));
-    for (size_t c = 0; c < set.clips.size(); ++c) {
+    for (const size_t c : clips_at_hand(set, split)) {
       const DatasetClip& clip = set.clips[c];
-      if ((in_scenes && clip.scene.empty()) || (split != "all" && clip.split != split)) continue;
-      require_files(set, clip);
+      if (in_scenes && clip.scene.empty()) continue;
       for (int64_t start = 0; start + frames <= clip.frames; start += stride)
         places_.push_back(
             {static_cast<int32_t>(sets_.size() - 1), static_cast<int32_t>(c), static_cast<int32_t>(start)});

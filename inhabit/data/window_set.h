@@ -21,7 +21,8 @@ class WindowSet {
 
   /// @param folders native data sets; @param split "train", "val", "test" or "all"; @param rate that their clips must
   /// have; @param accept throws Error where a data set's skeleton is not the one wanted; @param in_scenes clips without
-  /// a scene are left out. Throws Error where a data set cannot be read, has another rate, or a file is missing.
+  /// a scene are left out. Throws Error where a data set cannot be read, has another rate, or a file is
+  /// missing that clips_at_hand does not leave out.
   WindowSet(const std::vector<std::string>& folders, const std::string& split, int64_t frames, int64_t stride,
             double rate, const std::function<void(const Dataset&)>& accept, bool in_scenes = true);
 

@@ -93,7 +93,8 @@ Data::Data(const std::vector<std::string>& folders, const std::string& split, co
     if (static_cast<int>(set.parents.size()) != config.joints)
       throw Error(folder, fmt::format("has {} joints, the model {}", set.parents.size(), config.joints));
     std::map<std::string, std::pair<Scene, std::array<std::shared_ptr<const Surroundings>, 2>>> scenes;
-    for (const DatasetClip& entry : set.split(split)) {
+    for (const size_t c : clips_at_hand(set, split)) {
+      const DatasetClip& entry = set.clips[c];
       if (entry.scene.empty()) continue;
       const std::string subject = folder + "/" + entry.file;
       const Clip clip = load_clip(set, entry);

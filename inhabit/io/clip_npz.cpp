@@ -237,8 +237,9 @@ const Names kPoses = {"poses",  "pose",      "root_orient", "global_orient",
 
 /// Whether a file of others holds joint positions and no pose.
 bool holds_positions(const Npz& npz) {
-  return !(npz.has("parents") && npz.has("offsets")) && first_of(npz, kPoses) == nullptr &&
-         !joint_array_name(npz).empty();
+  if (npz.has("parents") && npz.has("offsets")) return false;
+  if (!positions_called_poses(npz).empty()) return true;
+  return first_of(npz, kPoses) == nullptr && !joint_array_name(npz).empty();
 }
 
 /// Arrays of npz_from_clip with a row a frame.

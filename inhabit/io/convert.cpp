@@ -94,7 +94,8 @@ std::vector<std::string> files_as(const std::string& name, bool folder, const st
 
 std::string convert_file(const std::string& in, const std::string& out, const ConvertOptions& options, Notes* notes,
                          std::map<std::string, std::string>* written) {
-  const bool is_motion = is_clip_file(in) || !is_scene_extension(extension_of(in));
+  // Of a file that may hold both, .ply takes the scene: no motion is written so.
+  const bool is_motion = !is_scene_extension(extension_of(in)) || (extension_of(out) != "ply" && is_clip_file(in));
   return is_motion ? convert_motion(in, out, options, notes, written) : convert_scene(in, out, options, written);
 }
 

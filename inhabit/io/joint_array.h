@@ -12,6 +12,11 @@ namespace inhabit {
 /// Empty where there is none.
 std::string joint_array_name(const Npz& npz);
 
+/// The array called `poses` or `pose` of a file that says nothing else of a body (betas, trans, root_orient) where it
+/// holds the positions of SMPL's first 22 joints rather than their rotations: distances between neighbours stay alike
+/// in it, and limbs are as long above as below. Empty where there is none.
+std::string positions_called_poses(const Npz& npz);
+
 /// The archive with that array, unflattened, as `joints`; as it is where there is none.
 Npz with_joint_array(const Npz& npz);
 

@@ -152,6 +152,7 @@ class TrainLoop {
       const int64_t done = step + 1;
       if (average_) average_->update(done);
       if (rank_ == 0) {
+        if (options_.progress) options_.progress(done, options_.steps);
         report(done, losses);
         if (done % options_.validate_every == 0 || done == options_.steps) validate(done);
       }

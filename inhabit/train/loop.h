@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "inhabit/progress.h"
 #include "inhabit/train/data_parallel.h"
 #include "inhabit/train/rate_schedule.h"
 
@@ -85,6 +86,7 @@ struct TrainOptions {
   bool append_log = false;              ///< append to an existing log
   std::shared_ptr<DataParallel> ranks;  ///< the processes that train together; none: this one alone
   TrainListener listener;               ///< may be empty; of the process of rank 0
+  Progress progress;                    ///< hears of every step; may be empty; of the process of rank 0
 };
 
 /// How a training ended.

@@ -20,6 +20,7 @@ struct TrainRun {
   torch::Device device = torch::kCPU;   ///< where the networks are trained
   std::shared_ptr<DataParallel> ranks;  ///< none: this process alone
   TrainListener listener;               ///< hears how it goes and may stop it; may be empty
+  std::function<Progress(const std::string& stage)> progress;  ///< makes what hears a stage's steps; may be empty
 };
 
 /// One stage: a network, or several that are trained together.

@@ -114,6 +114,9 @@ TEST(Convert, ScenesBecomeGltfAndPly) {
                 .exit_code,
             0);
   EXPECT_GT(std::filesystem::file_size(folder / "both.glb"), std::filesystem::file_size(folder / "room.glb"));
+  // Of a file that holds motion and a scene, .ply is the scene.
+  ASSERT_EQ(run_command("convert " + folder / "both.glb" + " " + folder / "again.ply").exit_code, 0);
+  EXPECT_EQ(read_scene_file(folder / "again.ply", options).report.triangles, 3);
 }
 
 TEST(Convert, BadInputIsOneLineAndLeavesNothing) {

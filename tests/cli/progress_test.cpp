@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "cli/command.h"
 #include "cli/examples.h"
+#include "cli/tiny_rooms.h"
 #include "inhabit/io/atomic_file.h"
 
 namespace {
@@ -32,6 +34,27 @@ TEST(Progress, IsABarOnATerminalAndGoesAwayInTheEnd) {
   EXPECT_LT(gone, out.rfind("60 clips")) << "what the verb says in the end stands alone";
   const std::string quiet = on_terminal(work(folder / "b") + " --quiet");
   EXPECT_THAT(quiet, AllOf(Not(HasSubstr("clips [")), HasSubstr("60 clips")));
+}
+
+TEST(Progress, OfATrainingIsABarBelowItsLines) {
+  const TempFolder folder;
+  const std::string data = make_tiny_rooms(folder),
+                    out = on_terminal(INHABIT_COMMAND
+                                      " train forecast --stage motion --set decoder=recurrent"
+                                      " training.motion_steps=60 training.motion_batch=2 --data " +
+                                      data + " --out " + folder / "m.safetensors");
+  EXPECT_THAT(out, AllOf(HasSubstr("motion ["), HasSubstr("of 60, "), HasSubstr("/s, "), HasSubstr(" left")));
+  std::istringstream lines(out);
+  int64_t logged = 0;
+  for (std::string line; std::getline(lines, line); ++logged) {
+    const size_t said = line.find("[info]");
+    if (said == std::string::npos) continue;
+    const size_t bar = line.rfind("motion [", said), gone = line.rfind("\r\x1b[K", said);
+    if (bar == std::string::npos) continue;
+    ASSERT_NE(gone, std::string::npos) << line;
+    EXPECT_GT(gone, bar) << "a line stands behind the bar: " << line;
+  }
+  EXPECT_GT(logged, 2);
 }
 
 TEST(Progress, LeavesNoBarWhereThereIsNoTerminal) {

@@ -191,8 +191,23 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
   ASSERT_EQ(run_command("synth rooms --clips 3 --clips-per-room 1 --seconds 2.5 --out " + bad / "short").exit_code, 0);
   bad.expect("--data " + bad / "short" + out, {bad / "short", "no training window of 90 frames"});
   const std::string holes = make_tiny_rooms(bad);
-  std::filesystem::remove(holes + "/" + open_dataset(holes).split("train").back().file);
+  std::filesystem::remove(holes + "/" + open_dataset(holes).split("val").back().file);
   bad.expect("--data " + holes + out, {holes + "/clips/", "there is no such file"});
+}
+
+TEST(Train, GoesOnWithoutClipsThatCannotBeReadAndSaysSo) {
+  const TempFolder folder;
+  const std::string data = make_tiny_rooms(folder);
+  const auto clips = open_dataset(data).split("train");
+  ASSERT_EQ(clips.size(), 2U);
+  std::filesystem::resize_file(data + "/" + clips[0].file, 200);
+  const CommandResult r = run_command(
+      "train forecast --stage motion --set decoder=recurrent training.motion_steps=1 training.motion_batch=1 --data " +
+      data + " --out " + folder / "m.safetensors");
+  EXPECT_EQ(r.exit_code, 0) << r.err;
+  for (const std::string& part :
+       {"skipped: " + data + "/" + clips[0].file + ": ", data + ": 1 of 2 clips were skipped"})
+    EXPECT_THAT(r.out + r.err, ::testing::HasSubstr(part));
 }
 
 TEST(Train, RefusesToResumeAdaptOrWriteWhatIsNotThere) {

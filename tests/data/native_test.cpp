@@ -121,11 +121,25 @@ TEST(Dataset, MissingFilesAreNamed) {
   const Dataset d = open_dataset(folder / "d");
   std::filesystem::remove(folder / "d/clips/1.npz");
   std::filesystem::remove(folder / "d/scenes/room_1.glb");
-  require_files(d, d.clips[0]);
-  EXPECT_THAT(refusal_of([&] { require_files(d, d.clips[1]); }), HasSubstr("clips/1.npz: there is no such file"));
-  EXPECT_THAT(refusal_of([&] { require_files(d, d.clips[2]); }), HasSubstr("scenes/room_1.glb: there is no such file"));
+  EXPECT_THAT(refusal_of([&] { clips_at_hand(d, "test"); }), HasSubstr("scenes/room_1.glb: there is no such file"));
   EXPECT_THAT(refusal_of([&] { load_clip(d, d.clips[1]); }), HasSubstr("clips/1.npz"));
   EXPECT_THAT(refusal_of([&] { load_scene(d, "scenes/room_1.glb"); }), HasSubstr("scenes/room_1.glb"));
+}
+
+TEST(Dataset, OfTheTrainingSplitWhatIsMissingOrTornIsLeftOut) {
+  const TempFolder folder;
+  write_small(folder / "d");
+  const Dataset d = open_dataset(folder / "d");
+  EXPECT_EQ(clips_at_hand(d, "train"), (std::vector<size_t>{0, 1}));
+  EXPECT_EQ(clips_at_hand(d, "all"), (std::vector<size_t>{0, 1, 2, 3}));
+  std::filesystem::resize_file(folder / "d/clips/0.npz", 100);
+  EXPECT_EQ(clips_at_hand(d, "train"), (std::vector<size_t>{1}));
+  std::filesystem::remove(folder / "d/clips/1.npz");
+  EXPECT_TRUE(clips_at_hand(d, "train").empty());
+  EXPECT_EQ(clips_at_hand(d, "test"), (std::vector<size_t>{2, 3}));
+  std::filesystem::resize_file(folder / "d/clips/3.npz", 100);
+  EXPECT_THAT(refusal_of([&] { clips_at_hand(d, "test"); }), HasSubstr("clips/3.npz: "));
+  EXPECT_THAT(refusal_of([&] { clips_at_hand(d, "most"); }), HasSubstr("split"));
 }
 
 // Read as AMASS's, a clip without its skeleton would stand 0.22 m too low: trans is measured from elsewhere there.

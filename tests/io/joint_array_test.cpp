@@ -50,6 +50,35 @@ TEST(JointArray, HasNamesInAnyCaseAndVagueOnesWhereTheShapeSaysJoints) {
   EXPECT_TRUE(torch::equal(clip_from_npz(both, "both").joints, joints)) << "joints go first";
 }
 
+TEST(JointArray, PositionsCalledPosesAreToldFromRotations) {
+  torch::manual_seed(1);
+  const torch::Tensor swing = 0.8 * torch::sin(torch::arange(40) * 0.2).view({40, 1, 1}) * torch::randn({1, 22, 3}),
+                      path = torch::stack({torch::arange(40) * 0.03, torch::ones({40}), torch::zeros({40})}, 1),
+                      joints = joint_positions(builtin_body().skeleton, swing, path);
+  const torch::Tensor noisy = joints + 0.004 * torch::randn_like(joints);
+  for (const torch::Tensor& as : {joints, joints.view({40, 66}), noisy, 100 * joints})
+    for (const char* name : {"poses", "pose"}) {
+      Npz npz;
+      npz.tensors[name] = as;
+      EXPECT_EQ(positions_called_poses(npz), name) << as.sizes();
+      Notes notes;
+      const Clip clip = clip_from_npz(npz, name, {}, &notes);
+      EXPECT_FALSE(clip.rotations.defined());
+      EXPECT_LT((clip.joints - joints).abs().max().item<double>(), 0.03);
+      EXPECT_THAT(notes, testing::Contains(testing::HasSubstr("joint positions without rotations")));
+    }
+  Npz rotations;
+  for (const torch::Tensor& as :
+       {swing, swing.view({40, 66}), swing[9].expand({40, 22, 3}), torch::zeros({40, 22, 3})}) {
+    rotations.tensors["poses"] = as.contiguous();
+    EXPECT_EQ(positions_called_poses(rotations), "") << as.sizes();
+  }
+  Npz of_a_body;  // whatever its poses look like
+  of_a_body.tensors["poses"] = joints;
+  of_a_body.tensors["trans"] = path;
+  EXPECT_EQ(positions_called_poses(of_a_body), "");
+}
+
 TEST(JointArray, SeveralMotionsLead) {
   Npz npz;
   npz.tensors["keypoints"] = torch::stack({standing(7), standing(7) + 1, standing(7) + 2});
