@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { stat } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance } from './look.mjs';
+import { distance, faint, nameless, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -42,6 +42,24 @@ await withBrowser({ viewport: { width: 760, height: 560 }, offline: false, accep
   const said = () => page.locator('#said').textContent();
   const place = async () => (await get('inhabit.pose()')).trans;
   await picture(page, 'begin');
+
+  // It can be read and used on a telephone, by daylight and at night.
+  for (const [width, height] of [[390, 844], [760, 560]]) {
+    await setWindow(page, width, height);
+    for (const colorScheme of ['dark', 'light']) {
+      await page.emulateMedia({ colorScheme });
+      const { found, looked } = await faint(page);
+      assert.ok(looked > 2, 'no text was found');
+      assert.deepEqual(found, [], `${width} px, ${colorScheme}: faint text`);
+      assert.deepEqual(await nameless(context, page), [], 'controls without a name');
+    }
+    assert.ok(await get('document.documentElement.scrollWidth <= innerWidth'), `wider than ${width} px`);
+    const outside = await get(`[...document.querySelectorAll('button, select')].filter((node) => node.checkVisibility())
+      .filter((node) => { const box = node.getBoundingClientRect(); return box.left < 0 || box.right > innerWidth || box.top < 0 || box.bottom > innerHeight; })
+      .map(({ id }) => id)`);
+    assert.deepEqual(outside, [], `buttons off a screen of ${width} by ${height}`);
+    await picture(page, `${width}`);
+  }
 
   // A chair that is clicked is sat on.
   const [chair] = await get('inhabit.chairs()');

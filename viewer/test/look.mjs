@@ -1,4 +1,5 @@
 // What the page's tests share: opening a page, and looking at it.
+import assert from 'node:assert/strict';
 import { pathToFileURL } from 'node:url';
 import { openPage } from '../browser.mjs';
 
@@ -53,3 +54,54 @@ export const look = (page, time, joint) => page.evaluate(([at, name]) => {
 
 export const joints = (page, person) => page.evaluate((i) => inhabit.jointPositions(i), person);
 export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+/** Visible texts whose contrast with what is behind them is too low, whether black or white lies behind what is see-through. */
+export const faint = (page) => page.evaluate((least) => {
+  const rgba = (text) => {
+    const context = Object.assign(document.createElement('canvas'), { width: 1, height: 1 }).getContext('2d', { willReadFrequently: true });
+    context.fillStyle = text;
+    context.fillRect(0, 0, 1, 1);
+    const [r, g, b, a] = context.getImageData(0, 0, 1, 1).data;
+    return [r, g, b, a / 255];
+  };
+  const over = ([r, g, b, a], under) => [r, g, b].map((c, k) => a * c + (1 - a) * under[k]);
+  const light = (color) => {
+    const [r, g, b] = color.map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const contrast = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05);
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const found = [];
+  let looked = 0;
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const owner = node.parentElement;
+    if (!node.textContent.trim() || owner.closest('script, style, option, title') || !owner.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
+    const style = getComputedStyle(owner);
+    const ink = owner.closest('svg') ? style.fill : style.color;
+    let worst = Infinity;
+    for (const ground of [[0, 0, 0], [255, 255, 255]]) {
+      const layers = [];
+      for (let up = owner; up; up = up.parentElement) {
+        const { backgroundColor } = getComputedStyle(up);
+        const color = rgba(backgroundColor);
+        if (color[3] > 0) layers.unshift(color);
+        if (color[3] === 1 || getComputedStyle(up).position === 'fixed') break;
+      }
+      const behind = layers.reduce((under, layer) => over(layer, under), ground);
+      worst = Math.min(worst, contrast(over(rgba(ink), behind), behind));
+    }
+    ++looked;
+    if (worst < least) found.push(`${worst.toFixed(2)} "${node.textContent.trim().slice(0, 30)}" in ${owner.tagName} ${owner.id || owner.className}`);
+  }
+  return { found, looked };
+}, 4.5); // WCAG 2.2 AA
+
+/** Controls without a name, as the browser tells them to screen readers. */
+export async function nameless(context, page) {
+  const session = await context.newCDPSession(page);
+  const { nodes } = await session.send('Accessibility.getFullAXTree');
+  const controls = ['button', 'checkbox', 'combobox', 'slider', 'link', 'searchbox', 'textbox', 'image', 'img', 'dialog', 'toolbar', 'DisclosureTriangle'];
+  const shown = nodes.filter(({ ignored, role }) => !ignored && controls.includes(role?.value));
+  assert.ok(shown.length >= 2);
+  return shown.filter(({ name }) => !name?.value?.trim()).map(({ role }) => role.value);
+}

@@ -8,68 +8,16 @@ import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { readFileSync } from 'node:fs';
 import { findChromium, withBrowser } from '../browser.mjs';
-import { openListening, setWindow } from './look.mjs';
+import { faint, nameless, openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
   process.exit(77);
 }
 const folder = process.argv[2];
-const LEAST = 4.5; // contrast of text, WCAG 2.2 AA
 const FIRST = 1000; // milliseconds to the first picture, the best of some loads
 const pages = (await readdir(folder)).filter((name) => name.endsWith('.html')).sort();
 assert.ok(pages.length > 0);
-
-/** Visible texts whose contrast with what is behind them is too low, whether black or white lies behind what is see-through. */
-const faint = (page) => page.evaluate((least) => {
-  const rgba = (text) => {
-    const context = Object.assign(document.createElement('canvas'), { width: 1, height: 1 }).getContext('2d', { willReadFrequently: true });
-    context.fillStyle = text;
-    context.fillRect(0, 0, 1, 1);
-    const [r, g, b, a] = context.getImageData(0, 0, 1, 1).data;
-    return [r, g, b, a / 255];
-  };
-  const over = ([r, g, b, a], under) => [r, g, b].map((c, k) => a * c + (1 - a) * under[k]);
-  const light = (color) => {
-    const [r, g, b] = color.map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const contrast = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05);
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  const found = [];
-  let looked = 0;
-  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
-    const owner = node.parentElement;
-    if (!node.textContent.trim() || owner.closest('script, style, option, title') || !owner.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
-    const style = getComputedStyle(owner);
-    const ink = owner.closest('svg') ? style.fill : style.color;
-    let worst = Infinity;
-    for (const ground of [[0, 0, 0], [255, 255, 255]]) {
-      const layers = [];
-      for (let up = owner; up; up = up.parentElement) {
-        const { backgroundColor } = getComputedStyle(up);
-        const color = rgba(backgroundColor);
-        if (color[3] > 0) layers.unshift(color);
-        if (color[3] === 1 || getComputedStyle(up).position === 'fixed') break;
-      }
-      const behind = layers.reduce((under, layer) => over(layer, under), ground);
-      worst = Math.min(worst, contrast(over(rgba(ink), behind), behind));
-    }
-    ++looked;
-    if (worst < least) found.push(`${worst.toFixed(2)} "${node.textContent.trim().slice(0, 30)}" in ${owner.tagName} ${owner.id || owner.className}`);
-  }
-  return { found, looked };
-}, LEAST);
-
-/** Controls without a name, as the browser tells them to screen readers. */
-async function nameless(context, page) {
-  const session = await context.newCDPSession(page);
-  const { nodes } = await session.send('Accessibility.getFullAXTree');
-  const controls = ['button', 'checkbox', 'combobox', 'slider', 'link', 'searchbox', 'textbox', 'image', 'img', 'dialog', 'toolbar', 'DisclosureTriangle'];
-  const shown = nodes.filter(({ ignored, role }) => !ignored && controls.includes(role?.value));
-  assert.ok(shown.length >= 2);
-  return shown.filter(({ name }) => !name?.value?.trim()).map(({ role }) => role.value);
-}
 
 const sessions = new WeakMap();
 const measured = async (page) => {
