@@ -1,6 +1,5 @@
 #include <cstdio>
 #include <memory>
-#include <sstream>
 
 #include "inhabit/error.h"
 #include "inhabit/inbetween/detour.h"
@@ -46,16 +45,6 @@ void add_model_rows(CLI::App& verb, ModelRows& o) {
       "Leave away the interpolations after the refinement that ours has");
 }
 
-/// "NAME: KEY=VALUE ...".
-inbetween::OtherSettings other_settings(const std::string& row) {
-  const size_t colon = row.find(": ");
-  if (colon == std::string::npos || colon == 0) throw Error("--row " + row, "is not 'NAME: KEY=VALUE ...'");
-  std::istringstream rest(row.substr(colon + 2));
-  inbetween::OtherSettings out = {row.substr(0, colon), {}};
-  for (std::string setting; rest >> setting;) out.settings.push_back(setting);
-  return out;
-}
-
 /// Reads the models. Windows are as the last one's configuration has them.
 inbetween::Config read_models(ModelRows& o) {
   if (o.models.empty()) o.models.push_back(shipped_model("inbetween-compact.safetensors"));
@@ -63,7 +52,7 @@ inbetween::Config read_models(ModelRows& o) {
     o.measured.networks.emplace_back(file, inbetween::load_networks(model_file(file, "")));
     set_used(o.measured.networks.back().second.config, o.settings);
   }
-  for (const std::string& row : o.rows) o.measured.others.push_back(other_settings(row));
+  for (const std::string& row : o.rows) o.measured.others.push_back(inbetween::other_settings(row));
   return o.measured.networks.back().second.config;
 }
 

@@ -1,11 +1,9 @@
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "inhabit/anticipate/intention_page.h"
+#include "inhabit/anticipate/clustered_set.h"
 #include "inhabit/anticipate/label_agreement.h"
-#include "inhabit/data/motion_set.h"
 #include "inhabit/io/atomic_file.h"
 #include "inputs.h"
 #include "outputs.h"
@@ -53,21 +51,12 @@ void add_intentions(CLI::App& app) {
     require_writable(o->out);
     if (!o->json.empty()) require_writable(o->json);
     Notes notes;
-    const auto motions = read_motion_set(o->data, config.rate, &notes, progress_of("recordings"));
-    const Skeleton skeleton = anticipate::training_skeleton(motions, o->data);
-    auto recordings = anticipate::sequences_of(motions, "train", skeleton, config.rate);
-    const anticipate::IntentionClusters clusters = anticipate::cluster_recordings(recordings, config, o->seed);
-    for (const char* split : {"val", "test"})
-      for (anticipate::Sequence& recording : anticipate::sequences_of(motions, split, skeleton, config.rate))
-        recordings.push_back(std::move(recording));
-    const anticipate::IntentionSummary summary = anticipate::summarise_intentions(recordings, clusters, config.rate);
-    write_page(o->out, anticipate::intention_page(
-                           summary, recordings, skeleton, config.rate,
-                           "Intentions of " + std::filesystem::path(o->data + "/").parent_path().filename().string()));
-    if (!o->json.empty()) write_atomically(o->json, anticipate::summary_json(summary, recordings).dump(1) + "\n");
+    const auto set = anticipate::clustered_set(o->data, config, o->seed, &notes, progress_of("recordings"));
+    write_page(o->out, intention_page(set));
+    if (!o->json.empty()) write_atomically(o->json, summary_json(set.summary, set.recordings).dump(1) + "\n");
     say(notes);
     if (!o->compare.empty())
-      say_agreement(o->compare, anticipate::label_agreement(o->compare, recordings, summary.tracks, config.rate));
-    std::printf("%s%s\n", anticipate::summary_text(summary).c_str(), o->out.c_str());
+      say_agreement(o->compare, anticipate::label_agreement(o->compare, set.recordings, set.summary.tracks, set.rate));
+    std::printf("%s%s\n", summary_text(set.summary).c_str(), o->out.c_str());
   });
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <tuple>
 
 #include "inhabit/error.h"
@@ -157,18 +156,12 @@ void add_fit(CLI::App& synth) {
           "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")
       ->capture_default_str();
   verb->add_option("--chord-frames", given->chord_frames, "Fewest and most frames between such poses")
-      ->expected(2)
       ->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   add_shard(*verb, given->shard);
   verb->callback([given] {
     given->options.shard = shard_of(given->shard);
-    for (const std::string& file : inhabit::motion_files(given->mocap)) {
-      bool test = false;
-      for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
-      (test ? given->options.test : given->options.train).push_back(file);
-    }
-    for (auto* kept : {&given->options.val, &given->options.test}) *kept = inhabit::motion_files(*kept);
+    add_recordings(given->options, given->mocap);
     std::tie(given->options.chords.shortest, given->options.chords.longest) = given->chord_frames;
     given->options.progress = progress_of("recording");
     const GoesOnLater later(kGoOn);

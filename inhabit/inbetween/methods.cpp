@@ -1,5 +1,6 @@
 #include "inhabit/inbetween/methods.h"
 
+#include <sstream>
 #include <utility>
 
 #include "inhabit/error.h"
@@ -150,6 +151,15 @@ std::vector<Method> model_rows(const std::string& name, const Networks& networks
   out.push_back(model_method(name + ", raw", model, options));
   options.stage = Stage::finished;
   out.push_back(model_method(name, model, options));
+  return out;
+}
+
+OtherSettings other_settings(const std::string& row) {
+  const size_t colon = row.find(": ");
+  if (colon == std::string::npos || colon == 0) throw Error("--row " + row, "is not 'NAME: KEY=VALUE ...'");
+  std::istringstream rest(row.substr(colon + 2));
+  OtherSettings out = {row.substr(0, colon), {}};
+  for (std::string setting; rest >> setting;) out.settings.push_back(setting);
   return out;
 }
 

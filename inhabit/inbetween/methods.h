@@ -60,6 +60,9 @@ struct OtherSettings {
   std::vector<std::string> settings;
 };
 
+/// Of "NAME: KEY=VALUE ...". Throws Error("--row TEXT", ...) where it is none.
+OtherSettings other_settings(const std::string& row);
+
 /// The models that an evaluation measures, and how.
 struct MeasuredModels {
   std::vector<std::pair<std::string, Networks>> networks;  ///< each behind its file's name, for errors

@@ -58,6 +58,10 @@ struct FittingOptions {
   Progress progress;            ///< counts recordings
 };
 
+/// Adds what a user names (files, folders, patterns: motion_files) to options.train; what is in a folder called test,
+/// to options.test. Names in options.val and options.test become their files likewise. Throws what motion_files throws.
+void add_recordings(FittingOptions& options, const std::vector<std::string>& named);
+
 /// A native data set of fitted rooms. All pieces of one recording are in one split, and so is all of one person where
 /// `train`, `val` and `test` are given by person. Where there is no `test`, the last tenth of three or more others is
 /// taken for it; where there is no `val`, every tenth of the others. Provenance says how many minutes were recorded,

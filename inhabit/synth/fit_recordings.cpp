@@ -9,6 +9,7 @@
 #include "inhabit/interruption.h"
 #include "inhabit/io/file_notes.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/floor.h"
@@ -200,6 +201,15 @@ std::vector<Clip> prepare_recording(const Clip& source, const std::string& subje
     first = t + 1;
   }
   return out;
+}
+
+void add_recordings(FittingOptions& options, const std::vector<std::string>& named) {
+  for (const std::string& file : motion_files(named)) {
+    bool test = false;
+    for (const auto& part : std::filesystem::path(file).parent_path()) test |= part == "test";
+    (test ? options.test : options.train).push_back(file);
+  }
+  for (auto* kept : {&options.val, &options.test}) *kept = motion_files(*kept);
 }
 
 Dataset fit_recordings(const std::string& folder, const FittingOptions& options) {

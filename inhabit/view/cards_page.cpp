@@ -37,7 +37,7 @@ json describe_chart(const PageChart& chart, const std::string& path) {
 
 }  // namespace
 
-void write_page(const std::string& path, const CardsPage& page) {
+std::string page_text(const CardsPage& page, const std::string& path) {
   if (page.cards.empty()) throw Error(path, "nothing to show");
   PageBlob blob;
   PageBodies bodies;
@@ -59,15 +59,21 @@ void write_page(const std::string& path, const CardsPage& page) {
     header["cards"].push_back(std::move(out));
   }
   header["bodies"] = bodies.list;
-  write_atomically(path, page_document(page.title, std::move(header), blob, page_template()));
+  return page_document(page.title, std::move(header), blob, page_template());
 }
 
-void write_empty_page(const std::string& path, const std::string& title, const std::string& note) {
+void write_page(const std::string& path, const CardsPage& page) { write_atomically(path, page_text(page, path)); }
+
+std::string empty_page_text(const std::string& title, const std::string& note) {
   PageBlob blob;
   PageBodies bodies;
   bodies.add(blob, builtin_body(), {}, kStandardJoints);
   const json header = {{"note", note}, {"people", json::array()}, {"bodies", bodies.list}};
-  write_atomically(path, page_document(title, header, blob, page_template()));
+  return page_document(title, header, blob, page_template());
+}
+
+void write_empty_page(const std::string& path, const std::string& title, const std::string& note) {
+  write_atomically(path, empty_page_text(title, note));
 }
 
 }  // namespace inhabit

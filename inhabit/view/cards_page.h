@@ -49,8 +49,12 @@ struct CardsPage {
 /// 1/65535 of their extent, scenes beyond 20,000 triangles or 10,000 points thinned. Throws Error(path, ...) where
 /// there is no card, or a clip, scene or chart is inconsistent or not finite, or the file cannot be written.
 void write_page(const std::string& path, const CardsPage& page);
+/// The same as text. @param path named in errors
+std::string page_text(const CardsPage& page, const std::string& path);
 
 /// Writes a page that shows nothing yet: motions and scenes are dropped on it. It carries the built-in body for them.
 void write_empty_page(const std::string& path, const std::string& title, const std::string& note = "");
+/// The same as text.
+std::string empty_page_text(const std::string& title, const std::string& note = "");
 
 }  // namespace inhabit

@@ -62,7 +62,13 @@ py::object python_of(const std::string& json) { return py::module_::import("json
 
 std::vector<std::string> settings_of(const py::object& settings) {
   if (settings.is_none()) return {};
-  if (!py::isinstance<py::dict>(settings)) return settings.cast<std::vector<std::string>>();
+  if (!py::isinstance<py::dict>(settings)) {
+    try {
+      return settings.cast<std::vector<std::string>>();
+    } catch (const py::cast_error&) {
+      throw Error("settings", "are neither a dictionary nor a list of 'KEY=VALUE'");
+    }
+  }
   std::vector<std::string> out;
   for (const auto& [key, value] : settings.cast<py::dict>()) {
     std::string text =
@@ -88,8 +94,13 @@ std::vector<std::string> texts_of(const std::vector<Path>& paths) {
   return out;
 }
 
+std::vector<std::string> texts_of(const PathsArgument& paths) {
+  const auto* one = std::get_if<Path>(&paths);
+  return one != nullptr ? std::vector<std::string>{one->string()} : texts_of(std::get<std::vector<Path>>(paths));
+}
+
 std::string model_file(const std::optional<Path>& given, const std::string& shipped) {
-  return given ? given->string() : shipped_model(shipped);
+  return inhabit::model_file(given ? given->string() : "", shipped);
 }
 
 UpAxis up_axis(const std::optional<std::string>& up) {

@@ -56,8 +56,11 @@ void log_to_python();
 
 /// Paths as the library takes them.
 std::vector<std::string> texts_of(const std::vector<Path>& paths);
+/// A path or several.
+using PathsArgument = std::variant<Path, std::vector<Path>>;
+std::vector<std::string> texts_of(const PathsArgument& paths);
 
-/// A given model file, or the one that ships.
+/// A given model's file, of those that ship by its name too, or `shipped`.
 std::string model_file(const std::optional<Path>& given, const std::string& shipped);
 
 /// "up", "scale", "rate", "asf" and "level" of Python as reading options.
@@ -68,6 +71,9 @@ UpAxis up_axis(const std::optional<std::string>& up);
 /// Part I of N: (I, N), "I/N", or None for all of it.
 using ShardArgument = std::optional<std::variant<std::string, std::pair<int64_t, int64_t>>>;
 Shard shard_of(const ShardArgument& given);
+
+/// Has functions of the module, and of its classes, say of wrong arguments in one line what they take and were given.
+void shorten_type_errors(const py::module_& m);
 
 // Each adds its part of the module.
 void add_clips(py::module_& m);

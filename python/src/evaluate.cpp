@@ -1,142 +1,86 @@
-#include "inhabit/forecast/evaluate.h"
+#include "evaluate.h"
 
-#include <functional>
 #include <map>
 
-#include "calls.h"
 #include "inhabit/anticipate/evaluation_folds.h"
-#include "inhabit/data/measured_parts.h"
-#include "inhabit/error.h"
+#include "inhabit/forecast/evaluate.h"
 #include "inhabit/forecast/evaluate_contacts.h"
-#include "inhabit/inbetween/detour.h"
-#include "inhabit/inbetween/evaluate.h"
-#include "inhabit/inbetween/evaluation_windows.h"
-#include "inhabit/interact/evaluate.h"
 #include "inhabit/io/atomic_file.h"
-#include "inhabit/io/shipped_model.h"
-#include "inhabit/nn/used_settings.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/reconstruct/evaluate.h"
 
 namespace inhabit::python {
 namespace {
 
-using Texts = std::vector<std::string>;
+constexpr int64_t kMost = std::numeric_limits<int64_t>::max();
 
-/// What `evaluate` of every system is asked for.
-struct Asked {
-  Texts data;
-  std::string split;
-  std::optional<Path> model;
-  Texts settings;
-  int64_t windows, seeds, stride;
-  uint64_t seed;
-  Progress progress;
-  MeasuredParts parts;
-
-  template <class Networks>
-  Networks networks(Networks (*load)(const std::string&), const std::string& shipped) const {
-    Networks out = load(model_file(model, shipped));
-    set_used(out.config, settings);
-    return out;
-  }
-  Error nothing(const std::string& what) const {
-    return Error(data.empty() ? "data" : data.front(), "has no " + what + " in split " + split);
-  }
-};
-
-/// A table as text; empty where other parts are still to come.
-template <class Table, class ToJson>
-std::string rows_text(const Table& table, const ToJson& json) {
-  return table.rows.empty() ? std::string() : json(table).dump();
-}
-
-std::string forecast_rows(const Asked& asked) {
-  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  const forecast::Data data(asked.data, asked.split, model.config, asked.stride);
+Measured forecast_rows(const Asked& asked, Options& options) {
+  const int64_t stride = options.whole("stride", 30, 1, kMost);
+  const bool intervals = options.flag("intervals", false);
+  options.refuse_others();
+  const auto model = asked.network(&forecast::load_networks, "forecast-compact.safetensors");
+  const forecast::Data data(asked.data, asked.split, model.config, stride);
   require_any_window(data.windows(), asked.data, asked.split);
-  return rows_text(forecast::evaluate(model, data, asked.progress, asked.parts),
-                   [](const forecast::Table& t) { return table_json(t); });
+  const forecast::Table table = forecast::evaluate(model, data, asked.progress, asked.parts);
+  if (table.rows.empty()) return {};
+  return {table_json(table, intervals), table_text(table, intervals)};
 }
 
-std::string anticipate_rows(const Asked& asked, int64_t samples, double seconds) {
+Measured contacts_rows(const Asked& asked, Options& options) {
+  const int64_t stride = options.whole("stride", 30, 1, kMost);
+  options.refuse_others();
+  const auto model = asked.network(&forecast::load_networks, "forecast-compact.safetensors");
+  const forecast::Data data(asked.data, asked.split, model.config, stride);
+  require_any_window(data.windows(), asked.data, asked.split);
+  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), stride);
+  return measured(forecast::evaluate_contacts(model, data, dense, asked.progress, asked.parts), false);
+}
+
+Measured anticipate_rows(const Asked& asked, Options& options) {
   if (asked.data.size() != 1) throw Error("data", "is one set of recordings: 'cmu:FOLDER', 'h36m:FOLDER' or FOLDER");
-  const auto model = asked.networks(&anticipate::load_networks, "anticipate-cmu.safetensors");
   anticipate::Evaluation how;
-  how.samples = samples;
-  how.seconds = seconds;
-  how.seed = asked.seed;
-  if (asked.windows > 0) how.windows = asked.windows;
+  how.samples = options.whole("samples", how.samples, 1, 10000);
+  how.windows = options.whole("windows", how.windows, 1, 100000);
+  how.seconds = options.number("seconds", how.seconds, 0.4, 30);
+  how.seed = seed_of(options);
+  how.words = words_named(options.text("words", "poses"));
   how.progress = asked.progress;
   how.parts = asked.parts;
-  const anticipate::Table table = anticipate::evaluate(
-      anticipate::evaluation_folds(asked.data.front(), asked.split,
-                                   {{model_file(asked.model, "anticipate-cmu.safetensors"), model}}),
-      how);
+  options.refuse_others();
+  // Recordings that are left out need models that were trained without them; rows that need no training, none.
+  std::vector<std::pair<std::string, anticipate::Networks>> models;
+  if (!asked.models.empty() || asked.split != "left-out")
+    models = asked.networks(&anticipate::load_networks, "anticipate-cmu.safetensors");
+  anticipate::Config config;
+  set_used(config, asked.settings);
+  const anticipate::Table table =
+      anticipate::evaluate(anticipate::evaluation_folds(asked.data.front(), asked.split, models, config), how);
   if (!table.whole) return {};
   if (table.actions.empty()) throw asked.nothing("recording long enough");
-  return table_json(table).dump();
+  return {table_json(table), table_text(table)};
 }
 
-std::string inbetween_rows(const Asked& asked, const Texts& keyframes, double noise, bool refine) {
-  const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  const auto windows =
-      inbetween::windows_of_data(asked.data, asked.split, model.config, asked.windows > 0 ? asked.windows : 100);
-  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine}, noise > 0);
-  inbetween::Evaluation how;
-  how.keyframes = keyframes;
-  how.seeds = asked.seeds;
-  how.seed = asked.seed;
-  how.noise = noise;
-  how.progress = asked.progress;
-  how.parts = asked.parts;
-  const auto features = inbetween::load_motion_autoencoder(shipped_model("motion-features.safetensors"));
-  return rows_text(inbetween::evaluate(windows, methods, features, how),
-                   [](const inbetween::Table& t) { return table_json(t); });
-}
-
-std::string interact_rows(const Asked& asked, double seconds) {
-  const auto model = asked.networks(&interact::load_networks, "interact-compact.safetensors");
-  const auto trials = interact::trials_of(asked.data, asked.split, asked.windows > 0 ? asked.windows : 120, seconds);
-  if (trials.empty()) throw asked.nothing("clip in which somebody sits");
-  const auto methods = interact::methods_of({{"", model}}, seconds, {{.raw = true}, {}});
-  return rows_text(interact::evaluate(trials, methods, asked.seed, asked.progress, asked.parts),
-                   [](const interact::Table& t) { return table_json(t); });
-}
-
-std::string contacts_rows(const Asked& asked) {
-  const auto model = asked.networks(&forecast::load_networks, "forecast-compact.safetensors");
-  const forecast::Data data(asked.data, asked.split, model.config, asked.stride);
-  require_any_window(data.windows(), asked.data, asked.split);
-  const forecast::Data dense(asked.data, asked.split, forecast::dense_config(model.config), asked.stride);
-  return rows_text(forecast::evaluate_contacts(model, data, dense, asked.progress, asked.parts),
-                   [](const ScoreTable& t) { return rows_json(t); });
-}
-
-std::string detour_rows(const Asked& asked, bool refine) {
-  const auto model = asked.networks(&inbetween::load_networks, "inbetween-compact.safetensors");
-  const auto methods = inbetween::evaluation_rows({.networks = {{"", model}}, .refine = refine});
-  inbetween::DetourEvaluation how;
-  how.seeds = asked.seeds;
-  how.seed = asked.seed;
-  how.progress = asked.progress;
-  how.parts = asked.parts;
-  const auto rooms = inbetween::blocked_rooms(((asked.windows > 0 ? asked.windows : 50) + 1) / 2, model.config.frames,
-                                              model.config.rate, asked.seed);
-  const auto scores = inbetween::evaluate_detour(rooms, methods, how);
-  return scores.empty() ? std::string() : rows_json(inbetween::score_table(scores, rooms, how), true).dump();
-}
-
-std::string reconstruct_rows(const Asked& asked, double seconds) {
-  const inbetween::SceneInbetweener inbetweener(
-      asked.networks(&inbetween::load_networks, "inbetween-noisy.safetensors"));
+Measured reconstruct_rows(const Asked& asked, Options& options) {
   reconstruct::Evaluation how;
-  if (asked.windows > 0) how.rooms = asked.windows;
-  how.seed = asked.seed;
-  how.seconds = seconds;
+  how.rooms = options.whole("rooms", how.rooms, 1, 10000);
+  how.seed = seed_of(options);
+  how.seconds = options.number("seconds", how.seconds, 1, 600);
+  how.render.width = options.whole("width", how.render.width, 32, 4096);
+  how.render.height = how.render.width * 3 / 4;
+  how.render.errors.maps = options.whole("maps", how.render.errors.maps, 1, 16);
+  how.render.errors.noise = options.number("noise", how.render.errors.noise, 0, 1);
+  how.render.errors.warp = options.number("warp", how.render.errors.warp, 0, 1);
+  how.options.floor_scale = options.flag("floor_scale", true);
+  how.objects = options.flag("objects", true);
+  how.keep = options.text("keep");
   how.progress = asked.progress;
   how.parts = asked.parts;
-  const auto rooms = reconstruct::evaluate(inbetweener, how);
-  return rooms.empty() ? std::string() : rows_json(reconstruct::table_of(rooms)).dump();
+  options.refuse_others();
+  const auto [file, model] = asked.networks(&inbetween::load_networks, "inbetween-noisy.safetensors").front();
+  asked.one_model();
+  if (model.config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+  const auto rooms = reconstruct::evaluate(inbetween::SceneInbetweener(model), how);
+  return rooms.empty() ? Measured() : measured(reconstruct::table_of(rooms), false);
 }
 
 /// The part that is asked for, kept beside the table.
@@ -146,94 +90,101 @@ MeasuredParts parts_of(const ShardArgument& shard, const std::optional<Path>& ta
   return {shard_of(shard), table->string(), job.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
 }
 
-py::object evaluate_system(const std::string& system, const std::variant<std::string, Texts>& data,
-                           const std::string& split, const std::optional<Path>& model, const py::object& settings,
-                           std::optional<int64_t> windows, std::optional<int64_t> seeds, uint64_t seed, int64_t samples,
-                           std::optional<double> seconds, const Texts& keyframes, double noise, bool refine,
-                           int64_t stride, const ShardArgument& shard, const std::optional<Path>& table,
-                           const py::object& progress) {
-  const auto at_least_one = [](const char* name, int64_t value) {
-    if (value < 1) throw Error(name, "are fewer than 1");
-  };
-  if (windows) at_least_one("windows", *windows);
-  if (seeds) at_least_one("seeds", *seeds);
-  at_least_one("samples", samples);
-  if (stride < 1) throw Error("stride", "is under 1");
-  const auto* one = std::get_if<std::string>(&data);
-  const Texts folders = one != nullptr ? Texts{*one} : std::get<Texts>(data), used = settings_of(settings);
-  const nlohmann::json job = {{"python", system},
-                              {"data", folders},
-                              {"split", split},
-                              {"model", model ? model->string() : ""},
-                              {"settings", used},
-                              {"windows", windows.value_or(0)},
-                              {"seeds", seeds.value_or(0)},
-                              {"seed", seed},
-                              {"samples", samples},
-                              {"seconds", seconds.value_or(0)},
-                              {"keyframes", keyframes},
-                              {"noise", noise},
-                              {"refine", refine},
-                              {"stride", stride}};
-  const Asked asked{folders,
-                    split,
-                    model,
-                    used,
-                    windows.value_or(0),
-                    seeds.value_or(system == "detour" ? 10 : 1),
-                    stride,
-                    seed,
-                    progress_of(progress),
-                    parts_of(shard, table, job)};
-  const std::map<std::string, std::function<std::string()>> systems = {
-      {"anticipate", [&] { return anticipate_rows(asked, samples, seconds.value_or(30)); }},
-      {"contacts", [&] { return contacts_rows(asked); }},
-      {"detour", [&] { return detour_rows(asked, refine); }},
-      {"forecast", [&] { return forecast_rows(asked); }},
-      {"inbetween", [&] { return inbetween_rows(asked, keyframes, noise, refine); }},
-      {"interact", [&] { return interact_rows(asked, seconds.value_or(16)); }},
-      {"reconstruct", [&] { return reconstruct_rows(asked, seconds.value_or(6)); }}};
-  const auto rows_of = systems.find(system);
-  if (rows_of == systems.end()) {
-    std::string names;
-    for (const auto& [name, run] : systems) names += (names.empty() ? "" : ", ") + name;
-    throw Error("system", "is '" + system + "', which is none of " + names);
-  }
+using Rows = Measured (*)(const Asked& asked, Options& options);
+
+Rows rows_of(const std::string& system) {
+  static const std::map<std::string, Rows> systems = {{"anticipate", anticipate_rows},  {"contacts", contacts_rows},
+                                                      {"detour", detour_rows},          {"forecast", forecast_rows},
+                                                      {"inbetween", inbetween_rows},    {"interact", interact_rows},
+                                                      {"reconstruct", reconstruct_rows}};
+  const auto found = systems.find(system);
+  if (found != systems.end()) return found->second;
+  std::string names;
+  for (const auto& [name, rows] : systems) names += (names.empty() ? "" : ", ") + name;
+  throw Error("system", "is '" + system + "', which is none of " + names);
+}
+
+py::object evaluate_system(const std::string& system, const PathsArgument& data, const std::string& split,
+                           const std::optional<PathsArgument>& model, const py::object& settings, bool text,
+                           const ShardArgument& shard, const std::optional<Path>& table, const py::object& progress,
+                           const py::kwargs& others) {
+  const Rows rows = rows_of(system);
+  Options options(system, others);
+  Asked asked;
+  asked.data = folders_matching(texts_of(data));
+  asked.split = split;
+  if (model) asked.models = texts_of(*model);
+  asked.settings = settings_of(settings);
+  asked.text = text;
+  asked.progress = progress_of(progress);
+  asked.parts = parts_of(shard, table,
+                         {{"python", system},
+                          {"data", asked.data},
+                          {"split", split},
+                          {"model", asked.models},
+                          {"settings", asked.settings},
+                          {"options", options.dump()}});
   const bool own_rooms = system == "detour" || system == "reconstruct";
-  if (asked.data.empty() != own_rooms)
-    throw Error("data", own_rooms ? "is of no use: '" + system + "' makes its own rooms" : "is missing");
-  if (system == "contacts" && windows) throw Error("windows", "are of no use to 'contacts', which takes all");
-  const std::string rows = released(rows_of->second);
-  if (rows.empty() && !asked.parts.shard().is_all()) return py::none();
-  if (table) write_atomically(table->string(), nlohmann::ordered_json::parse(rows).dump(1) + "\n");
+  const bool other_data = (system == "interact" && options.has("scene")) || options.has("motion");
+  if (!asked.data.empty() && own_rooms) throw Error("data", "is of no use: '" + system + "' makes its own rooms");
+  if (asked.data.empty() && !own_rooms && !other_data) throw Error("data", "is missing");
+  const Measured found = released([&] { return rows(asked, options); });
+  say(found.notes);
+  if (found.table.is_null()) return py::none();
+  if (table) write_atomically(table->string(), found.table.dump(1) + "\n");
   asked.parts.remove();
-  return python_of(rows);
+  return text ? py::str(found.text) : python_of(found.table.dump());
 }
 
 }  // namespace
 
+uint64_t seed_of(Options& options) { return static_cast<uint64_t>(options.whole("seed", 1, 0, kMost)); }
+
+Measured measured(const ScoreTable& table, bool intervals) {
+  if (table.rows.empty()) return {};
+  return {rows_json(table, intervals), text_of(table, intervals)};
+}
+
 void add_evaluate(py::module_& m) {
-  m.def("evaluate", &evaluate_system, "system"_a, "data"_a = Texts(), py::kw_only(), "split"_a = "test",
-        "model"_a = py::none(), "settings"_a = py::none(), "windows"_a = py::none(), "seeds"_a = py::none(),
-        "seed"_a = 1, "samples"_a = 50, "seconds"_a = py::none(), "keyframes"_a = Texts{"every:60"}, "noise"_a = 0.0,
-        "refine"_a = true, "stride"_a = 30, "shard"_a = py::none(), "json"_a = py::none(), "progress"_a = py::none(),
-        "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
-        "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
-        "make\n"
-        "their own rooms. data: folders of native data sets, or for 'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', "
-        "FOLDER.\n"
-        "model: a model file instead of the one that ships.\n"
-        "settings: how it is used, {'inference.guidance': 0}. windows: at most so many (observations of an action,\n"
-        "trials, rooms). seeds: runs of 'inbetween' (1) and 'detour' (10); keyframes, noise (degrees and cm) and "
-        "refine (interpolations "
-        "refined,\n"
-        "too) are of it as well. stride: frames from one window to the next, of 'forecast' and 'contacts'. samples: "
-        "futures of an observation, of 'anticipate'. seconds: the longest horizon of\n"
-        "'anticipate', the length of a run of 'interact' and of a motion of 'reconstruct'. json: a file that the table "
-        "is\n"
-        "written to, too. shard: (I, N) for part I of N, for several processes: parts are kept beside `json`, and the "
-        "last of\n"
-        "them gives and writes the table; None before. progress(done, all) is called now and then.");
+  m.def(
+      "evaluate", &evaluate_system, "system"_a, "data"_a = std::vector<Path>(), py::kw_only(), "split"_a = "test",
+      "model"_a = py::none(), "settings"_a = py::none(), "text"_a = false, "shard"_a = py::none(),
+      "json"_a = py::none(), "progress"_a = py::none(),
+      "The table of a system beside its baselines, as `inhabit eval` writes it to --json: lists and dictionaries.\n\n"
+      "system: 'forecast', 'contacts', 'anticipate', 'inbetween', 'interact', or 'detour' and 'reconstruct', which "
+      "make\n"
+      "their own rooms. data: folders of native data sets or patterns; for 'anticipate' one of 'cmu:FOLDER',\n"
+      "'h36m:FOLDER', FOLDER. split: 'train', 'val', 'test' or 'all', of 'anticipate' 'left-out' too. model: a model "
+      "file\n"
+      "instead of the one that ships; several have rows each. settings: how it is used, {'inference.guidance': 0}.\n"
+      "text: the table as the command prints it, instead. json: a file that it is written to, too. shard: (I, N) for "
+      "part\n"
+      "I of N, for several processes: parts are kept beside `json`, and the last of them gives and writes the table; "
+      "None\n"
+      "before. progress(done, all) is called now and then.\n\n"
+      "Further options are those of the command (`inhabit eval SYSTEM --help`):\n"
+      "forecast: stride (30 frames from one window to the next), intervals (False: 95 % of the means)\n"
+      "contacts: stride\n"
+      "anticipate: samples (50 futures of each observation), windows (8 of each action), seconds (30, the longest\n"
+      "    horizon), seed, words ('poses', 'dlow' or 'package')\n"
+      "inbetween: windows (100 at most), keyframes ('every:60', or a list), joints (those that keys constrain), noise "
+      "(0,\n"
+      "    degrees and cm), truth (True; False: recordings are noisy themselves), t_star, seeds (1), seed, against "
+      "(the\n"
+      "    row that differences are taken from), layout (columns of the text: 'methods', 'close', 'recordings', "
+      "'keys',\n"
+      "    'settings', 'seeds' or 'collisions'), and in place of data: motion (files), scene (a file), up, scale,\n"
+      "    input_rate, level, asf, scene_up, scene_scale\n"
+      "detour: rooms (50), seeds (10 runs in each), seed, tolerance (0.02 metres)\n"
+      "inbetween and detour: row (further rows, 'NAME: KEY=VALUE ...'), steps, sampler, refine (True: interpolations "
+      "are\n"
+      "    refined, too)\n"
+      "interact: runs (120), seconds (16, the length of each), seed, behind (starts behind chairs), draws (of "
+      "ContactNet),\n"
+      "    and in place of data: scene (files; starts around each of their chairs)\n"
+      "reconstruct: rooms (10), seconds (6), seed, width (pixels), maps (depth maps of a frame), noise, warp (parts of "
+      "the\n"
+      "    depth), floor_scale (True), objects (True), keep (folder for the first room's files)");
 }
 
 }  // namespace inhabit::python

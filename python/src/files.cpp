@@ -153,15 +153,18 @@ void add_files(py::module_& m) {
       "them; up, scale, input_rate, asf, level: how the motion is read, as read_clip has them.");
   m.def(
       "info",
-      [](const Path& path, const Text& up, Number scale, Number rate) {
-        const ClipReadOptions options = reading_of(up, scale, rate, std::nullopt);
+      [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf, bool level) {
+        const ClipReadOptions options = reading_of(up, scale, rate, asf, level);
         const std::string facts = released([&] {
           return describe_file(path.string(), options).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         });
         return python_of(facts).cast<py::dict>();
       },
-      "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
-      "What a motion, scene, model or data set holds, as a dictionary: lengths in metres, times in seconds.");
+      "path"_a, py::kw_only(), "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
+      "level"_a = false,
+      "What a motion, scene, model or data set holds, as a dictionary: lengths in metres, times in seconds. up, scale, "
+      "rate,\n"
+      "asf, level: how the file is read, as read_clip has them.");
 }
 
 }  // namespace inhabit::python

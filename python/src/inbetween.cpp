@@ -2,6 +2,7 @@
 #include "inhabit/error.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/inbetween/warnings.h"
+#include "options.h"
 #include "results.h"
 
 namespace inhabit::python {
@@ -9,13 +10,6 @@ namespace {
 
 using inbetween::Controls;
 using inbetween::SceneInbetweener;
-
-inbetween::Sampler sampler_of(const std::string& name) {
-  if (name == "dpm") return inbetween::Sampler::dpm_solver;
-  if (name == "ddim") return inbetween::Sampler::ddim;
-  if (name == "ddpm") return inbetween::Sampler::ddpm;
-  throw Error("sampler", "is '" + name + "', which is none of ddim, ddpm, dpm");
-}
 
 using JointContactArgument = std::tuple<std::string, double, double, std::array<double, 3>>;
 using PathArgument = std::tuple<double, double, double>;
@@ -154,7 +148,7 @@ void add_inbetween(py::module_& m) {
             if (!joints.empty()) options.key_groups = inbetween::key_groups(joints, clip.skeleton);
             options.noise = noise;
             options.steps = steps;
-            options.sampler = sampler_of(sampler);
+            options.sampler = sampler_named(sampler);
             options.seed = seed;
             options.temperature = temperature;
             options.controls = controls_of(key_weights, contacts, root_path, loop, clip.skeleton);

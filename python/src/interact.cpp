@@ -170,6 +170,20 @@ void add_interact(py::module_& m) {
           "then_walk"_a = py::none(), "seconds"_a = 16.0, "seed"_a = 1, "raw"_a = false, "straight"_a = false,
           "force"_a = false, "standard"_a = false, "name"_a = "start", kInteractRun)
       .def(
+          "chair_of",
+          [](const ChairInteractor& interactor, const Scene& scene, const std::string& chair,
+             const std::optional<Clip>& start, bool force) {
+            interact::Options options;
+            options.chair = chair;
+            options.force = force;
+            const Clip from = start ? *start : interact::standing_clip({0, 0}, 0);
+            return released([&, scene] { return interactor.chair_of(from, scene, options); });
+          },
+          "scene"_a, "chair"_a = "", py::kw_only(), "start"_a = py::none(), "force"_a = false,
+          "The Chair that run sits down on. chair: object of the scene; left out, its only or nearest seat, from the "
+          "last frame\n"
+          "of `start` or the scene's origin. force: seats of any height.")
+      .def(
           "draw_contacts",
           [](const ChairInteractor& interactor, const Chair& chair, int64_t count, uint64_t seed) {
             return python_contacts(released([&] { return interactor.draw_contacts(chair, count, seed); }));

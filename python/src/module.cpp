@@ -59,4 +59,5 @@ PYBIND11_MODULE(_core, m) {
   add_train(m);
   add_evaluate(m);
   add_page(m);
+  shorten_type_errors(m);
 }

@@ -1,5 +1,7 @@
 #include "inhabit/view/page.h"
 
+#include <algorithm>
+
 #include "calls.h"
 #include "inhabit/anticipate/anticipation_page.h"
 #include "inhabit/error.h"
@@ -11,6 +13,9 @@
 #include "inhabit/motion/retarget.h"
 #include "inhabit/reconstruct/reconstruction_page.h"
 #include "inhabit/refine/refine_depth.h"
+#include "inhabit/view/cards_page.h"
+#include "inhabit/view/file_cards.h"
+#include "inhabit/view/file_people.h"
 #include "inhabit/view/page_template.h"
 #include "inhabit/view/refined_page.h"
 #include "results.h"
@@ -56,16 +61,59 @@ Page page_of_clips(const std::vector<Clip>& clips, const std::vector<std::string
   return page;
 }
 
-/// Each system's result has a page of its own; clips, and several of them, are shown as `inhabit view` does.
-PageText make_page(const py::args& things, const std::optional<Scene>& scene, const std::optional<std::string>& title,
-                   const std::optional<std::string>& note, const std::vector<std::string>& names) {
-  if (things.empty() && !scene) throw Error("page", "is of nothing: name clips, a result or a scene");
+/// What pages say of themselves.
+struct Words {
+  std::optional<std::string> title, note;
+  std::vector<std::string> names;
+};
+
+/// The page of files that `inhabit view` writes, or of cards.
+std::string page_of_files(const std::vector<std::string>& paths, const ClipReadOptions& reading,
+                          const std::optional<Scene>& scene, const Words& words, Notes& notes) {
+  if (std::any_of(paths.begin(), paths.end(), is_shown_as_cards)) {
+    if (scene) throw Error("scene", "is for motions, not for a page of cards");
+    CardsPage page;
+    std::vector<std::string> skipped;
+    page.cards = cards_of(paths, reading, notes, skipped);
+    page.title = words.title.value_or(cards_title(paths));
+    page.note = words.note.value_or("");
+    notes.insert(notes.end(), skipped.begin(), skipped.end());
+    return page_text(page, "page");
+  }
+  Page page;
+  page.people = people_of_files(paths, reading, notes);
+  for (size_t i = 0; i < page.people.size(); ++i) {
+    PagePerson& person = page.people[i];
+    person.tracks = interact::label_tracks(person.clip);
+    if (i < words.names.size()) person.name = words.names[i];
+  }
+  if (scene) page.scene = &*scene;
+  page.title = words.title.value_or(title_of_files(paths, scene ? scene->name : ""));
+  page.note = words.note.value_or("");
+  return page_text(page, "page", page_template());
+}
+
+bool is_path(const py::handle& thing) { return py::isinstance<py::str>(thing) || py::hasattr(thing, "__fspath__"); }
+
+/// Each system's result has a page of its own; clips and files, and several of them, are shown as `inhabit view` does.
+PageText make_page(const py::args& things, const std::optional<Scene>& scene, const Words& words,
+                   const ClipReadOptions& reading) {
   py::list all;
   for (const py::handle thing : things) {
     if (py::isinstance<py::list>(thing) || py::isinstance<py::tuple>(thing))
       for (const py::handle one : thing.cast<py::sequence>()) all.append(one);
     else
       all.append(thing);
+  }
+  if (things.empty() && !scene)
+    return {released([&] { return empty_page_text(words.title.value_or(""), words.note.value_or("")); })};
+  if (all.empty() && !scene) throw Error("page", "is of nothing: the list is empty");
+  if (!all.empty() && std::all_of(all.begin(), all.end(), is_path)) {
+    const std::vector<std::string> paths = texts_of(all.cast<std::vector<Path>>());
+    Notes notes;
+    PageText out = {released([&] { return page_of_files(paths, reading, scene, words, notes); })};
+    say(notes);
+    return out;
   }
   Shown out;
   const auto results_of = [&](auto kind, std::vector<decltype(kind)>& results) {
@@ -82,6 +130,7 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
   std::vector<RefineResult> refined;
   std::vector<refine::DepthResult> fitted;
   std::vector<reconstruct::Result> reconstructed;
+  std::vector<IntentionsResult> labelled;
   std::vector<Clip> clips;
   std::vector<inbetween::Result> inner;
   std::vector<interact::Result> inner_seated;
@@ -109,18 +158,21 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
   } else if (results_of(reconstruct::Result(), reconstructed)) {
     alone(reconstructed.size());
     out.page = reconstruct::reconstruction_page(reconstructed[0], "a video");
+  } else if (results_of(IntentionsResult(), labelled)) {
+    alone(labelled.size());
+    out.page = intention_page(labelled[0].set);
   } else if (all.empty() || results_of(Clip(), clips)) {
-    out.page = page_of_clips(clips, names);
-    out.page.title = names.empty() ? "inhabit" : names.front();
+    out.page = page_of_clips(clips, words.names);
+    out.page.title = words.names.empty() ? "inhabit" : words.names.front();
   } else {
-    throw Error("page", "shows clips, or results of one kind");
+    throw Error("page", "shows clips, files, or results of one kind");
   }
   if (scene) {
     out.scene = *scene;
     out.page.scene = &out.scene;
   }
-  if (title) out.page.title = *title;
-  if (note) out.page.note = *note;
+  if (words.title) out.page.title = *words.title;
+  if (words.note) out.page.note = *words.note;
   return {released([&] { return page_text(out.page, "page", page_template()); })};
 }
 
@@ -140,12 +192,21 @@ void add_page(py::module_& m) {
   m.def(
       "page",
       [](const py::args& things, const std::optional<Scene>& scene, const std::optional<std::string>& title,
-         const std::optional<std::string>& note,
-         const std::vector<std::string>& names) { return make_page(things, scene, title, note, names); },
+         const std::optional<std::string>& note, const std::vector<std::string>& names,
+         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate,
+         const std::optional<Path>& asf, bool level) {
+        return make_page(things, scene, {title, note, names}, reading_of(up, scale, rate, asf, level));
+      },
       "scene"_a = py::none(), "title"_a = py::none(), "note"_a = py::none(), "names"_a = std::vector<std::string>(),
-      "A Page of clips, or of what Forecaster, Anticipator, Inbetweener, Interactor, refine or reconstruct returned "
-      "(several of\n"
-      "Inbetweener or Interactor are samples). scene: shown with them; results know their own. names: of clips.");
+      "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(), "level"_a = false,
+      "A Page of clips, of motion files, or of what Forecaster, Anticipator, Inbetweener, Interactor, refine, "
+      "reconstruct or\n"
+      "intentions returned (several of Inbetweener or Interactor are samples). Folders, training logs (.jsonl) and "
+      "tables\n"
+      "(.json) are a card each, as `inhabit view` shows them; of nothing, a page that files are dropped on.\n"
+      "scene: shown with them; results know their own. names: of the people. up, scale, rate, asf, level: how files "
+      "are\n"
+      "read, as read_clip has them.");
 }
 
 }  // namespace inhabit::python

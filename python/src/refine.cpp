@@ -12,8 +12,8 @@ using Point = std::array<double, 3>;
 /// Clouds in memory (a list of (N, 3)), or those of a folder or file.
 using CloudsArgument = std::variant<Path, std::vector<Floats>>;
 
-CloudSequence clouds_of(const CloudsArgument& given) {
-  if (const auto* path = std::get_if<Path>(&given)) return open_clouds(path->string());
+CloudSequence clouds_of(const CloudsArgument& given, const CloudReadOptions& reading) {
+  if (const auto* path = std::get_if<Path>(&given)) return open_clouds(path->string(), reading);
   const auto& clouds = std::get<std::vector<Floats>>(given);
   for (const Floats& cloud : clouds) {
     if (cloud.dim() != 2 || cloud.size(1) != 3 || cloud.size(0) == 0)
@@ -106,7 +106,9 @@ void add_refine(py::module_& m) {
   m.def(
       "refine_to_depth",
       [](const Clip& clip, const CloudsArgument& clouds, const BodyModel* body, const std::optional<Point>& camera,
-         double smooth, int64_t window, int64_t points, bool standard, const std::string& name) {
+         double scale, const std::optional<std::string>& up, double smooth, int64_t window, int64_t points,
+         bool standard, const std::string& name) {
+        if (!(scale > 0 && scale < 1e12)) throw Error("scale", "is not a number over 0");
         refine::DepthOptions options;
         options.body = body;
         if (camera) options.camera = Eigen::Vector3d((*camera)[0], (*camera)[1], (*camera)[2]);
@@ -115,16 +117,20 @@ void add_refine(py::module_& m) {
         options.points = points;
         options.name = name;
         options.standard = standard;
-        return released([&, clip] { return refine::refine_to_depth(clip, clouds_of(clouds), options); });
+        const CloudReadOptions reading = {scale, up_axis(up) == UpAxis::z};
+        return released([&, clip] { return refine::refine_to_depth(clip, clouds_of(clouds, reading), options); });
       },
-      "clip"_a, "clouds"_a, py::kw_only(), "body"_a = py::none(), "camera"_a = py::none(), "smooth"_a = 1.0,
-      "window"_a = 120, "points"_a = 400, "standard"_a = false, "name"_a = "motion",
+      "clip"_a, "clouds"_a, py::kw_only(), "body"_a = py::none(), "camera"_a = py::none(), "scale"_a = 1.0,
+      "up"_a = py::none(), "smooth"_a = 1.0, "window"_a = 120, "points"_a = 400, "standard"_a = false,
+      "name"_a = "motion",
       "A motion that fits what a depth camera saw of the person (forecasting paper, appendix A.1.2).\n\n"
-      "clouds: a list of (N, 3) metres, one a frame, in the clip's world, or a folder or file of them. body: whose "
-      "skin was\n"
-      "seen. camera: (x, y, z) metres, where it stands. smooth: factor on the priors. window: frames solved at once. "
-      "points:\n"
-      "of each cloud that are pulled to the skin.");
+      "clouds: a list of (N, 3) metres, one a frame, in the clip's world, or a folder or file of them. scale: metres "
+      "per unit of\n"
+      "a file's points (0.001: millimetres); up: 'z' where they are of a file whose motion was +Z up. body: whose skin "
+      "was\n"
+      "seen. camera: (x, y, z) metres, +Y up, where it stands. smooth: factor on the priors. window: frames solved at "
+      "once.\n"
+      "points: of each cloud that are pulled to the skin.");
 }
 
 }  // namespace inhabit::python

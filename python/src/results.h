@@ -1,4 +1,8 @@
 #pragma once
+#include <optional>
+
+#include "inhabit/anticipate/clustered_set.h"
+#include "inhabit/anticipate/label_agreement.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/interact/chair_interactor.h"
 #include "inhabit/refine/refine_clip.h"
@@ -11,6 +15,11 @@ struct InbetweenResult {
   inbetween::Result result;
   bool cleaned = false;      ///< keys were noisy
   torch::Tensor key_groups;  ///< inbetween::Options
+};
+
+struct IntentionsResult {
+  anticipate::ClusteredSet set;
+  std::optional<anticipate::LabelAgreement> agreement;  ///< with labels of others, where there are any
 };
 
 struct InteractResult {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <map>
 
 #include "calls.h"
 #include "inhabit/error.h"
@@ -14,6 +13,7 @@
 #include "inhabit/metrics/score_json.h"
 #include "inhabit/metrics/score_motions.h"
 #include "inhabit/motion/retarget.h"
+#include "options.h"
 
 namespace inhabit::python {
 namespace {
@@ -55,11 +55,7 @@ py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int6
   options.rate = rate;
   options.kappa = kappa;
   options.observed = observed;
-  const std::map<std::string, WordKind> kinds = {
-      {"poses", WordKind::poses}, {"dlow", WordKind::dlow}, {"package", WordKind::package}};
-  const auto kind = kinds.find(words);
-  if (kind == kinds.end()) throw Error("words", "is '" + words + "', not poses, dlow or package");
-  options.words = kind->second;
+  options.words = words_named(words);
   const NdmsScore score = released([&] {
     return score_ndms(scored(motions, rate, "motion", std::max(kappa, observed + 1)),
                       scored(reference, rate * static_cast<double>(options.reference_stride), "reference"), options);

@@ -1,6 +1,8 @@
 #include "calls.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/reseat_set.h"
+#include "inhabit/synth/activity.h"
+#include "inhabit/synth/blocked.h"
 #include "inhabit/synth/chairs.h"
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
@@ -94,12 +96,12 @@ void add_synth(py::module_& m) {
           .c_str());
   m.def(
       "synth_fit",
-      [](const Path& folder, const Files& train, const Files& val, const Files& test, int rooms_per_clip,
-         double seconds, bool mirrored, double stretches, double on_chord, bool only_on_chord, uint64_t seed,
-         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate, bool level,
+      [](const Path& folder, const PathsArgument& mocap, const PathsArgument& val, const PathsArgument& test,
+         int rooms_per_clip, double seconds, bool mirrored, double stretches, double on_chord,
+         std::pair<int, int> chord_frames, bool only_on_chord, uint64_t seed, const std::optional<std::string>& up,
+         std::optional<double> scale, std::optional<double> rate, const std::optional<Path>& asf, bool level,
          const ShardArgument& shard, const py::object& progress) {
         FittingOptions options;
-        options.train = texts_of(train);
         options.val = texts_of(val);
         options.test = texts_of(test);
         options.rooms_per_clip = rooms_per_clip;
@@ -107,24 +109,37 @@ void add_synth(py::module_& m) {
         options.mirrored = mirrored;
         options.stretches = stretches;
         options.chords.tried = on_chord;
+        std::tie(options.chords.shortest, options.chords.longest) = chord_frames;
         options.only_on_chords = only_on_chord;
         options.seed = seed;
-        options.reading = reading_of(up, scale, rate, std::nullopt, level);
+        options.reading = reading_of(up, scale, rate, asf, level);
         options.shard = shard_of(shard);
         options.progress = progress_of(progress);
-        return opened(folder, released([&] { return fit_recordings(folder.string(), options); }));
+        const Dataset made = released([&] {
+          add_recordings(options, texts_of(mocap));
+          return fit_recordings(folder.string(), options);
+        });
+        for (const char* what : {"doubts", "skipped"}) say(made.provenance.value(what, Notes()));
+        return opened(folder, made);
       },
-      "folder"_a, "train"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
+      "folder"_a, "mocap"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
       "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
-      "only_on_chord"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
+      "chord_frames"_a = std::pair(ChordOptions().shortest, ChordOptions().longest), "only_on_chord"_a = false,
+      "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
       "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
       documented(
-          "A data set of rooms fitted around recorded motion, in `folder`. train, val, test: motion files. seconds: "
-          "longest piece\n"
-          "of a recording. mirrored: every second room of training is around the mirror image. up, scale, rate, level: "
-          "how the "
-          "files\n"
-          "are read. progress(done, all) is called after each recording.",
+          "A data set of rooms fitted around recorded motion, in `folder`. mocap: motion files, folders of them or "
+          "patterns; those\n"
+          "in a folder called test are kept for testing. val, test: likewise, kept for validation and testing. "
+          "seconds: longest\n"
+          "piece of a recording. mirrored: every second room of training is around the mirror image. stretches: "
+          "fraction of the\n"
+          "rooms of training around 4.1 to 5.5 s. on_chord: fraction of straight lines between poses, chord_frames "
+          "apart, that\n"
+          "furniture is tried on; only_on_chord: rooms of training without any are left out. up, scale, rate, asf, "
+          "level: how the\n"
+          "files are read. progress(done, all) is called after each recording. What is doubted and skipped is "
+          "logged.",
           kShard)
           .c_str());
   m.def(
@@ -159,6 +174,38 @@ void add_synth(py::module_& m) {
       "folder"_a, "split"_a = "all", py::kw_only(), "progress"_a = py::none(),
       "Measures a data set's motion: skating, speed, acceleration, jerk, joint limits, penetration, contacts. A list "
       "of Bar.\nprogress(done, all) is called after each clip.");
+  m.def(
+      "blocked_windows",
+      [](const Path& folder, const std::string& split, int64_t frames, int64_t every, int64_t stride, int64_t clips) {
+        const BlockedOptions options = {frames, every, stride, clips};
+        const BlockedWindows found =
+            released([&] { return blocked_windows(open_dataset(folder.string()), split, options); });
+        return py::dict("clips"_a = found.clips, "windows"_a = found.windows, "blocked"_a = found.blocked,
+                        "colliding"_a = found.colliding, "straight"_a = found.straight, "real"_a = found.real);
+      },
+      "folder"_a, "split"_a = "train", py::kw_only(), "frames"_a = BlockedOptions().frames,
+      "every"_a = BlockedOptions().every, "stride"_a = BlockedOptions().stride, "clips"_a = BlockedOptions().clips,
+      "In how many windows of a data set's clips a room decides how one gets from key to key, as `inhabit synth "
+      "blocked` has\n"
+      "it: a dictionary of clips and windows that were looked at, blocked (windows whose straight path between keys "
+      "collides\n"
+      "and whose motion does not), colliding (whose motion does), and straight and real, fractions of frames that "
+      "collide.\n"
+      "frames: of a window; every: between keys; stride: between windows; clips: at most so many, 0 for all.");
+  m.def(
+      "dynamics_by_activity",
+      [](const Path& folder, const std::string& split, double low_pass) {
+        ScoreTable table = released(
+            [&] { return activity_table(dynamics_by_activity(open_dataset(folder.string()), split, low_pass)); });
+        table.labels = {"activity"};
+        return python_of(rows_json(table).dump()).cast<py::list>();
+      },
+      "folder"_a, "split"_a = "all", py::kw_only(), "low_pass"_a = 6.0,
+      "How people of a data set move, by what they do (standing, walking, sitting down, ...), as `inhabit synth "
+      "activity` has\n"
+      "it: a list of dictionaries of activity, frames, speed (m/s), acceleration (m/s^2) and jerk (m/s^3), and the "
+      "last two\n"
+      "after a low-pass that halves the power at `low_pass` Hz (low_acceleration, low_jerk).");
 }
 
 }  // namespace inhabit::python

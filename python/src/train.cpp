@@ -4,6 +4,7 @@
 #include "inhabit/forecast/train.h"
 #include "inhabit/inbetween/train.h"
 #include "inhabit/interact/train.h"
+#include "inhabit/io/many_files.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/device.h"
 #include "inhabit/train/model_mean.h"
@@ -54,15 +55,11 @@ TrainListener listener_of(const py::object& callback, bool& stopped) {
   };
 }
 
-bool train_system(const std::string& system, const std::variant<std::string, std::vector<std::string>>& data,
-                  const Path& out, const std::string& preset_name, const py::object& settings,
-                  const std::vector<std::string>& stages, const std::optional<Path>& start, bool resume, bool half,
-                  uint64_t seed, const std::string& device, const py::object& callback) {
+bool train_system(const std::string& system, const PathsArgument& data, const Path& out, const std::string& preset_name,
+                  const py::object& settings, const std::vector<std::string>& stages, const std::optional<Path>& start,
+                  bool resume, bool half, uint64_t seed, const std::string& device, const py::object& callback) {
   TrainRun run;
-  if (const auto* one = std::get_if<std::string>(&data))
-    run.data = {*one};
-  else
-    run.data = std::get<std::vector<std::string>>(data);
+  run.data = folders_matching(texts_of(data));
   run.out = out.string();
   if (start) run.from = start->string();
   run.stages = stages;
@@ -95,7 +92,8 @@ void add_train(py::module_& m) {
       "half"_a = false, "seed"_a = 1, "device"_a = "cpu", "callback"_a = py::none(),
       "Trains a system's networks: 'forecast', 'anticipate', 'inbetween', 'interact' or 'features' "
       "(docs/training.md).\n\n"
-      "data: folders of native data sets, or for 'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', FOLDER. out: the "
+      "data: folders of native data sets or patterns, or for 'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', FOLDER. "
+      "out: the "
       "model\n"
       "file, which holds the best weights by validation so far. settings: {'training.batch': 16}. start: a model file "
       "whose\n"

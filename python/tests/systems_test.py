@@ -146,7 +146,7 @@ def test_queries_of_a_box():
     (lambda: inhabit.Forecaster("nowhere.safetensors"), "nowhere.safetensors"),
     (lambda: inhabit.preset("forecast", "compact", {"nothing": 1}), "nothing"),
     (lambda: inhabit.read_clip("a.bvh", up="x"), "^up: is 'x'"),
-    (lambda: inhabit.page(), "^page: "),
+    (lambda: inhabit.page([]), "^page: "),
 ])
 def test_errors_are_one_line(call, said):
     with pytest.raises(inhabit.Error, match=said) as caught:
@@ -240,8 +240,8 @@ def test_an_evaluation_is_the_commands(tmp_path):
     assert "ours, raw" in json.dumps(filled)
     touches = inhabit.evaluate("contacts", str(tmp_path / "rooms"), split="all")
     assert "feet on the floor" in json.dumps(touches)
-    assert "ours" in json.dumps(inhabit.evaluate("detour", windows=2, refine=False))
-    assert "mean" in json.dumps(inhabit.evaluate("reconstruct", windows=1, seconds=2, seed=4))
+    assert "ours" in json.dumps(inhabit.evaluate("detour", rooms=2, refine=False))
+    assert "mean" in json.dumps(inhabit.evaluate("reconstruct", rooms=1, seconds=2, seed=4))
     with pytest.raises(inhabit.Error, match="how the networks were made"):
         inhabit.evaluate("forecast", str(tmp_path / "rooms"), settings={"hidden": 3})
     with pytest.raises(inhabit.Error, match="none of anticipate"):

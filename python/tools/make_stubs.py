@@ -68,7 +68,7 @@ def signature(doc):
     for part in parts(arguments.strip()[1:-1]):
         name, colon, rest = part.partition(":")
         if not colon or name.startswith("*"):
-            out.append({"*args": "*things: Any"}.get(name.strip(), part))
+            out.append({"*args": "*things: Any", "**kwargs": "**options: Any"}.get(name.strip(), part))
         elif name == "self":
             out.append("self")
         else:
