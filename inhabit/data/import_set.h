@@ -65,8 +65,9 @@ ImportSet open_samp(const std::string& folder, const ClipReadOptions& reading);
 ImportSet open_prox(const std::string& folder, const ClipReadOptions& reading);
 /// GTA-IM: RECORDING/info_frames.npz with the joints, and depth images that the scene comes from; metres, +Z up.
 ImportSet open_gta_im(const std::string& folder, const ClipReadOptions& reading);
-/// Human3.6M: S1/ACTION_N.txt (exponential maps), or data_3d_h36m.npz with positions of 32 joints (metres, 50 Hz, +Z
-/// up), as which `folder` may be a file.
+/// Human3.6M, 50 Hz, the first of these that is there: data_3d_h36m.npz with positions of 32 joints (metres, +Z up), as
+/// which `folder` may be a file; S1/MyPoseFeatures/D3_Positions/ACTION.cdf, the same in millimetres as the owners hand
+/// it out; S1/ACTION_N.txt (exponential maps).
 ImportSet open_human36m(const std::string& folder, const ClipReadOptions& reading);
 /// CMU: train/ and test/ACTION/ACTION_N.txt of the literature (exponential maps), or SUBJECT/SUBJECT_N.amc with its
 /// .asf of mocap.cs.cmu.edu.

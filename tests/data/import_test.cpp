@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "data/expmap_file.h"
@@ -12,6 +13,7 @@
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/smpl_model.h"
 #include "inhabit/motion/resample.h"
+#include "io/cdf_bytes.h"
 #include "refusal_of.h"
 #include "shared.h"
 #include "temp_folder.h"
@@ -162,25 +164,26 @@ TEST(ImportSamp, ReadsPickles) {
   EXPECT_EQ(read_npz(folder / "out/" + entry.file).at("pose_hand", "").size(1), 90);
 }
 
-TEST(ImportHuman36m, ReadsPositionsOfJoints) {
-  const TempFolder folder;
-  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "no Python with NumPy";
-  // The 32 rows of which 17 count, from a person's joints.
+/// A person's joints as Human3.6M has them: 32 rows, of which 17 count, 50 Hz, +Z up. (T, 32, 3) metres.
+torch::Tensor human36m_positions(const Sitter& person) {
   const std::map<int64_t, int64_t> of = {{0, 0},   {1, 2},   {2, 5},   {3, 8},   {6, 1},   {7, 4},
                                          {8, 7},   {12, 6},  {13, 9},  {14, 12}, {15, 15}, {17, 16},
                                          {18, 18}, {19, 20}, {25, 17}, {26, 19}, {27, 21}};
-  const auto write_positions = [&](const char* file, const Sitter& person) {
-    const Clip at_50 = resample(person.clip, 50);
-    torch::Tensor positions = torch::zeros({at_50.frames(), 32, 3});
-    for (const auto& [row, joint] : of) {
-      const torch::Tensor p = at_50.joints.select(1, joint);
-      positions.select(1, row).copy_(torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
-    }
-    write_npy(folder / file, positions);
-  };
+  const Clip at_50 = resample(person.clip, 50);
+  torch::Tensor positions = torch::zeros({at_50.frames(), 32, 3});
+  for (const auto& [row, joint] : of) {
+    const torch::Tensor p = at_50.joints.select(1, joint);
+    positions.select(1, row).copy_(torch::stack({p.select(1, 0), -p.select(1, 2), p.select(1, 1)}, 1));
+  }
+  return positions;
+}
+
+TEST(ImportHuman36m, ReadsPositionsOfJoints) {
+  const TempFolder folder;
+  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "no Python with NumPy";
   std::filesystem::create_directories(folder / "h36m");
-  write_positions("p.npy", sitter(0, 120));
-  write_positions("s.npy", sitter(120, 330));
+  write_npy(folder / "p.npy", human36m_positions(sitter(0, 120)));
+  write_npy(folder / "s.npy", human36m_positions(sitter(120, 330)));
   write_atomically(folder / "make.py",
                    "import numpy as np\np, s = np.load('p.npy'), np.load('s.npy')\n"
                    "np.savez_compressed('h36m/data_3d_h36m.npz', positions_3d={'S1': {'Walking 1': p, 'Sitting': s},"
@@ -201,6 +204,68 @@ TEST(ImportHuman36m, ReadsPositionsOfJoints) {
   const Clip walk = load_clip(r.dataset, clip_called(r.dataset, "S1/Walking 1"));
   EXPECT_LT(limbs_off(walk, sitter(0, 120).clip), 0.02);
   EXPECT_LT(limbs_off(load_clip(r.dataset, clip_called(r.dataset, "S8/Eating")), walk), 1e-5);
+}
+
+/// The owners' file of somebody: one record of frames and 96 columns, millimetres.
+std::string human36m_cdf(const torch::Tensor& positions, const CdfForm& form = {}, const char* name = "Pose") {
+  return cdf_bytes({{name, (positions * 1000).reshape({1, -1, 96})}}, form);
+}
+
+TEST(ImportHuman36m, ReadsTheOwnersFiles) {
+  const TempFolder folder;
+  const torch::Tensor walk = human36m_positions(sitter(0, 120)), sit = human36m_positions(sitter(120, 330));
+  const auto write = [&](const std::string& file, const std::string& bytes) {
+    make_folders(folder / ("h36m/" + file));
+    write_atomically(folder / ("h36m/" + file), bytes);
+  };
+  const std::string feature = "/MyPoseFeatures/D3_Positions/";
+  write("S1" + feature + "Walking 1.cdf", human36m_cdf(walk));
+  write("S1" + feature + "Sitting.cdf", human36m_cdf(sit, {.column_major = true, .pack_variables = true}));
+  write("S1" + feature + "TakingPhoto 1.cdf", human36m_cdf(walk, {.big_endian = true, .pack_file = true}));
+  write("S8/Photo.cdf", human36m_cdf(walk.to(torch::kFloat64), {.wide = false}));
+  write("S9" + feature + "WalkDog.cdf", cdf_bytes({{"Pose", (walk * 1000).reshape({-1, 96})}}));
+  // What cannot be read, each in its own way.
+  torch::Tensor lost = walk.clone();
+  lost[3][7][1] = std::nanf("");
+  write("S11" + feature + "Eating.cdf", human36m_cdf(lost));
+  write("S11" + feature + "Eating 1.cdf", human36m_cdf(walk).substr(0, 9000));
+  write("S11" + feature + "Posing.cdf", human36m_cdf(walk, {}, "Angles"));
+  write("S11" + feature + "Posing 1.cdf", cdf_bytes({{"Pose", torch::zeros({1, 50, 64})}}));
+  // What lies beside and is not read: other features of the same people, and the text, which is split otherwise.
+  write("S1/MyPoseFeatures/D3_Positions_mono/Walking 1.54138969.cdf", human36m_cdf(walk));
+  write("S1/MyPoseFeatures/D2_Positions/Walking 1.54138969.cdf", cdf_bytes({{"Pose", torch::zeros({1, 50, 64})}}));
+  write_expmap(folder / "h36m/S5/walking_1.txt", 99, 250, 0);
+  const ImportSet set = open_import_set("human36m", folder / "h36m");
+  EXPECT_EQ(set.recordings.size(), 9U);
+  EXPECT_TRUE(set.broken.empty());
+  EXPECT_EQ(set.missing.size(), 3U) << "S5, S6 and S7";
+  const ImportResult r = import_dataset(set, folder / "out");
+  EXPECT_EQ(r.made, 5);
+  EXPECT_THAT(r.skipped, ::testing::UnorderedElementsAre(
+                             HasSubstr("Eating.cdf"), HasSubstr("Eating 1.cdf: is cut short or damaged"),
+                             HasSubstr("Posing.cdf: has no array Pose (it has Angles)"),
+                             HasSubstr("Posing 1.cdf: its variable Pose does not have 32 joints a frame")));
+  EXPECT_THAT(r.dataset.actions,
+              ::testing::UnorderedElementsAre("walking", "sitting", "photo", "walkdog", "eating", "posing"));
+  EXPECT_EQ(clip_called(r.dataset, "S9/WalkDog").split, "test");
+  const Clip sits_down = load_clip(r.dataset, clip_called(r.dataset, "S1/Sitting"));
+  EXPECT_EQ(sits_down.action_names[static_cast<size_t>(sits_down.action[0].item<int64_t>())], "sitting");
+  EXPECT_LT(limbs_off(sits_down, sitter(120, 330).clip), 0.02);
+  EXPECT_TRUE(sits(sits_down));
+  const Clip walks = load_clip(r.dataset, clip_called(r.dataset, "S1/Walking 1"));
+  EXPECT_LT(limbs_off(walks, sitter(0, 120).clip), 0.02);
+  EXPECT_NEAR(walks.joints.select(2, 1).min().item<double>(), 0.02, 0.06) << "metres, upright, on the floor";
+  for (const char* same : {"S1/TakingPhoto 1", "S8/Photo", "S9/WalkDog"})
+    EXPECT_LT(limbs_off(load_clip(r.dataset, clip_called(r.dataset, same)), walks), 1e-3) << same;
+}
+
+TEST(ImportHuman36m, SaysThatPositionsOfCamerasAreNotRead) {
+  const TempFolder folder;
+  const std::string file = folder / "h36m/S1/MyPoseFeatures/D3_Positions_mono/Walking 1.54138969.cdf";
+  make_folders(file);
+  write_atomically(file, human36m_cdf(torch::zeros({4, 32, 3})));
+  EXPECT_THAT(refusal_of([&] { open_import_set("human36m", folder / "h36m"); }),
+              HasSubstr("holds no recording of human36m: D3_Positions_mono is not read"));
 }
 
 TEST(ImportCmu, ReadsTheTextWithThePapersSplits) {

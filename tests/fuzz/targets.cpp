@@ -30,6 +30,7 @@
 #include "inhabit/interact/model_file.h"
 #include "inhabit/io/asf_amc.h"
 #include "inhabit/io/bvh.h"
+#include "inhabit/io/cdf.h"
 #include "inhabit/io/clip_json.h"
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/cloud_sequence.h"
@@ -132,6 +133,9 @@ bool fuzz_torch_file(const uint8_t* data, size_t size) {
     for (const PickleValue* value : file.root->items)
       if (value->kind == PickleValue::Kind::array) file.numbers(*value, "array");
   });
+}
+bool fuzz_cdf(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) { parse_cdf(bytes, "fuzz"); });
 }
 bool fuzz_fbx(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) { repaired_fbx(std::string(bytes), "fuzz"); });
@@ -347,6 +351,7 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"npz", fuzz_npz},
       {"pickle", fuzz_pickle},
       {"torch_file", fuzz_torch_file},
+      {"cdf", fuzz_cdf},
       {"fbx", fuzz_fbx},
       {"clip_npz", fuzz_clip_npz},
       {"smpl_model", fuzz_smpl_model},
