@@ -1,13 +1,9 @@
-#include "inhabit/io/convert.h"
-
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include "inhabit/error.h"
-#include "inhabit/io/extension.h"
+#include "inhabit/io/convert_files.h"
 #include "inhabit/io/file_notes.h"
 #include "inputs.h"
 #include "interrupted.h"
@@ -23,12 +19,6 @@ struct Convert {
   inhabit::ConvertOptions options;
 };
 
-/// What motions and scenes become.
-const std::vector<std::string>& convert_formats() {
-  static const std::vector<std::string> all = {"npz", "json", "bvh", "glb", "ply"};
-  return all;
-}
-
 /// Whether `files` name a folder to convert into, and not one file that becomes another.
 bool into_folder(const Convert& o) {
   namespace fs = std::filesystem;
@@ -41,46 +31,19 @@ bool into_folder(const Convert& o) {
 }
 
 void convert_many(const Convert& o) {
-  const std::string out = o.files.back();
-  std::error_code none;
-  const std::vector<std::string>& formats = convert_formats();
-  const bool named_as_file = std::find(formats.begin(), formats.end(), inhabit::extension_of(out)) != formats.end();
-  if (named_as_file && !std::filesystem::is_directory(out, none))
-    throw inhabit::Error(out, "is named like a file; many become files of a folder");
-  std::vector<std::string> named(o.files.begin(), o.files.end() - 1), files;
-  std::map<std::string, std::string> targets, made;
-  std::vector<std::string> skipped;
-  for (const inhabit::Conversion& each :
-       inhabit::conversions(named, out, o.format.empty() ? "npz" : o.format, &skipped, &made)) {
-    files.push_back(each.in);
-    targets[each.in] = each.out;
-  }
-  if (files.empty()) throw inhabit::Error(skipped.front());
+  const std::vector<std::string> named(o.files.begin(), o.files.end() - 1);
   inhabit::Notes notes;
   const GoesOnLater later("the files that are named above are written; name the rest to go on");
-  const bool new_folder = !std::filesystem::exists(out, none);
-  inhabit::FileCount count;
-  try {
-    count = inhabit::each_file(
-        files,
-        [&](const std::string& file) {
-          inhabit::Notes own;
-          std::error_code failed;  // where it cannot be made, the file cannot be written, which is said
-          std::filesystem::create_directories(std::filesystem::path(targets[file]).parent_path(), failed);
-          const std::string written = inhabit::convert_file(file, targets[file], o.options, &own, &made);
-          inhabit::add_notes(notes, std::move(own), file);
-          end_progress();
-          std::printf("%s: %s\n", targets[file].c_str(), written.c_str());
-          std::fflush(stdout);  // what GoesOnLater speaks of
-        },
-        progress_of("files"));
-  } catch (const inhabit::Error&) {
-    if (new_folder) std::filesystem::remove(out, none);  // where it is empty
-    throw;
-  }
+  const inhabit::FileCount count = inhabit::convert_files(
+      named, o.files.back(), o.format.empty() ? "npz" : o.format, o.options,
+      [](const std::string& file, const std::string& line) {
+        end_progress();
+        std::printf("%s: %s\n", file.c_str(), line.c_str());
+        std::fflush(stdout);  // what GoesOnLater speaks of
+      },
+      &notes, progress_of("files"));
   end_progress();
   say(notes, 8);
-  count.skipped.insert(count.skipped.end(), skipped.begin(), skipped.end());
   end_of(count);
 }
 
@@ -96,7 +59,7 @@ void add_convert(CLI::App& app) {
                    "patterns, each as a file of the same name in FOLDER")
       ->required();
   verb->add_option("--format", given->format, "Of many files: the format they become (default: npz)")
-      ->check(CLI::IsMember(convert_formats()));
+      ->check(CLI::IsMember(inhabit::convert_formats()));
   verb->add_flag("--retarget", given->options.retarget, "Onto the standard 22 joints");
   add_reading(*verb, given->options.reading, "the input");
   add_writing(*verb, given->options.writing);

@@ -3,7 +3,7 @@
 #include "calls.h"
 #include "inhabit/error.h"
 #include "inhabit/io/clip_npz.h"
-#include "inhabit/io/convert.h"
+#include "inhabit/io/convert_files.h"
 #include "inhabit/io/describe.h"
 #include "inhabit/io/file_notes.h"
 #include "inhabit/io/scene_file.h"
@@ -49,6 +49,11 @@ WriteOptions writing_of(double start, Number end, Number rate, bool loop, const 
   if (rate && !(*rate >= 0.1 && *rate <= 1000)) throw Error("rate", "is not in [0.1, 1000]");
   if (!(start >= 0)) throw Error("start", "is under 0");
   return {start, end, loop, rate.value_or(0), up_axis(up)};
+}
+
+ConvertOptions converting_of(const ClipReadOptions& reading, const WriteOptions& writing, bool retarget,
+                             const std::optional<Path>& scene, const std::optional<Path>& body) {
+  return {reading, writing, retarget, scene ? scene->string() : "", body ? body->string() : ""};
 }
 
 constexpr const char* kWriting =
@@ -125,15 +130,10 @@ void add_files(py::module_& m) {
   m.def(
       "convert",
       [](const Path& source, const Path& target, Number rate, bool retarget, const Text& up, Number scale,
-         Number input_rate, const std::optional<Path>& asf, const std::string& out_up, const std::optional<Path>& scene,
+         Number input_rate, const std::optional<Path>& asf, const Text& out_up, const std::optional<Path>& scene,
          const std::optional<Path>& body, double start, Number end, bool loop, bool level) {
-        ConvertOptions options;
-        options.reading = reading_of(up, scale, input_rate, asf, level);
-        options.writing = writing_of(start, end, rate, loop, std::nullopt);
-        options.retarget = retarget;
-        if (up_axis(out_up) == UpAxis::z) options.writing.up = UpAxis::z;
-        if (scene) options.scene = scene->string();
-        if (body) options.body = body->string();
+        const ConvertOptions options = converting_of(reading_of(up, scale, input_rate, asf, level),
+                                                     writing_of(start, end, rate, loop, out_up), retarget, scene, body);
         Notes notes;
         const std::string written =
             released([&] { return convert_file(source.string(), target.string(), options, &notes); });
@@ -141,16 +141,44 @@ void add_files(py::module_& m) {
         return written;
       },
       "source"_a, "target"_a, py::kw_only(), "rate"_a = py::none(), "retarget"_a = false, "up"_a = py::none(),
-      "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(), "out_up"_a = "y",
+      "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(), "out_up"_a = py::none(),
       "scene"_a = py::none(), "body"_a = py::none(), "start"_a = 0.0, "end"_a = py::none(), "loop"_a = false,
       "level"_a = false,
       "Writes a motion or a scene in another format, told by the extensions; returns a line that says what was "
       "written.\n"
-      "rate: frames a second of the output; retarget: onto the standard 22 joints; out_up: 'z' for .bvh and .npz; "
-      "scene: a\n"
-      "file to put into a .glb beside the motion; body: SMPL-family model file (.npz). start, end, loop: as write_clip "
-      "has\n"
-      "them; up, scale, input_rate, asf, level: how the motion is read, as read_clip has them.");
+      "rate: frames a second of the output; retarget: onto the standard 22 joints; out_up: 'z' for .bvh and .npz, else "
+      "+Y up;\n"
+      "scene: a file to put into a .glb beside the motion; body: SMPL-family model file (.npz). start, end, loop: as "
+      "write_clip\n"
+      "has them; up, scale, input_rate, asf, level: how the motion is read, as read_clip has them.");
+  m.def(
+      "convert_files",
+      [](const PathsArgument& sources, const Path& folder, const std::string& format, Number rate, bool retarget,
+         const Text& up, Number scale, Number input_rate, const std::optional<Path>& asf, const Text& out_up,
+         const std::optional<Path>& scene, const std::optional<Path>& body, double start, Number end, bool loop,
+         bool level, const py::object& progress) {
+        const ConvertOptions options = converting_of(reading_of(up, scale, input_rate, asf, level),
+                                                     writing_of(start, end, rate, loop, out_up), retarget, scene, body);
+        const Progress told = progress_of(progress);
+        Notes notes;
+        std::vector<Path> written;
+        FileCount count = released([&] {
+          return convert_files(
+              texts_of(sources), folder.string(), format, options,
+              [&](const std::string& file, const std::string& /*line*/) { written.emplace_back(file); }, &notes, told);
+        });
+        say(notes);
+        return std::pair(std::move(written), std::move(count.skipped));
+      },
+      "sources"_a, "folder"_a, py::kw_only(), "format"_a = "npz", "rate"_a = py::none(), "retarget"_a = false,
+      "up"_a = py::none(), "scale"_a = py::none(), "input_rate"_a = py::none(), "asf"_a = py::none(),
+      "out_up"_a = py::none(), "scene"_a = py::none(), "body"_a = py::none(), "start"_a = 0.0, "end"_a = py::none(),
+      "loop"_a = false, "level"_a = false, "progress"_a = py::none(),
+      "Writes files, all motion of folders (of 'ply' their scenes) and patterns, each as a file of the same name in "
+      "`folder`.\n"
+      "format: 'npz', 'json', 'bvh', 'glb' or 'ply'; the rest as convert has it. progress(done, all) is called after "
+      "each file.\n"
+      "Returns the files that were written, and why others were skipped, a list of lines.");
   m.def(
       "info",
       [](const Path& path, const Text& up, Number scale, Number rate, const std::optional<Path>& asf, bool level) {

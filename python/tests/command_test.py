@@ -121,6 +121,25 @@ def test_rooms_are_fitted_around_folders(tmp_path):
     assert {entry.split for entry in by_pattern.entries} == {"train"}
 
 
+def test_many_files_are_converted(tmp_path):
+    (tmp_path / "in/deep").mkdir(parents=True)
+    inhabit.write_clip(tmp_path / "in/walk.npz", inhabit.read_clip(WALK))
+    inhabit.write_clip(tmp_path / "in/deep/walk.npz", inhabit.read_clip(WALK))
+    (tmp_path / "in/broken.bvh").write_text("HIERARCHY")
+    heard = []
+    written, skipped = inhabit.convert_files([tmp_path / "in", SIT], tmp_path / "out", format="bvh", rate=15,
+                                             progress=lambda done, all: heard.append((done, all)))
+    assert {file.relative_to(tmp_path / "out").as_posix() for file in written} == {"walk.bvh", "deep/walk.bvh", "sit.bvh"}
+    assert len(skipped) == 1 and "broken.bvh: " in skipped[0] and heard[-1] == (4, 4)
+    assert inhabit.read_clip(written[0]).rate == pytest.approx(15)
+    with pytest.raises(inhabit.Error, match="is named like a file"):
+        inhabit.convert_files(f"{DATA}/*.npz", tmp_path / "out.npz")
+    with pytest.raises(inhabit.Error, match="^format: 'fbx' is none of npz"):
+        inhabit.convert_files(WALK, tmp_path / "out", format="fbx")
+    with pytest.raises(KeyError):
+        inhabit.convert_files(WALK, tmp_path / "out", progress=lambda done, all: {}[done])
+
+
 def test_info_is_the_commands(tmp_path):
     clip, slope = inhabit.read_clip(WALK), 0.1
     turn = np.array([[1, 0, 0], [0, np.cos(slope), -np.sin(slope)], [0, np.sin(slope), np.cos(slope)]], np.float32)
