@@ -53,10 +53,10 @@ struct CdfFile {
   const std::string& subject;
   bool wide = true;
   bool big_endian = false, column_major = false;
-  std::vector<int64_t> shared_shape;  ///< of variables of the older kind, which all have it
-  uint64_t values_left = 0;           ///< bytes of values that the file can still have: no two variables share any
-  uint64_t unpacked_left = 0;         ///< bytes that may still be unpacked, though what was packed be packed again
-  std::set<int64_t> visited;          ///< places of records in lists, of which none comes twice
+  std::vector<int64_t> shared_shape = {};  ///< of variables of the older kind, which all have it
+  uint64_t values_left = 0;                ///< bytes of values that the file can still have: no two variables share any
+  uint64_t unpacked_left = 0;              ///< bytes that may still be unpacked, though what was packed be packed again
+  std::set<int64_t> visited = {};          ///< places of records in lists, of which none comes twice
 };
 
 /// The record at a place, behind its size and its kind. @param kind set to the kind
