@@ -90,6 +90,7 @@ void log_to_python() {
 
 std::vector<std::string> texts_of(const std::vector<Path>& paths) {
   std::vector<std::string> out;
+  out.reserve(paths.size());
   for (const Path& path : paths) out.push_back(path.string());
   return out;
 }
