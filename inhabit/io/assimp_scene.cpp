@@ -24,7 +24,7 @@ constexpr int kDeepestNode = 2000;  // nodes below each other
 struct NodeMeshes {
   const aiScene& scene;
   const std::string& subject;
-  json out = json::array();
+  json out = json::array(), skinned = json::array();
   size_t corners = 0;
 
   void node(const aiNode& at, const aiMatrix4x4& above, int depth) {
@@ -63,7 +63,7 @@ struct NodeMeshes {
         scene.mMaterials[mesh.mMaterialIndex]->GetTextureCount(aiTextureType_DIFFUSE) == 0 &&
         scene.mMaterials[mesh.mMaterialIndex]->Get(AI_MATKEY_COLOR_DIFFUSE, color) == AI_SUCCESS)
       one["color"] = {color.r, color.g, color.b};
-    out.push_back(std::move(one));
+    (mesh.HasBones() ? skinned : out).push_back(std::move(one));
   }
 };
 
@@ -95,7 +95,8 @@ std::vector<Mesh> parse_node_meshes(std::string_view bytes, const std::string& e
       throw Error(subject, std::string("cannot be read: ") + importer.GetErrorString());
     NodeMeshes collector{*scene, subject};
     collector.node(*scene->mRootNode, aiMatrix4x4(), 0);
-    const std::vector<uint8_t> out = json::to_cbor({{"meshes", collector.out}, {"axes", fbx_axes(*scene)}});
+    const std::vector<uint8_t> out = json::to_cbor(
+        {{"meshes", collector.out.empty() ? collector.skinned : collector.out}, {"axes", fbx_axes(*scene)}});
     return std::string(out.begin(), out.end());
   });
   std::vector<Mesh> meshes;

@@ -244,7 +244,7 @@ std::vector<Mesh> parse_gltf(std::string_view bytes, const std::string& subject,
     place(roots, Eigen::Affine3d::Identity());
   }
   std::vector<bool> seen(model.nodes.size(), false);
-  std::vector<Mesh> meshes;
+  std::vector<Mesh> meshes, skinned;
   size_t corners = 0;
   while (!open.empty()) {
     const auto [index, at] = open.back();
@@ -264,9 +264,10 @@ std::vector<Mesh> parse_gltf(std::string_view bytes, const std::string& subject,
       if (corners > kMostCorners) throw Error(subject, "unfolds to more than 100 million triangles or points");
       mesh.name = one_line(node.name.empty() ? source.name : node.name);
       mesh.color = color_of(model, primitive.material);
-      meshes.push_back(std::move(mesh));
+      (node.skin < 0 ? meshes : skinned).push_back(std::move(mesh));
     }
   }
+  if (meshes.empty()) meshes = std::move(skinned);
   if (meshes.empty()) throw Error(subject, "holds neither faces nor points");
   return meshes;
 }
