@@ -30,14 +30,41 @@ Json numbers(const Tensor& t) {
   return list;
 }
 
-/// Metres from the lowest joint to the highest one of a skeleton that stands as it rests. Some rest lying: up is the
-/// axis on which the head is farthest from between the ankles; +Y where that cannot be told.
-double rest_height(const Skeleton& skeleton) {
-  const Tensor rest = skeleton.rest_joints();
+/// Whether a skeleton rests folded: nearer from head to ankles along `up` than its legs, trunk and neck are long.
+bool rests_folded(const Tensor& rest, const Landmarks& marks, int64_t up) {
+  const auto length = [&](int a, int b) { return (rest[a] - rest[b]).norm().item<double>(); };
+  double straight = length(marks.head, marks.thorax) + length(marks.thorax, marks.pelvis);
+  for (const size_t side : {0, 1})
+    straight += (length(marks.hip[side], marks.knee[side]) + length(marks.knee[side], marks.ankle[side])) / 2;
+  const Tensor reach = rest[marks.head] - (rest[marks.ankle[0]] + rest[marks.ankle[1]]) / 2;
+  return std::abs(reach[up].item<double>()) < 0.85 * straight;
+}
+
+/// Metres from the lowest joint to the highest one where the person stands straightest (of 20 frames the one), arms
+/// aside.
+double straightest_height(const Clip& clip, const Landmarks& marks) {
+  std::vector<int64_t> kept;
+  std::vector<bool> arm(static_cast<size_t>(clip.skeleton.size()), false);
+  for (int64_t j = 0; j < clip.skeleton.size(); ++j) {
+    const int parent = clip.skeleton.parents[static_cast<size_t>(j)];
+    arm[static_cast<size_t>(j)] =
+        j == marks.shoulder[0] || j == marks.shoulder[1] || (parent >= 0 && arm[static_cast<size_t>(parent)]);
+    if (!arm[static_cast<size_t>(j)]) kept.push_back(j);
+  }
+  const Tensor heights = clip.joints.select(2, 1).index_select(1, torch::tensor(kept));
+  return torch::quantile(std::get<0>(heights.max(1)) - std::get<0>(heights.min(1)), 0.95).item<double>();
+}
+
+/// Metres from the lowest joint to the highest one of a person who stands as the skeleton rests. Some rest lying: up is
+/// the axis on which the head is farthest from between the ankles; +Y where that cannot be told. Of those that rest
+/// folded the frames tell.
+double rest_height(const Clip& clip) {
+  const Tensor rest = clip.skeleton.rest_joints();
   int64_t up = 1;
   try {
-    const Landmarks marks = find_landmarks(skeleton, "skeleton");
+    const Landmarks marks = find_landmarks(clip.skeleton, "skeleton");
     up = (rest[marks.head] - (rest[marks.ankle[0]] + rest[marks.ankle[1]]) / 2).abs().argmax().item<int64_t>();
+    if (rests_folded(rest, marks, up)) return straightest_height(clip, marks);
   } catch (const Error&) {
   }
   const Tensor along = rest.select(1, up);
@@ -61,7 +88,7 @@ Json describe_motion(const std::string& path, const ClipReadOptions& options) {
   const bool standard = clip.skeleton.names == standard_joint_names();
   out["joints"] = clip.skeleton.size();
   out["skeleton"] = standard ? Json("standard (SMPL's first 22 joints)") : Json(clip.skeleton.names);
-  out["rest_height"] = rounded(rest_height(clip.skeleton));
+  out["rest_height"] = rounded(rest_height(clip));
   out["box"] = {{"lower", numbers(std::get<0>(flat.min(0)))}, {"upper", numbers(std::get<0>(flat.max(0)))}};
   if (clip.frames() > 1) {
     const Tensor path_steps = clip.root_path().slice(0, 1) - clip.root_path().slice(0, 0, -1);

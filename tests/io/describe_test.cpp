@@ -41,5 +41,22 @@ TEST(DescribeMotion, RestHeightIsThatOfAStandingPersonHoweverTheSkeletonLies) {
   EXPECT_NEAR(height("turned.npz", torch::tensor({0.F, 1.F, 0.F})), upright, 2e-3);
 }
 
+TEST(DescribeMotion, RestHeightOfAFoldedSkeletonIsThatOfThePersonInItsFrames) {
+  const TempFolder folder;
+  Clip clip = somebody(torch::zeros({3}));
+  write_clip_npz(folder / "upright.npz", clip);
+  // Knees at the chin: the thighs rest forward, and the frames put them back. Arms are up, and no part of the height.
+  const torch::Tensor fold = axis_angle_to_matrix(torch::tensor({static_cast<float>(-M_PI / 2), 0.F, 0.F}));
+  for (const int64_t joint : {4, 5, 7, 8, 10, 11})
+    clip.skeleton.offsets[joint] = fold.matmul(clip.skeleton.offsets[joint]);
+  for (const int64_t hip : {1, 2})
+    clip.rotations.select(1, hip).copy_(torch::tensor({static_cast<float>(M_PI / 2), 0.F, 0.F}));
+  clip.rotations.select(1, 16).copy_(torch::tensor({0.F, 0.F, static_cast<float>(M_PI / 2)}));
+  clip.joints = joint_positions(clip.skeleton, clip.rotations, clip.trans);
+  write_clip_npz(folder / "folded.npz", clip);
+  const auto height = [&](const char* name) { return describe_file(folder / name)["rest_height"].get<double>(); };
+  EXPECT_NEAR(height("folded.npz"), height("upright.npz"), 2e-3);
+}
+
 }  // namespace
 }  // namespace inhabit
