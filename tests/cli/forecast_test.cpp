@@ -64,8 +64,10 @@ TEST(Forecast, WritesEveryFormatAtOnceAndEachReadsBack) {
   const size_t times = gltf["animations"][0]["samplers"][0]["input"];
   EXPECT_EQ(gltf["accessors"][times]["count"], 60);
   EXPECT_NEAR(gltf["accessors"][times]["max"][0].get<double>(), 59 / 30.0, 1e-4);
-  const Scene scene = read_scene_file(folder / "f.glb").scene;  // person and room
-  EXPECT_EQ(scene.meshes.size(), read_scene_file(kRoom).scene.meshes.size() + 1);
+  const Scene scene = read_scene_file(folder / "f.glb").scene;  // the room; the person in it is no part of it
+  EXPECT_EQ(scene.meshes.size(), read_scene_file(kRoom).scene.meshes.size());
+  EXPECT_EQ(gltf.at("skins").size(), 1U);
+  EXPECT_EQ(gltf.at("meshes").size(), scene.meshes.size() + 1);
 
   const std::string page = read_whole_file(folder / "f.html"),
                     mark = "<script id=\"header\" type=\"application/json\">";
