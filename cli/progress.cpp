@@ -36,15 +36,18 @@ std::string duration(double seconds) {
 struct ProgressLine {
   std::string what;
   bool terminal = on_terminal();
-  Clock::time_point first = Clock::now(), last = first;
-  int64_t before = -1;  // done when it began, as in a training that is resumed; -1: it has not
+  Clock::time_point last = Clock::now(), first = last;
+  int64_t before = -1;  // done at `first`, its first report: a training that is resumed begins far on; -1: none yet
   std::mutex mutex;
 
   void say(int64_t done, int64_t all) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto now = Clock::now();
     const bool ends = done >= all;
-    if (before < 0) before = done > 1 ? done - 1 : 0;
+    if (before < 0) {
+      before = done;
+      first = now;
+    }
     if (terminal && ends) return end_progress();
     if (now - last < (terminal ? std::chrono::milliseconds(200) : std::chrono::seconds(10)) || all < 1) return;
     last = now;

@@ -41,6 +41,8 @@ bool flattened(const torch::Tensor& t) {
   return t.dim() == 2 && t.size(1) % 3 == 0 && t.size(1) / 3 >= kLeast && t.size(1) / 3 <= kMost;
 }
 
+torch::Tensor unflattened(const torch::Tensor& t) { return flattened(t) ? t.view({t.size(0), t.size(1) / 3, 3}) : t; }
+
 bool rows_of_joints(const torch::Tensor& t) {
   return (t.dim() == 3 || t.dim() == 4) && t.size(-1) == 3 && t.size(-2) >= kLeast && t.size(-2) <= kMost;
 }
@@ -93,8 +95,7 @@ std::string positions_called_poses(const Npz& npz) {
   for (const char* name : {"poses", "pose"}) {
     const auto found = npz.tensors.find(name);
     if (found == npz.tensors.end()) continue;
-    torch::Tensor joints = found->second;
-    if (flattened(joints)) joints = joints.view({joints.size(0), joints.size(1) / 3, 3});
+    const torch::Tensor joints = unflattened(found->second);
     if (joints.dim() == 3 && rows_of_joints(joints) && joints.size(0) > 0 && joints.size(1) >= kStandardJoints &&
         keeps_bones(joints.to(torch::kFloat32)))
       return name;
@@ -107,8 +108,7 @@ Npz with_joint_array(const Npz& npz) {
   if (name.empty()) name = joint_array_name(npz);
   if (name.empty()) return npz;
   Npz out = npz;
-  torch::Tensor joints = out.tensors.at(name);
-  if (flattened(joints)) joints = joints.view({joints.size(0), joints.size(1) / 3, 3});
+  const torch::Tensor joints = unflattened(out.tensors.at(name));
   out.tensors.erase(name);
   out.tensors["joints"] = joints;
   return out;

@@ -1,12 +1,12 @@
 #pragma once
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include <torch/types.h>
+
+#include "inhabit/io/gzip.h"
 
 // Writes CDF files as NASA's "CDF Internal Format Description" has them, for tests of what reads them.
 
@@ -35,20 +35,6 @@ struct CdfArray {
 inline std::string cdf_number(int64_t value, size_t width = 4) {
   std::string out(width, '\0');
   for (size_t k = width; k-- > 0; value >>= 8) out[k] = static_cast<char>(value & 0xFF);
-  return out;
-}
-
-inline std::string cdf_gzipped(const std::string& bytes) {
-  z_stream stream = {};
-  deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY);
-  std::string out(deflateBound(&stream, bytes.size()), '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = static_cast<uInt>(out.size());
-  deflate(&stream, Z_FINISH);
-  out.resize(stream.total_out);
-  deflateEnd(&stream);
   return out;
 }
 
@@ -111,7 +97,7 @@ inline std::string cdf_bytes(const std::vector<CdfArray>& arrays, const CdfForm&
       lasts += cdf_number(last);
       places += place(begin + rest.size());
       const std::string values = cdf_values(form, array.values, first, last);
-      const std::string packed = form.pack_variables ? cdf_gzipped(values) : "";
+      const std::string packed = form.pack_variables ? gzipped(values) : "";
       rest += form.pack_variables ? cdf_record(form, 13, cdf_number(0) + place(packed.size()) + packed)
                                   : cdf_record(form, 7, values);
     }
@@ -155,7 +141,7 @@ inline std::string cdf_bytes(const std::vector<CdfArray>& arrays, const CdfForm&
   const std::string magic = form.wide ? std::string("\xCD\xF3\x00\x01", 4) : std::string("\xCD\xF2\x60\x02", 4);
   const std::string body = descriptor + global + rest;
   if (!form.pack_file) return magic + std::string("\x00\x00\xFF\xFF", 4) + body;
-  const std::string packed = cdf_gzipped(body);
+  const std::string packed = gzipped(body);
   const size_t whole = width + 4 + 2 * width + 4 + packed.size();
   return magic + std::string("\xCC\xCC\x00\x01", 4) +
          cdf_record(form, 10, place(8 + whole) + place(body.size()) + cdf_number(0) + packed) +
