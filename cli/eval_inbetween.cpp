@@ -148,13 +148,7 @@ void add_eval_inbetween(CLI::App& verb) {
       ->add_option("--layout", o->layout,
                    "Columns: methods (Tables 1, 3), close (2), recordings (4), keys (6), settings (8), seeds (9), "
                    "collisions (with and without tolerance)")
-      ->transform(one_of<Layout>({{"methods", Layout::methods},
-                                  {"close", Layout::close},
-                                  {"recordings", Layout::recordings},
-                                  {"keys", Layout::keys},
-                                  {"settings", Layout::settings},
-                                  {"seeds", Layout::seeds},
-                                  {"collisions", Layout::collisions}}))
+      ->transform(one_of(inbetween::layouts_by_name()))
       ->option_text("NAME");
   inbetween->add_option("--json", o->json, "Also write the table as JSON");
   add_evaluation_shard(*inbetween, o->shard);

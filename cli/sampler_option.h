@@ -4,8 +4,6 @@
 
 inline void add_sampler(CLI::App& verb, inhabit::inbetween::Sampler& sampler) {
   verb.add_option("--sampler", sampler, "ddpm, ddim or dpm (DPM-Solver++ 2M, the default)")
-      ->transform(one_of<inhabit::inbetween::Sampler>({{"ddpm", inhabit::inbetween::Sampler::ddpm},
-                                                       {"ddim", inhabit::inbetween::Sampler::ddim},
-                                                       {"dpm", inhabit::inbetween::Sampler::dpm_solver}}))
+      ->transform(one_of(inhabit::inbetween::samplers_by_name()))
       ->option_text("NAME");
 }

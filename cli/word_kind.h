@@ -10,8 +10,6 @@ inline void add_word_kind(CLI::App& verb, inhabit::WordKind& words) {
                   "NDMS over poses that know neither place nor heading, as the authors evaluate (poses), the same with "
                   "spine, neck and head, as DLow's 17 joints have them (dlow), or as the authors' package has it: the "
                   "motion in the world, each word moved by its first frame")
-      ->transform(one_of<inhabit::WordKind>({{"poses", inhabit::WordKind::poses},
-                                             {"dlow", inhabit::WordKind::dlow},
-                                             {"package", inhabit::WordKind::package}}))
+      ->transform(one_of(inhabit::word_kinds_by_name()))
       ->option_text("poses|dlow|package");
 }

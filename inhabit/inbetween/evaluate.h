@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -103,6 +104,8 @@ enum class Layout {
   seeds,       ///< Table 9, with intervals over seeds
   collisions   ///< with and without tolerance
 };
+/// What users call them: their own names.
+const std::map<std::string, Layout>& layouts_by_name();
 
 /// The layout that is asked for or, where the table has no truth, the one of what needs none (`collisions` needs none
 /// either).

@@ -55,6 +55,12 @@ Tensor interpolate_keys(const KeyConstraints& given) {
   return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, weight), torch::zeros({}));
 }
 
+const std::map<std::string, Sampler>& samplers_by_name() {
+  static const std::map<std::string, Sampler> all = {
+      {"ddpm", Sampler::ddpm}, {"ddim", Sampler::ddim}, {"dpm", Sampler::dpm_solver}};
+  return all;
+}
+
 std::vector<int64_t> sampling_steps(int64_t total, int64_t count, int64_t t_star) {
   if (count < 1 || count > total)
     throw Error("sampling steps", std::to_string(count) + " is not within 1 and " + std::to_string(total));

@@ -2,6 +2,8 @@
 #include <torch/types.h>
 
 #include <functional>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "inhabit/inbetween/schedule.h"
@@ -44,6 +46,8 @@ enum class Sampler {
   ddim,       ///< Song et al. 2021, eta 0
   dpm_solver  ///< DPM-Solver++ (2M), Lu et al. 2022: second order, data prediction
 };
+/// What users call them: ddpm, ddim and dpm.
+const std::map<std::string, Sampler>& samplers_by_name();
 
 /// The diffusion steps at which the denoiser is evaluated: `count` of `total`, evenly spread, the noisiest first. With
 /// t_star > 0 and two evaluations or more, at least one is below t_star, so that the keys are denoised too.

@@ -87,6 +87,14 @@ std::vector<std::string> notes_of(const Table& table, Layout layout, bool differ
 
 }  // namespace
 
+const std::map<std::string, Layout>& layouts_by_name() {
+  static const std::map<std::string, Layout> all = {{"methods", Layout::methods},       {"close", Layout::close},
+                                                    {"recordings", Layout::recordings}, {"keys", Layout::keys},
+                                                    {"settings", Layout::settings},     {"seeds", Layout::seeds},
+                                                    {"collisions", Layout::collisions}};
+  return all;
+}
+
 Layout layout_for(const Table& table, Layout asked) {
   return table.truth || asked == Layout::collisions ? asked : Layout::recordings;
 }

@@ -70,6 +70,12 @@ Tensor pose_words(const Tensor& joints, int64_t kappa, int64_t stride) {
   return motion_words(word_poses(joints), kappa, stride);
 }
 
+const std::map<std::string, WordKind>& word_kinds_by_name() {
+  static const std::map<std::string, WordKind> all = {
+      {"poses", WordKind::poses}, {"dlow", WordKind::dlow}, {"package", WordKind::package}};
+  return all;
+}
+
 Tensor words_of(const Tensor& joints, int64_t kappa, WordKind kind) {
   if (kind != WordKind::package) return motion_words(word_poses(joints, rows_of(kind)), kappa);
   static const Tensor rows = torch::tensor({0, 1, 2, 4, 5, 7, 8, 10, 11, 16, 17, 18, 19, 20, 21, 15});

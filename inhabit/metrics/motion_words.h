@@ -1,6 +1,8 @@
 #pragma once
 #include <torch/types.h>
 
+#include <map>
+#include <string>
 #include <vector>
 
 namespace inhabit {
@@ -33,6 +35,8 @@ enum class WordKind {
   package,  ///< as the score's released package has them: 16 joints of the motion in the world, each word moved as a
             ///< whole (placed_words)
 };
+/// What users call them: their own names.
+const std::map<std::string, WordKind>& word_kinds_by_name();
 /// Words of a motion (T, 22, 3), world or, for all but the package, without place and heading: (N, kappa, 12, 15 or 16,
 /// 3).
 torch::Tensor words_of(const torch::Tensor& joints, int64_t kappa, WordKind kind = WordKind::poses);

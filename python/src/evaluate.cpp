@@ -43,7 +43,7 @@ Measured anticipate_rows(const Asked& asked, Options& options) {
   how.windows = options.whole("windows", how.windows, 1, 100000);
   how.seconds = options.number("seconds", how.seconds, 0.4, 30);
   how.seed = seed_of(options);
-  how.words = words_named(options.text("words", "poses"));
+  how.words = named("words", options.text("words", "poses"), word_kinds_by_name());
   how.progress = asked.progress;
   how.parts = asked.parts;
   options.refuse_others();
@@ -97,11 +97,7 @@ Rows rows_of(const std::string& system) {
                                                       {"detour", detour_rows},          {"forecast", forecast_rows},
                                                       {"inbetween", inbetween_rows},    {"interact", interact_rows},
                                                       {"reconstruct", reconstruct_rows}};
-  const auto found = systems.find(system);
-  if (found != systems.end()) return found->second;
-  std::string names;
-  for (const auto& [name, rows] : systems) names += (names.empty() ? "" : ", ") + name;
-  throw Error("system", "is '" + system + "', which is none of " + names);
+  return named("system", system, systems);
 }
 
 py::object evaluate_system(const std::string& system, const PathsArgument& data, const std::string& split,

@@ -17,22 +17,10 @@ using inbetween::Layout;
 inbetween::MeasuredModels rows_asked(Options& options) {
   inbetween::MeasuredModels out;
   out.options.steps = options.whole("steps", 0, 0, 1000);
-  out.options.sampler = sampler_named(options.text("sampler", "dpm"));
+  out.options.sampler = named("sampler", options.text("sampler", "dpm"), inbetween::samplers_by_name());
   out.refine = options.flag("refine", true);
   for (const std::string& row : options.texts("row")) out.others.push_back(inbetween::other_settings(row));
   return out;
-}
-
-Layout layout_named(const std::string& name) {
-  const std::map<std::string, Layout> layouts = {{"methods", Layout::methods},       {"close", Layout::close},
-                                                 {"recordings", Layout::recordings}, {"keys", Layout::keys},
-                                                 {"settings", Layout::settings},     {"seeds", Layout::seeds},
-                                                 {"collisions", Layout::collisions}};
-  const auto found = layouts.find(name);
-  if (found != layouts.end()) return found->second;
-  std::string names;
-  for (const auto& [known, layout] : layouts) names += (names.empty() ? "" : ", ") + known;
-  throw Error("layout", "is '" + name + "', which is none of " + names);
 }
 
 std::optional<std::string> given_text(Options& options, const char* name) {
@@ -91,7 +79,7 @@ Measured inbetween_rows(const Asked& asked, Options& options) {
   if (!joints.empty()) models.options.key_groups = inbetween::key_groups(joints);
   const int64_t count = options.whole("windows", 100, 1, std::numeric_limits<int64_t>::max());
   const bool layout_given = options.has("layout");
-  const Layout asked_layout = layout_named(options.text("layout", "methods"));
+  const Layout asked_layout = named("layout", options.text("layout", "methods"), inbetween::layouts_by_name());
   if (layout_given && !asked.text) throw Error("layout", "is of the text: ask for it by text=True");
   inbetween::Evaluation how;
   how.keyframes = options.texts("keyframes", how.keyframes);

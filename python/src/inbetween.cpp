@@ -148,7 +148,7 @@ void add_inbetween(py::module_& m) {
             if (!joints.empty()) options.key_groups = inbetween::key_groups(joints, clip.skeleton);
             options.noise = noise;
             options.steps = steps;
-            options.sampler = sampler_named(sampler);
+            options.sampler = named("sampler", sampler, inbetween::samplers_by_name());
             options.seed = seed;
             options.temperature = temperature;
             options.controls = controls_of(key_weights, contacts, root_path, loop, clip.skeleton);

@@ -28,20 +28,6 @@ std::string checked_text(const std::string& name, const nlohmann::json& value) {
 
 }  // namespace
 
-inbetween::Sampler sampler_named(const std::string& name) {
-  if (name == "dpm") return inbetween::Sampler::dpm_solver;
-  if (name == "ddim") return inbetween::Sampler::ddim;
-  if (name == "ddpm") return inbetween::Sampler::ddpm;
-  throw Error("sampler", "is '" + name + "', which is none of ddim, ddpm, dpm");
-}
-
-WordKind words_named(const std::string& name) {
-  if (name == "poses") return WordKind::poses;
-  if (name == "dlow") return WordKind::dlow;
-  if (name == "package") return WordKind::package;
-  throw Error("words", "is '" + name + "', not poses, dlow or package");
-}
-
 Options::Options(std::string of, const py::kwargs& given) : of_(std::move(of)) {
   for (const auto& [key, value] : given) {
     const auto name = key.cast<std::string>();

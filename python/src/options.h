@@ -1,14 +1,21 @@
 #pragma once
+#include <map>
 #include <set>
 
 #include "calls.h"
-#include "inhabit/inbetween/sampler.h"
-#include "inhabit/metrics/motion_words.h"
+#include "inhabit/error.h"
 
 namespace inhabit::python {
 
-inbetween::Sampler sampler_named(const std::string& name);
-WordKind words_named(const std::string& name);
+/// What a user calls so. Throws Error(option, ...) that lists the names.
+template <class Value>
+Value named(const std::string& option, const std::string& name, const std::map<std::string, Value>& values) {
+  const auto found = values.find(name);
+  if (found != values.end()) return found->second;
+  std::string names;
+  for (const auto& [known, value] : values) names += (names.empty() ? "" : ", ") + known;
+  throw Error(option, "is '" + name + "', which is none of " + names);
+}
 
 /// Options that only some calls take, by their names: what no call asked for is refused. Needs no GIL once it is made.
 class Options {

@@ -55,7 +55,7 @@ py::dict ndms_of(const Clips& motions, const Clips& reference, double rate, int6
   options.rate = rate;
   options.kappa = kappa;
   options.observed = observed;
-  options.words = words_named(words);
+  options.words = named("words", words, word_kinds_by_name());
   const NdmsScore score = released([&] {
     return score_ndms(scored(motions, rate, "motion", std::max(kappa, observed + 1)),
                       scored(reference, rate * static_cast<double>(options.reference_stride), "reference"), options);
