@@ -43,13 +43,14 @@ Clip read_keys(InbetweenArguments& o, double rate, Notes& notes) {
     if (!o.times.empty()) {
       if (o.keys.find_first_not_of("0123456789, ") != std::string::npos || o.keys.empty())
         throw Error("--times", "of one file need --keyframes: which of its frames stand at them, such as 0,40,95");
-      inbetween::PosesInTime in_time =
-          inbetween::frames_at_times(clip, inbetween::listed_frames(o.keys, clip.frames()), o.times, o.motions[0]);
+      inbetween::PosesInTime in_time = inbetween::frames_at_times(
+          clip, inbetween::listed_frames(o.keys, clip.frames(), "--keyframes"), o.times, o.motions[0]);
       o.options.keys = in_time.keys;
       return in_time.clip;
     }
     try {
-      o.options.keys = inbetween::key_frames(o.keys.empty() ? "ends" : o.keys, clip.frames(), o.options.seed);
+      o.options.keys =
+          inbetween::key_frames(o.keys.empty() ? "ends" : o.keys, clip.frames(), o.options.seed, "--keyframes");
     } catch (const Error& e) {
       throw Error(o.motions[0], e.what());
     }

@@ -68,7 +68,7 @@ void add_writing(CLI::App& verb, inhabit::WriteOptions& writing, bool loop) {
   verb.add_option("--from", writing.from, "Seconds of the motion from which on it is written")
       ->check(not_negative)
       ->option_text("SECONDS");
-  verb.add_option("--to", writing.to, "Seconds of the motion up to which it is written")
+  verb.add_option("--to", writing.to, "Seconds of the motion up to which it is written, that frame with it")
       ->check(not_negative)
       ->option_text("SECONDS");
   verb.add_option("--rate", writing.rate, "Frames a second of the motion that is written")->check(frame_rate);

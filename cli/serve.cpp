@@ -1,9 +1,6 @@
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
-#include "inhabit/error.h"
-#include "inhabit/io/shipped_model.h"
 #include "inhabit/serve/server.h"
 #include "inputs.h"
 #include "verbs.h"
@@ -12,19 +9,9 @@ namespace {
 
 struct ServeArguments {
   SceneInput scene;
-  std::string model, forecast, inbetween, anticipate;
+  inhabit::serve::ModelFiles models;
   uint16_t port = 8080;
 };
-
-/// A model that ships, or none where it does not lie with this command.
-std::string model_if_there(const std::string& given, const std::string& name) {
-  if (!given.empty()) return given;
-  try {
-    return inhabit::shipped_model(name);
-  } catch (const inhabit::Error&) {
-    return "";
-  }
-}
 
 }  // namespace
 
@@ -32,23 +19,19 @@ void add_serve(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("serve", "A live page: click where a person walks and sits, and put their hands");
   auto o = std::make_shared<ServeArguments>();
   add_scene(*verb, o->scene, " (without one, a room with four seats)");
-  verb->add_option("--model", o->model, "Model of interaction (default: the one that ships)");
-  verb->add_option("--forecast-model", o->forecast,
+  verb->add_option("--model", o->models.interact, "Model of interaction (default: the one that ships)");
+  verb->add_option("--forecast-model", o->models.forecast,
                    "Model of forecasts (default: the one that ships, where it is there)");
-  verb->add_option("--inbetween-model", o->inbetween, "Model of in-betweening (likewise)");
-  verb->add_option("--anticipate-model", o->anticipate, "Model of anticipation (likewise)");
+  verb->add_option("--inbetween-model", o->models.inbetween, "Model of in-betweening (likewise)");
+  verb->add_option("--anticipate-model", o->models.anticipate, "Model of anticipation (likewise)");
   verb->add_option("--port", o->port, "Port on 127.0.0.1; 0: a free one")->capture_default_str();
   verb->callback([o] {
     using namespace inhabit;
     Notes notes;
     const Scene scene = o->scene.file.empty() ? serve::default_room() : read_scene(o->scene, notes);
-    const serve::ModelFiles models{model_file(o->model, "interact-compact.safetensors"),
-                                   model_if_there(o->forecast, "forecast-compact.safetensors"),
-                                   model_if_there(o->inbetween, "inbetween-compact.safetensors"),
-                                   model_if_there(o->anticipate, "anticipate-cmu.safetensors")};
     serve::ServerOptions options;
     options.port = o->port;
-    serve::Server server(serve::make_world(scene, models), options);
+    serve::Server server(serve::make_world(scene, serve::with_shipped(o->models)), options);
     say(notes);
     std::printf("%s (Ctrl-C ends it)\n", server.address().c_str());
     std::fflush(stdout);

@@ -1,5 +1,5 @@
 # The Debian packages and the tarball, unpacked and used from there.
-# cmake -DBUILD= -DWORK= -DMOTION= -DPYTHON= -P package.cmake
+# cmake -DBUILD= -DWORK= -DMOTION= -DPYTHON= -DCPACK= [-DGENERATOR= -DCOMPILER= -DTYPE= -DPREFIX_PATH=] -P package.cmake
 cmake_minimum_required(VERSION 3.22)
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
@@ -83,6 +83,20 @@ file(GLOB_RECURSE library ${WORK}/root/usr/lib/libinhabit_c.so.*)
 file(GLOB_RECURSE link ${WORK}/dev/usr/lib/libinhabit_c.so)
 if(NOT library OR NOT link OR NOT EXISTS ${WORK}/dev/usr/include/inhabit.h)
   message(FATAL_ERROR "the packages lack the C interface: '${library}' '${link}'")
+endif()
+# Both in one root, as Debian installs them: somebody else's project finds the library there and runs.
+run(dpkg-deb -x ${dev} ${WORK}/root)
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${WORK}/consumer -G ${GENERATOR} -DCMAKE_BUILD_TYPE=${TYPE}
+  -DONE_SOURCE=ON -DEXAMPLE=${CMAKE_CURRENT_LIST_DIR}/../examples/kinematics.cpp -DCMAKE_CXX_COMPILER=${COMPILER}
+  "-DCMAKE_PREFIX_PATH=${WORK}/root/usr;${PREFIX_PATH}")
+run(${CMAKE_COMMAND} --build ${WORK}/consumer)
+file(STRINGS ${WORK}/consumer/CMakeCache.txt found REGEX "^inhabit_DIR:")
+if(NOT found MATCHES "=${WORK}/root/usr/")
+  message(FATAL_ERROR "not built against the -dev package: ${found}")
+endif()
+run(${WORK}/consumer/consumer)
+if(NOT text MATCHES "ankle behind the knee: (0\\.99|1\\.00)")
+  message(FATAL_ERROR "unexpected output: ${text}")
 endif()
 # The Python module as Debian's Python finds it, with the models of the other package.
 if(PYTHON)

@@ -75,7 +75,7 @@ inhabit_result run(const inbetween::SceneInbetweener& system, const Clip& clip, 
   text.take("refine", options.refine);
   text.take("standard", options.standard);
   text.finish();
-  options.keys = inbetween::key_frames(keys, clip.frames(), options.seed);
+  options.keys = inbetween::key_frames(keys, clip.frames(), options.seed, "keys");
   inbetween::Result r = system.run(clip, scene, options);
   return with_arrays({r.motion}, {r.on_source}, {{"keys", torch::tensor(r.keys)}});
 }

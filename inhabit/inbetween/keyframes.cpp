@@ -37,8 +37,8 @@ bool read(std::string_view text, Number& number) {
 
 }  // namespace
 
-std::vector<int64_t> listed_frames(const std::string& text, int64_t frames) {
-  const std::string subject = "key frames " + text;
+std::vector<int64_t> listed_frames(const std::string& text, int64_t frames, const std::string& name) {
+  const std::string subject = name + " " + text;
   std::vector<int64_t> out;
   for (const std::string_view part : parts(text)) {
     int64_t t = 0;
@@ -51,8 +51,8 @@ std::vector<int64_t> listed_frames(const std::string& text, int64_t frames) {
   return out;
 }
 
-std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed) {
-  const std::string subject = "key frames " + text;
+std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed, const std::string& name) {
+  const std::string subject = name + " " + text;
   if (frames < 2) throw Error(subject, "a clip of " + std::to_string(frames) + " frames has no two key frames");
   const int64_t last = frames - 1;
   std::set<int64_t> keys = {0, last};
@@ -70,7 +70,7 @@ std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_
     for (int64_t t = 0; t < frames; ++t)
       if (chance(random, p)) keys.insert(t);
   } else if (text != "ends") {
-    for (const int64_t t : listed_frames(text, frames)) keys.insert(t);
+    for (const int64_t t : listed_frames(text, frames, name)) keys.insert(t);
   }
   return {keys.begin(), keys.end()};
 }

@@ -16,13 +16,13 @@ namespace inhabit::inbetween {
 ///   0,30,95        these frames
 ///   random:P       each frame with probability P in (0, 1], drawn from `seed`
 ///   ends           the first and the last alone
-/// Throws Error("key frames TEXT", ...) for anything else, a frame outside the clip, or a clip of fewer than two
-/// frames.
-std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0);
+/// Throws Error("NAME TEXT", ...) for anything else, a frame outside the clip, or a clip of fewer than two frames.
+std::vector<int64_t> key_frames(const std::string& text, int64_t frames, uint64_t seed = 0,
+                                const std::string& name = "key frames");
 
-/// The frames of a list such as 40,0,95, in its order. Throws Error("key frames TEXT", ...) where it is none, or a
-/// frame is outside the clip.
-std::vector<int64_t> listed_frames(const std::string& text, int64_t frames);
+/// The frames of a list such as 40,0,95, in its order. Throws Error("NAME TEXT", ...) where it is none, or a frame is
+/// outside the clip.
+std::vector<int64_t> listed_frames(const std::string& text, int64_t frames, const std::string& name = "key frames");
 
 /// Key poses at given times as a clip; frames between them repeat the pose before.
 struct PosesInTime {

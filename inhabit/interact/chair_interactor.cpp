@@ -124,9 +124,9 @@ Take perform(LivePerson& person, const std::vector<HandContacts>& series, const 
     take.action[t] = std::max_element(weights.begin(), weights.end()) - weights.begin();
     take.contact_of[static_cast<size_t>(t)] = present;
     if (take.left) continue;
-    if (!person.seated())
+    if (person.off_seat())
       take.seated.reset();
-    else if (!take.seated)
+    else if (person.seated() && !take.seated)
       take.seated = t;
     bool all = true;
     for (int side = 0; side < 2; ++side) {

@@ -29,6 +29,7 @@ constexpr double kMoved = 0.25;     // metres that a contact may be moved by wit
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
+constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
 
@@ -62,11 +63,12 @@ struct LivePerson::Impl {
 
   Impl(const Engine& e, uint64_t seed) : engine(e), work(e, seed) {}
 
-  bool seated() const {
+  bool pelvis_within(double beside, double above) const {
     if (!chair) return false;
     const Vector3d off = state.position[0].cast<double>() - chair->seat();
-    return Eigen::Vector2d(off.x(), off.z()).norm() < kNearSeat && off.y() < kOnSeat;
+    return Eigen::Vector2d(off.x(), off.z()).norm() < beside && off.y() < above;
   }
+  bool seated() const { return pelvis_within(kNearSeat, kOnSeat); }
 
   Eigen::Vector2d here() const { return on_ground(state.position[0].cast<double>()); }
 
@@ -232,6 +234,7 @@ void LivePerson::step() { impl_->step(); }
 const SettledPose& LivePerson::pose() const { return impl_->pose; }
 const State& LivePerson::state() const { return impl_->state; }
 bool LivePerson::seated() const { return impl_->seated(); }
+bool LivePerson::off_seat() const { return !impl_->pelvis_within(kOffSeat, kOffSeat); }
 
 bool LivePerson::done(int side) const {
   const auto s = static_cast<size_t>(side);

@@ -61,6 +61,7 @@ class LivePerson {
   std::optional<double> contact_distance(int side) const;
   bool done(int side) const;  ///< the hand's contact was reached and let go, or there is none
   bool seated() const;        ///< the pelvis is on the seat
+  bool off_seat() const;      ///< they have left it, or have none: who sits and shifts is neither seated() nor off
   bool blocked() const;       ///< there is no route to where they were last told to go
   /// The route that they are on; null where they go straight.
   const WalkPath* route() const;

@@ -5,6 +5,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/interact/standing_place.h"
+#include "inhabit/io/shipped_model.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/bounding_box.h"
 #include "inhabit/scene/floor.h"
@@ -101,6 +102,22 @@ Scene default_room() {
   Scene scene = room.scene();
   scene.name = "A room with four seats";
   return scene;
+}
+
+ModelFiles with_shipped(ModelFiles given) {
+  given.interact = model_file(given.interact, "interact-compact.safetensors");
+  const auto find = [](std::string& file, const char* shipped) {
+    const bool wanted = !file.empty();
+    try {
+      file = model_file(file, shipped);
+    } catch (const Error&) {
+      if (wanted) throw;
+    }
+  };
+  find(given.forecast, "forecast-compact.safetensors");
+  find(given.inbetween, "inbetween-compact.safetensors");
+  find(given.anticipate, "anticipate-cmu.safetensors");
+  return given;
 }
 
 std::shared_ptr<const World> make_world(const Scene& scene, const ModelFiles& models) {

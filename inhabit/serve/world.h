@@ -27,6 +27,10 @@ struct ModelFiles {
   std::string anticipate;  ///< of the preview of futures
 };
 
+/// `given`, with the files that ship in place of those left empty: of the last three where they are there.
+/// Throws Error where a file is given that is not there, or there is none of the first.
+ModelFiles with_shipped(ModelFiles given);
+
 /// What all people of a server share: a scene whose floor is y = 0, and the systems. Safe to use from several threads.
 struct World {
   Scene scene;                                                  ///< floor at y = 0

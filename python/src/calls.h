@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -23,7 +24,8 @@ namespace inhabit::python {
 
 namespace py = pybind11;
 using namespace py::literals;
-using Path = std::filesystem::path;  ///< str or os.PathLike
+using Path = std::filesystem::path;   ///< str or os.PathLike
+using Point = std::array<double, 3>;  ///< (x, y, z)
 
 /// Throws what Python's Ctrl-C (or another signal's handler) raises, where one came. Asks ten times a second at most.
 void check_signals();
@@ -94,6 +96,7 @@ void add_train(py::module_& m);
 void add_evaluate(py::module_& m);
 void add_page(py::module_& m);
 void add_stream(py::module_& m);
+void add_serve(py::module_& m);
 void add_import(py::module_& m);
 
 }  // namespace inhabit::python

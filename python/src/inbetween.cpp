@@ -42,7 +42,8 @@ void warn_of(const inbetween::Result& result, const std::vector<JointContactArgu
 using Keys = std::variant<std::string, std::vector<int64_t>>;
 
 std::vector<int64_t> keys_of(const Keys& keys, const Clip& clip, uint64_t seed) {
-  if (const auto* text = std::get_if<std::string>(&keys)) return inbetween::key_frames(*text, clip.frames(), seed);
+  if (const auto* text = std::get_if<std::string>(&keys))
+    return inbetween::key_frames(*text, clip.frames(), seed, "keys");
   return std::get<std::vector<int64_t>>(keys);
 }
 

@@ -9,7 +9,6 @@ namespace {
 using interact::Chair;
 using interact::ChairInteractor;
 using interact::HandContacts;
-using Point = std::array<double, 3>;
 
 /// A part of the chair by name, a point in metres, or none.
 using HandContactArgument = std::variant<std::monostate, std::string, Point>;
@@ -28,13 +27,11 @@ std::vector<HandContacts> series_of(const std::vector<HandsArgument>& given, con
   return out;
 }
 
-/// Contacts as Python has them: a pair of (x, y, z) or None.
-std::vector<std::pair<std::optional<Point>, std::optional<Point>>> python_contacts(
-    const std::vector<HandContacts>& of) {
+std::vector<HandPoints> python_contacts(const std::vector<HandContacts>& of) {
   const auto point = [](const std::optional<Eigen::Vector3d>& p) {
     return p ? std::optional(Point{p->x(), p->y(), p->z()}) : std::nullopt;
   };
-  std::vector<std::pair<std::optional<Point>, std::optional<Point>>> out;
+  std::vector<HandPoints> out;
   for (const HandContacts& c : of) out.emplace_back(point(c[0]), point(c[1]));
   return out;
 }

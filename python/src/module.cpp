@@ -59,5 +59,6 @@ PYBIND11_MODULE(_core, m) {
   add_train(m);
   add_evaluate(m);
   add_page(m);
+  add_serve(m);
   shorten_type_errors(m);
 }

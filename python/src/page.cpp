@@ -7,6 +7,7 @@
 #include "inhabit/error.h"
 #include "inhabit/forecast/forecast_page.h"
 #include "inhabit/inbetween/inbetween_page.h"
+#include "inhabit/interact/contacts_page.h"
 #include "inhabit/interact/interaction_page.h"
 #include "inhabit/interact/label_tracks.h"
 #include "inhabit/io/atomic_file.h"
@@ -176,6 +177,16 @@ PageText make_page(const py::args& things, const std::optional<Scene>& scene, co
   return {released([&] { return page_text(out.page, "page", page_template()); })};
 }
 
+PageText make_contacts_page(const std::vector<HandPoints>& contacts, const interact::Chair& chair, const Scene& scene) {
+  const auto vector_of = [](const std::optional<Point>& p) {
+    return p ? std::optional(Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2])) : std::nullopt;
+  };
+  std::vector<interact::HandContacts> proposed;
+  for (const auto& [left, right] : contacts) proposed.push_back({vector_of(left), vector_of(right)});
+  return {
+      released([&] { return page_text(interact::contacts_page(proposed, chair, scene), "page", page_template()); })};
+}
+
 }  // namespace
 
 void add_page(py::module_& m) {
@@ -207,6 +218,9 @@ void add_page(py::module_& m) {
       "scene: shown with them; results know their own. names: of the people. up, scale, rate, asf, level: how files "
       "are\n"
       "read, as read_clip has them.");
+  m.def("contacts_page", make_contacts_page, "contacts"_a, "chair"_a, "scene"_a,
+        "A Page of where hands are proposed to touch a chair, painted on its scene: pairs (left, right), as\n"
+        "Interactor.draw_contacts gives them.");
 }
 
 }  // namespace inhabit::python

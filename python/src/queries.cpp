@@ -15,7 +15,6 @@ namespace inhabit::python {
 namespace {
 
 using torch::Tensor;
-using Point = std::array<double, 3>;
 
 const Floats& points_checked(const Floats& points, const char* name) {
   if (points.dim() != 2 || points.size(1) != 3) throw Error(name, "are not (N, 3)");

@@ -7,8 +7,6 @@
 namespace inhabit::python {
 namespace {
 
-using Point = std::array<double, 3>;
-
 /// Clouds in memory (a list of (N, 3)), or those of a folder or file.
 using CloudsArgument = std::variant<Path, std::vector<Floats>>;
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "calls.h"
 #include "inhabit/anticipate/clustered_set.h"
 #include "inhabit/anticipate/label_agreement.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
@@ -26,6 +27,9 @@ struct InteractResult {
   interact::Result result;
   Scene scene;
 };
+
+/// Contacts as Python has them: of the left and the right hand, metres, or None.
+using HandPoints = std::pair<std::optional<Point>, std::optional<Point>>;
 
 struct RefineResult {
   refine::Result result;

@@ -1,7 +1,11 @@
 """What the command can, Python can: the same numbers by the same names."""
 import json
 import os
+import signal
 import subprocess
+import sys
+import urllib.error
+import urllib.request
 
 import numpy as np
 import pytest
@@ -198,7 +202,32 @@ def test_chairs_of_any_height():
     with pytest.raises(inhabit.Error, match="bar"):
         interactor.chair_of(scene, "bar")
     chair = interactor.chair_of(scene, "bar", force=True)
-    assert chair.name == "bar" and len(interactor.draw_contacts(chair, 3)) == 3
+    contacts = interactor.draw_contacts(chair, 3)
+    assert chair.name == "bar" and len(contacts) == 3
+    page = inhabit.contacts_page(contacts, chair, scene)
+    assert "contact" in page.html and page.html != inhabit.page(scene=scene).html
+
+
+def test_the_live_page():
+    with inhabit.Server() as server:
+        with urllib.request.urlopen(server.address) as answer:
+            assert answer.status == 200 and b"<canvas" in answer.read()
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(server.address)
+    with pytest.raises(inhabit.Error, match="has ended"):
+        server.start()
+    with pytest.raises(inhabit.Error, match="nowhere"):
+        inhabit.Server(inbetween_model="nowhere")
+
+
+def test_ctrl_c_ends_the_live_page():
+    program = "import inhabit\nserver = inhabit.Server()\nprint(server.address, flush=True)\nserver.run()"
+    serving = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with urllib.request.urlopen(serving.stdout.readline().strip()) as answer:
+        assert answer.status == 200
+    serving.send_signal(signal.SIGINT)
+    said = serving.communicate(timeout=60)[1]
+    assert said.strip().endswith("KeyboardInterrupt")
 
 
 def test_clouds_in_other_units(tmp_path):

@@ -87,7 +87,7 @@ def is_property(member):
 def class_stub(kind):
     lines = []
     for name, member in sorted(vars(kind).items()):
-        if name.startswith("_") and name not in ("__init__", "__len__", "__getitem__", "_repr_html_"):
+        if name.startswith("_") and name not in ("__init__", "__len__", "__getitem__", "__enter__", "__exit__", "_repr_html_"):
             continue
         if is_property(member):
             result = result_of(signature(member.fget.__doc__)[1], member.__doc__)

@@ -157,6 +157,19 @@ def check_forecast(rig, now):
     return [heads(rig, frame, names[:1])[names[0]] for frame in (now, now + 1, now + 60)]
 
 
+def check_clean(rig, frames):
+    """The whole action anew, upright, each bone within a hand's breadth of where it was recorded."""
+    names = [bone.name for bone in armature.person_bones(rig)]
+    truth = {frame: heads(rig, frame, names) for frame in frames}
+    select(rig)
+    assert bpy.ops.inhabit.clean() == {"FINISHED"}
+    assert rig.animation_data.action.name.endswith("clean")
+    for frame in frames:
+        found = heads(rig, frame, names)
+        assert max((found[n] - truth[frame][n]).length for n in names) < 0.12, frame
+    upright(rig, frames, 1.2, 1.8)
+
+
 def warnings_of(operator):
     """What the operator says as warnings, which Blender writes to Python's standard output."""
     said = io.StringIO()
@@ -202,9 +215,7 @@ def test_walk_of_a_glb(folder):
     check_round_trip(rig)
     keep_keys(rig, (1, 29))
     check_inbetween(rig, [1, 29])
-    bpy.ops.inhabit.clean()
-    assert rig.animation_data.action.name.endswith("clean")
-    upright(rig, (1, 15, 29), 1.2, 1.8)
+    check_clean(rig, (1, 15, 29))
 
 
 def test_mixamo(folder):
@@ -216,6 +227,9 @@ def test_mixamo(folder):
     rig.animation_data.action = bpy.data.actions["walk"]
     keep_keys(rig, (1, 31, 60))
     check_inbetween(rig, [1, 31, 60])
+    rig.animation_data.action = bpy.data.actions["again"]
+    check_clean(rig, (1, 15, 29))
+    check_sitting(rig, "mixamorig:Hips", ("mixamorig:LeftHand", "mixamorig:RightHand"))
 
 
 def test_metarig(folder):
@@ -225,6 +239,9 @@ def test_metarig(folder):
     assert (hips[1] - hips[0]).length < 0.1 and (hips[2] - hips[0]).length < 4, hips
     rig.animation_data.action = keyed
     check_inbetween(rig, [1, 31, 61])
+    check_clean(rig, (1, 15, 29, 61))
+    rig.animation_data.action = keyed
+    check_sitting(rig, "spine", ("hand.L", "hand.R"))
 
 
 def box(name, low, high):
@@ -236,9 +253,9 @@ def box(name, low, high):
     return made
 
 
-def test_sitting(folder):
-    rig = walker(folder)
-    at = heads(rig, 1, ["pelvis"])["pelvis"]
+def check_sitting(rig, hips, wrists):
+    """On a chair of the scene, from where the rig's action begins, with both hands at empties."""
+    at = heads(rig, 1, [hips])[hips]
     x, y = at.x, at.y - 2.5  # a chair that faces the person
     seat = box("my chair", (x - 0.3, y - 0.3, 0), (x + 0.3, y + 0.3, 0.45))
     back = box("back", (x - 0.3, y - 0.38, 0), (x + 0.3, y - 0.3, 0.95))
@@ -254,17 +271,23 @@ def test_sitting(folder):
     bpy.context.scene.frame_set(1)
     select(rig, seat)
     started = rig.animation_data.action
-    assert warnings_of(bpy.ops.inhabit.sit) == []
+    said = warnings_of(bpy.ops.inhabit.sit)
+    assert said == [], said
     last = armature.keyed_frames(rig)[-1]
-    there = heads(rig, last, ["pelvis"])
-    assert abs(there["pelvis"].x - x) < 0.35 and abs(there["pelvis"].y - y) < 0.35 and 0.4 < there["pelvis"].z < 0.75, there
-    for side, hand in hands.items():
-        wrist = f"{side}_wrist"
+    there = heads(rig, last, [hips])[hips]
+    assert abs(there.x - x) < 0.35 and abs(there.y - y) < 0.35 and 0.4 < there.z < 0.75, there
+    for wrist, (side, hand) in zip(wrists, hands.items()):
         nearest = min((heads(rig, frame, [wrist])[wrist] - hand.location).length for frame in range(2, last, 5))
         assert nearest < 0.15, (side, nearest)
-    # Too far to be there in time: a motion all the same, and a warning.
     rig.animation_data.action = started
     bpy.context.scene.frame_set(1)
+    return settings, hands
+
+
+def test_sitting(folder):
+    rig = walker(folder)
+    settings, hands = check_sitting(rig, "pelvis", ("left_wrist", "right_wrist"))
+    # Too far to be there in time: a motion all the same, and a warning.
     settings.seconds = 2
     said = warnings_of(bpy.ops.inhabit.sit)
     assert any("nobody sits on" in line for line in said) and "inhabit: " not in "".join(said), said
