@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "inhabit/io/number_text.h"
 #include "inhabit/io/scene_file.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/motion/canonical.h"
 #include "inhabit/motion/level.h"
 #include "inhabit/scene/floor.h"
 
@@ -58,6 +60,80 @@ torch::Tensor upright_rotation(Clip clip) {
   return rotation;
 }
 
+/// The folder of a frame, from its pickle.
+fs::path frame_folder(const FrameFile& frame) { return fs::path(frame.path).parent_path().parent_path().parent_path(); }
+
+/// A frame's mesh of an object.
+std::string registered_mesh(const FrameFile& frame, const std::string& object) {
+  return (frame_folder(frame) / object / "fit01" / (object + "_fit.ply")).string();
+}
+
+/// What the first of the frames has as registered meshes besides the person.
+std::vector<std::string> registered_objects(const std::vector<FrameFile>& frames) {
+  std::vector<std::string> out;
+  std::error_code refused;
+  for (fs::directory_iterator entry(frame_folder(frames.front()), refused), end; !refused && entry != end;
+       entry.increment(refused)) {
+    const std::string name = entry->path().filename().string();
+    if (name != "person" && fs::exists(registered_mesh(frames.front(), name))) out.push_back(name);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// (N, 3) of all meshes in a file, in the camera's axes; empty where there is no such file.
+Eigen::MatrixX3d registered_vertices(const std::string& path) {
+  Eigen::MatrixX3d out(0, 3);
+  if (!fs::exists(path)) return out;
+  for (const Mesh& mesh : read_scene_file(path, {.up = UpAxis::y, .scale = 1}).scene.meshes) {
+    const torch::Tensor v = mesh.vertices.to(torch::kDouble).contiguous();
+    const Eigen::Index before = out.rows();
+    out.conservativeResize(before + v.size(0), 3);
+    out.bottomRows(v.size(0)) =
+        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(v.data_ptr<double>(), v.size(0), 3);
+  }
+  return out;
+}
+
+/// Where the objects are, frame by frame: carried from their meshes in the first frame, where the scene has them, by
+/// the rigid motion that fits best. In a frame without their mesh, or with another, they stay where they were. What an
+/// object's own axes are is not told: it faces as the person does when their pelvis is lowest.
+void add_object_poses(Clip& clip, const torch::Tensor& upright, const std::vector<FrameFile>& frames) {
+  const torch::Tensor up = upright.to(torch::kDouble).contiguous();
+  const Eigen::Matrix3d to_upright =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(up.data_ptr<double>());
+  const auto lowest = static_cast<size_t>(clip.joints.select(1, 0).select(1, 1).argmin().item<int64_t>());
+  const Eigen::AngleAxisd faces(heading(clip, static_cast<int64_t>(lowest)), Eigen::Vector3d::UnitY());
+  std::vector<torch::Tensor> poses;
+  for (const std::string& name : registered_objects(frames)) {
+    const Eigen::MatrixX3d first = registered_vertices(registered_mesh(frames.front(), name));
+    if (first.rows() < 3) continue;
+    std::vector<Eigen::Isometry3d> moved;
+    for (const FrameFile& frame : frames) {
+      moved.push_back(moved.empty() ? Eigen::Isometry3d::Identity() : moved.back());
+      const Eigen::MatrixX3d now = registered_vertices(registered_mesh(frame, name));
+      if (now.rows() != first.rows()) continue;
+      moved.back().matrix() = Eigen::umeyama(first.transpose(), now.transpose(), false);
+    }
+    const Eigen::Vector3d middle = first.colwise().mean();
+    const Eigen::Matrix3d own = (to_upright * moved[lowest].linear()).transpose() * faces.toRotationMatrix();
+    torch::Tensor pose = torch::zeros({static_cast<int64_t>(frames.size()), 6});
+    auto row = pose.accessor<float, 2>();
+    for (size_t t = 0; t < frames.size(); ++t) {
+      const Eigen::Vector3d place = to_upright * (moved[t] * middle);
+      const Eigen::AngleAxisd turn(to_upright * moved[t].linear() * own);
+      const Eigen::Vector3d angles = turn.angle() * turn.axis();
+      for (int i = 0; i < 3; ++i) {
+        row[static_cast<int64_t>(t)][i] = static_cast<float>(place[i]);
+        row[static_cast<int64_t>(t)][3 + i] = static_cast<float>(angles[i]);
+      }
+    }
+    clip.object_names.push_back(name);
+    poses.push_back(pose);
+  }
+  if (!poses.empty()) clip.object_pose = torch::stack(poses, 1);
+}
+
 struct CouchMotion {
   ImportedMotion motion;
   torch::Tensor rotation;  ///< (3, 3), of the camera's axes to +Y up
@@ -87,23 +163,8 @@ CouchMotion read_couch(const std::string& sequence, const ImportRecording& recor
   CouchMotion out{smpl_motion(npz, sequence, reading, false), {}};
   out.rotation = upright_rotation(out.motion.clip);
   rotate_clip(out.motion.clip, out.rotation);
+  add_object_poses(out.motion.clip, out.rotation, frames);
   fill_missing(out.motion, frames);
-  return out;
-}
-
-/// What the recording's first frame has as registered meshes besides the person: NAME/fit01/NAME_fit.ply.
-std::vector<std::string> registered_objects(const std::string& sequence, const ImportRecording& recording) {
-  std::vector<FrameFile> frames = couch_frames(sequence);
-  keep_piece(frames, recording);
-  const fs::path frame = fs::path(frames.front().path).parent_path().parent_path().parent_path();
-  std::vector<std::string> out;
-  std::error_code refused;
-  for (fs::directory_iterator entry(frame, refused), end; !refused && entry != end; entry.increment(refused)) {
-    const std::string name = entry->path().filename().string();
-    const fs::path mesh = entry->path() / "fit01" / (name + "_fit.ply");
-    if (name != "person" && fs::exists(mesh)) out.push_back(mesh.string());
-  }
-  std::sort(out.begin(), out.end());
   return out;
 }
 
@@ -143,8 +204,10 @@ ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) 
     if (pieces.empty()) set.broken.push_back(sequence + ": no two frames of a person are within half a second");
     for (const ImportRecording& piece : pieces) {
       set.recordings.push_back(piece);
+      std::vector<FrameFile> frames = couch_frames(sequence);
+      keep_piece(frames, piece);
       // Each piece is put upright by itself.
-      if (!registered_objects(sequence, piece).empty()) set.recordings.back().scene = piece.name;
+      if (!registered_objects(frames).empty()) set.recordings.back().scene = piece.name;
       folders[piece.name] = sequence;
     }
   }
@@ -157,9 +220,11 @@ ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) 
     torch::Tensor transform = torch::eye(4);
     transform.narrow(0, 0, 3).narrow(1, 0, 3).copy_(read.rotation);
     Scene out = assumed_floor(read.motion.clip);
-    for (const std::string& path : registered_objects(sequence, recording)) {
+    std::vector<FrameFile> frames = couch_frames(sequence);
+    keep_piece(frames, recording);
+    for (const std::string& name : registered_objects(frames)) {
+      const std::string path = registered_mesh(frames.front(), name);
       Scene object = moved_scene(read_scene_file(path, {.up = UpAxis::y, .scale = 1}).scene, transform);
-      std::string name = fs::path(path).parent_path().parent_path().filename().string();
       for (Mesh& mesh : object.meshes) mesh.name = name;
       out.meshes.insert(out.meshes.end(), object.meshes.begin(), object.meshes.end());
     }

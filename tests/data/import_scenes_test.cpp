@@ -5,6 +5,7 @@
 #include "data/import_scene_folders.h"
 #include "data/imported.h"
 #include "inhabit/io/png_mask.h"
+#include "inhabit/motion/canonical.h"
 #include "inhabit/scene/query.h"
 #include "refusal_of.h"
 #include "shared.h"
@@ -102,6 +103,15 @@ TEST(ImportCouch, PutsPeopleAndTheirChairUpright) {
       should_top = std::max(should_top, mesh.vertices.select(1, 1).max().item<double>());
   EXPECT_NEAR(top, should_top, 0.06);
   EXPECT_NEAR(low, 0, 0.06);
+  ASSERT_EQ(clip.object_names, std::vector<std::string>{"sofa"});
+  for (const int64_t t : {0L, 99L, 119L, 120L, 121L, clip.frames() - 1}) {
+    const torch::Tensor moved = clip.object_pose[t][0] - clip.object_pose[0][0];
+    // The frame without a mesh keeps the place before; sideways is told to a degree or two by the person's feet.
+    EXPECT_NEAR(moved.narrow(0, 0, 3).norm().item<double>(), sofa_slid(t == 120 ? 119 : t), 1e-4) << t;
+    EXPECT_LT(moved.narrow(0, 3, 3).norm().item<double>(), 1e-3) << t;
+  }
+  const int64_t lowest = up.select(1, 0).argmin().item<int64_t>();
+  EXPECT_NEAR(clip.object_pose[lowest][0][4].item<double>(), heading(clip, lowest), 1e-3);
   EXPECT_GT(touching(clip, 0) + touching(clip, 1) + touching(clip, 2), 0.5) << "nobody sits";
   EXPECT_GT(windows_of(folder / "out", "test"), 0);
 }
