@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "inhabit/math/panel_kernel.h"
 #include "inhabit/refine/depth_terms.h"
@@ -114,6 +115,7 @@ void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const Fram
                     const std::vector<Matrix3d>& rotations, FrameRows& out) {
   out.values.clear();
   out.residuals.clear();
+  out.limbs.clear();
   out.cost = 0;
   // A row of the Jacobian and a residual along `direction`, both times the root of the weight.
   const auto add = [&](const Point& point, const Vector3d& direction, double residual, double weight) {
@@ -122,6 +124,7 @@ void add_frame_rows(const Problem& problem, const Unknowns* unknowns, const Fram
     out.values.resize(begin + static_cast<size_t>(unknowns->columns[Unknowns::kMain]), 0.0);
     add_point_row(problem, *unknowns, point, pose, rotations, direction, root, out.values.data() + begin);
     out.residuals.push_back(root * residual);
+    out.limbs.push_back(unknowns->limb_of_point(point));
   };
   for (const PlaceTerm* term : terms.places) {
     const Point& point = problem.points[static_cast<size_t>(term->point)];
@@ -192,46 +195,108 @@ void add_near_gradients(const Problem& problem, const Unknowns& unknowns, const 
         problem.stay_near.root[t] * (trajectory[t].trans - near[t].trans);
 }
 
-/// J_tᵀ W J_t+k of the core points for every k, where any weight is not 0, in a frame's panel of the main system.
-/// @param scratch rows of [-J_t, W J_t, W J_t+1 ...], so that a frame's products are one
-void add_places(const NormalEquations& equations, int64_t t, BlockBand& matrix, std::vector<double>& scratch) {
-  const int64_t rows = equations.places.gradient.rows(), padded = matrix.padded(),
-                reach = std::min<int64_t>(matrix.band(), matrix.frames() - 1 - t), wide = padded * (reach + 2);
-  scratch.resize(static_cast<size_t>(wide * rows));
-  int64_t used = 0;
-  for (int64_t r = 0; r < rows; ++r) {
-    bool any = false;
-    for (int64_t k = 0; k <= reach; ++k) any = any || equations.places.weights[static_cast<size_t>(k)](r, t) != 0;
-    if (!any) continue;
-    double* row = scratch.data() + used++ * wide;
-    const double* own = equations.jacobians.data() + (t * rows + r) * padded;
-    for (int64_t i = 0; i < padded; ++i) row[i] = -own[i];
-    for (int64_t k = 0; k <= reach; ++k) {
-      const double weight = equations.places.weights[static_cast<size_t>(k)](r, t);
-      const double* from = own + k * rows * padded;
-      for (int64_t i = 0; i < padded; ++i) row[(k + 1) * padded + i] = weight * from[i];
+/// Products of a limb's rows, in its columns alone: a frame's panel is the sum of what its limbs add.
+struct LimbProducts {
+  const std::vector<int>& columns;
+  int64_t padded, wide;       ///< numbers of a part of a row, and of a row: [-a, b_0, b_1 ...], zeros behind each part
+  std::vector<double>& rows;  ///< as many as were begun
+  int64_t count = 0;
+
+  LimbProducts(const std::vector<int>& of, int64_t parts, std::vector<double>& scratch)
+      : columns(of), padded(padded_to_panel(static_cast<int64_t>(of.size()))), wide(padded * parts), rows(scratch) {
+    rows.clear();
+  }
+  void begin_row() { rows.resize(static_cast<size_t>(++count * wide), 0.0); }
+  /// A part of the row begun last: `weight` times the limb's columns of `from`.
+  void set(int64_t part, const double* from, double weight) {
+    double* to = rows.data() + (count - 1) * wide + part * padded;
+    for (size_t i = 0; i < columns.size(); ++i) to[i] = weight * from[columns[i]];
+  }
+  /// Adds aᵀ b_k to the blocks of a frame. @param sums scratch
+  void add_to(BlockBand& matrix, int64_t frame, std::vector<double>& sums) const {
+    if (count == 0 || columns.empty()) return;
+    const auto size = static_cast<int64_t>(columns.size());
+    const int64_t stride = wide - padded, blocks = stride / padded;
+    sums.assign(static_cast<size_t>(size * stride), 0.0);
+    const double* a = rows.data();
+    subtract_products(a, a + padded, wide, count, sums.data(), stride, size, padded, true);
+    subtract_products(a, a + 2 * padded, wide, count, sums.data() + padded, stride, size, stride - padded, false);
+    for (int64_t i = 0; i < size; ++i) {
+      const double* from = sums.data() + i * stride;
+      double* to = matrix.panel(frame) + columns[static_cast<size_t>(i)] * matrix.stride();
+      for (int64_t k = 0; k < blocks; ++k, from += padded, to += matrix.padded())
+        for (int64_t j = k == 0 ? i : 0; j < size; ++j) to[columns[static_cast<size_t>(j)]] += from[j];
     }
   }
-  const double* a = scratch.data();
-  const int64_t columns = matrix.block();
-  subtract_products(a, a + padded, wide, used, matrix.panel(t), matrix.stride(), columns, padded, true);
-  subtract_products(a, a + 2 * padded, wide, used, matrix.panel(t) + padded, matrix.stride(), columns, padded * reach,
-                    false);
+};
+
+/// J_tᵀ W J_t+k of the core points for every k, where any weight is not 0, in a frame's panel of the main system.
+void add_places(const Unknowns& unknowns, const NormalEquations& equations, int64_t t, BlockBand& matrix) {
+  thread_local std::vector<double> scratch, sums;
+  const int64_t rows = equations.places.gradient.rows(), padded = matrix.padded(),
+                reach = std::min<int64_t>(matrix.band(), matrix.frames() - 1 - t);
+  for (size_t limb = 0; limb < unknowns.limbs.size(); ++limb) {
+    LimbProducts products(unknowns.limbs[limb], reach + 2, scratch);
+    for (int64_t r = 0; r < rows; ++r) {
+      if (equations.place_limbs[static_cast<size_t>(r)] != static_cast<int>(limb)) continue;
+      bool any = false;
+      for (int64_t k = 0; k <= reach; ++k) any = any || equations.places.weights[static_cast<size_t>(k)](r, t) != 0;
+      if (!any) continue;
+      const double* own = equations.jacobians.data() + (t * rows + r) * padded;
+      products.begin_row();
+      products.set(0, own, -1);
+      for (int64_t k = 0; k <= reach; ++k)
+        products.set(k + 1, own + k * rows * padded, equations.places.weights[static_cast<size_t>(k)](r, t));
+    }
+    products.add_to(matrix, t, sums);
+  }
 }
 
 /// aᵀ a of a frame's own rows a.
-void add_own(const FrameRows& own, int64_t t, BlockBand& matrix, std::vector<double>& scratch) {
-  const auto count = static_cast<int64_t>(own.residuals.size());
-  const int64_t padded = matrix.padded(), columns = matrix.block();
-  scratch.resize(static_cast<size_t>(2 * padded * count));  // rows of [-a, a]
-  for (int64_t r = 0; r < count; ++r) {
-    double* row = scratch.data() + 2 * r * padded;
-    const double* from = own.values.data() + r * columns;
-    for (int64_t i = 0; i < columns; ++i) row[i] = -(row[padded + i] = from[i]);
-    for (int64_t i = columns; i < padded; ++i) row[i] = row[padded + i] = 0;
+void add_own(const Unknowns& unknowns, const FrameRows& own, int64_t t, BlockBand& matrix) {
+  thread_local std::vector<double> scratch, sums;
+  for (size_t limb = 0; limb < unknowns.limbs.size(); ++limb) {
+    LimbProducts products(unknowns.limbs[limb], 2, scratch);
+    for (size_t r = 0; r < own.limbs.size(); ++r) {
+      if (own.limbs[r] != static_cast<int>(limb)) continue;
+      const double* row = own.values.data() + r * static_cast<size_t>(matrix.block());
+      products.begin_row();
+      products.set(0, row, -1);
+      products.set(1, row, 1);
+    }
+    products.add_to(matrix, t, sums);
   }
-  const double* a = scratch.data();
-  subtract_products(a, a + padded, 2 * padded, count, matrix.panel(t), matrix.stride(), columns, padded, true);
+}
+
+/// The columns that move each limb's points.
+void find_limbs(const Problem& problem, Unknowns& out) {
+  const std::vector<int>& parents = problem.bones.parents;
+  const auto joints = parents.size();
+  std::vector<int> children(joints, 0);
+  for (size_t j = 0; j < joints; ++j)
+    if (parents[j] >= 0) ++children[static_cast<size_t>(parents[j])];
+  std::vector<size_t> last;  // joint of each limb
+  out.limb_of.resize(joints);
+  for (size_t j = 0; j < joints; ++j) {
+    const bool goes_on = parents[j] >= 0 && children[static_cast<size_t>(parents[j])] == 1;
+    out.limb_of[j] = goes_on ? out.limb_of[static_cast<size_t>(parents[j])] : static_cast<int>(last.size());
+    if (!goes_on) last.emplace_back();
+    last[static_cast<size_t>(out.limb_of[j])] = j;
+  }
+  for (const size_t end : last) {
+    std::vector<int>& columns = out.limbs.emplace_back();
+    const auto add = [&](int column) {
+      for (int i = 0; column >= 0 && i < 3; ++i) columns.push_back(column + i);
+    };
+    add(out.root);
+    for (int j = static_cast<int>(end); j >= 0; j = parents[static_cast<size_t>(j)]) {
+      const auto [system, column] = out.rotations[static_cast<size_t>(j)];
+      if (system == Unknowns::kMain) add(column);
+    }
+    std::sort(columns.begin(), columns.end());
+  }
+  std::vector<int>& all = out.limbs.emplace_back(static_cast<size_t>(out.columns[Unknowns::kMain]));
+  std::iota(all.begin(), all.end(), 0);
 }
 
 }  // namespace
@@ -302,6 +367,7 @@ Unknowns unknowns_of(const Problem& problem) {
       out.columns.push_back(3);
     }
   }
+  find_limbs(problem, out);
   return out;
 }
 
@@ -344,6 +410,10 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
 
   out.jacobians.resize(static_cast<size_t>(frames * rows * padded));
   out.own.resize(static_cast<size_t>(frames));
+  out.place_limbs.resize(static_cast<size_t>(rows));
+  for (int64_t row = 0; row < rows; ++row)
+    out.place_limbs[static_cast<size_t>(row)] =
+        unknowns.limb_of_point(problem.points[static_cast<size_t>(core[static_cast<size_t>(row / 3)])]);
   using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 #pragma omp parallel for num_threads(at::get_num_threads()) schedule(static)
   for (int64_t t = 0; t < frames; ++t) {
@@ -360,6 +430,7 @@ double linearise(const Problem& problem, const Unknowns& unknowns, const Traject
     if (problem.depth && !is_fixed(problem, t))
       add_depth_rows(problem, &unknowns, t, trajectory[t], poses[t], own.values, own.residuals, own.cost);
     const auto count = static_cast<Eigen::Index>(own.residuals.size());
+    own.limbs.resize(own.residuals.size(), static_cast<int>(unknowns.limbs.size()) - 1);  // skin moves with many joints
     auto gradient = out.gradients[0].segment(t * columns, columns);
     gradient.noalias() += jacobian.transpose() * out.places.gradient.col(t);
     gradient.noalias() += Eigen::Map<const ByRow>(own.values.data(), count, columns).transpose() *
@@ -385,9 +456,8 @@ void fill_frame(const Problem& problem, const Unknowns& unknowns, const NormalEq
     return;
   }
   if (system == Unknowns::kMain) {
-    thread_local std::vector<double> scratch;
-    add_places(equations, frame, matrix, scratch);
-    add_own(equations.own[static_cast<size_t>(frame)], frame, matrix, scratch);
+    add_places(unknowns, equations, frame, matrix);
+    add_own(unknowns, equations.own[static_cast<size_t>(frame)], frame, matrix);
     if (unknowns.root >= 0 && !problem.stay_near.root.empty())
       matrix.at(frame, 0).diagonal().segment<3>(unknowns.root).array() += problem.stay_near.root[frame];
   }

@@ -30,6 +30,15 @@ struct Unknowns {
   std::vector<std::array<int, 2>>
       rotations;             ///< (joints) system and column of its rotation; {-1, -1} where it is known
   std::vector<int> columns;  ///< of a frame, in each system
+  /// A row of a Jacobian is not 0 in few columns: those that move a point. Joints between two branchings of the
+  /// skeleton are a limb. Columns of the main system that move its points, in order; the last limb has all.
+  std::vector<std::vector<int>> limbs;
+  std::vector<int> limb_of;  ///< (joints)
+
+  /// The limb whose columns move a point.
+  int limb_of_point(const Point& point) const {
+    return point.size() == 1 ? limb_of[static_cast<size_t>(point[0].joint)] : static_cast<int>(limbs.size()) - 1;
+  }
 };
 /// The unknowns of a problem: the rotations that Problem::rotates lets change, and the root's translation where
 /// Problem::moves is set.
@@ -51,6 +60,7 @@ struct PlaceEquations {
 struct FrameRows {
   std::vector<double> values;     ///< (rows, columns) row by row
   std::vector<double> residuals;  ///< (rows)
+  std::vector<int> limbs;         ///< (rows) of Unknowns
   double cost = 0;                ///< of these terms
 };
 
@@ -60,6 +70,7 @@ struct NormalEquations {
   std::vector<Eigen::VectorXd> gradients;    ///< one for each system: (frames x columns), of the cost by every unknown
   PlaceEquations places;                     ///< of the points that are tied together in time
   std::vector<double> jacobians;             ///< (frames, rows, columns padded to panels) of these points
+  std::vector<int> place_limbs;              ///< (rows) of Unknowns
   std::vector<FrameRows> own;                ///< (frames)
   std::vector<RotationEquations> rotations;  ///< (joints)
 };
