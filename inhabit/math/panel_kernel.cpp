@@ -152,6 +152,71 @@ INHABIT_TARGET_AVX2 bool factor_avx2(double* panel, int64_t stride, int64_t rows
   return factor_rows<4, 2>(panel, stride, rows, columns);
 }
 
+/// x[w] -= y row[w] for w in [first, last), of which last is a multiple of kPanelWidth.
+template <int kWidth>
+INHABIT_INLINE void subtract_row(double* x, const double* row, double y, int64_t first, int64_t last) {
+  using Wide = PanelVector<kWidth>;
+  using Narrow = PanelVector<kPanelWidth>;
+  int64_t w = first;
+  for (; w < last && w % kPanelWidth != 0; ++w) x[w] -= y * row[w];
+  for (; w + kWidth <= last; w += kWidth) Wide::at(x + w) -= y * Wide::at(row + w);
+  for (; w < last; w += kPanelWidth) Narrow::at(x + w) -= y * Narrow::at(row + w);
+}
+
+/// The sum of x[w] row[w], likewise.
+template <int kWidth>
+INHABIT_INLINE double row_product(const double* x, const double* row, int64_t first, int64_t last) {
+  using Wide = PanelVector<kWidth>;
+  typename Wide::type sums = {};
+  double sum = 0;
+  int64_t w = first;
+  for (; w < last && w % kPanelWidth != 0; ++w) sum += x[w] * row[w];
+  for (; w + kWidth <= last; w += kWidth) sums += Wide::at(x + w) * Wide::at(row + w);
+  for (; w < last; ++w) sum += x[w] * row[w];
+  for (int v = 0; v < kWidth; ++v) sum += sums[v];
+  return sum;
+}
+
+template <int kWidth>
+INHABIT_INLINE void forward(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others, double* x,
+                            double* rest) {
+  for (int64_t i = 0; i < rows; ++i, panel += stride) {
+    const double y = x[i] / panel[i];
+    x[i] = y;
+    subtract_row<kWidth>(x, panel, y, i + 1, own);
+    subtract_row<kWidth>(rest, panel + own, y, 0, others);
+  }
+}
+
+template <int kWidth>
+INHABIT_INLINE void backward(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others, double* y,
+                             const double* rest) {
+  for (int64_t i = rows - 1; i >= 0; --i) {
+    const double* row = panel + i * stride;
+    if (i > 1)  // rows are read backwards: asked for two ahead, they are there in time
+      for (int64_t w = 0; w < own + others; w += 8) __builtin_prefetch(row - 2 * stride + w);
+    const double sum = row_product<kWidth>(y, row, i + 1, own) + row_product<kWidth>(rest, row + own, 0, others);
+    y[i] = (y[i] - sum) / row[i];
+  }
+}
+
+INHABIT_TARGET_AVX512 void forward_avx512(const double* panel, int64_t stride, int64_t rows, int64_t own,
+                                          int64_t others, double* x, double* rest) {
+  forward<8>(panel, stride, rows, own, others, x, rest);
+}
+INHABIT_TARGET_AVX2 void forward_avx2(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others,
+                                      double* x, double* rest) {
+  forward<4>(panel, stride, rows, own, others, x, rest);
+}
+INHABIT_TARGET_AVX512 void backward_avx512(const double* panel, int64_t stride, int64_t rows, int64_t own,
+                                           int64_t others, double* y, const double* rest) {
+  backward<8>(panel, stride, rows, own, others, y, rest);
+}
+INHABIT_TARGET_AVX2 void backward_avx2(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others,
+                                       double* y, const double* rest) {
+  backward<4>(panel, stride, rows, own, others, y, rest);
+}
+
 }  // namespace
 
 void subtract_products(const double* a, const double* b, int64_t stride, int64_t depth, double* c, int64_t c_stride,
@@ -164,37 +229,14 @@ bool factor_panel(double* panel, int64_t stride, int64_t rows, int64_t columns) 
   return for_simd_level(factor_avx512, factor_avx2, factor_rows<2, 2>)(panel, stride, rows, columns);
 }
 
-// Substitution waits for memory, not for arithmetic: one level is enough.
-
 void substitute_forward(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others, double* x,
                         double* rest) {
-  using V = PanelVector<kPanelWidth>;
-  for (int64_t i = 0; i < rows; ++i, panel += stride) {
-    const double y = x[i] / panel[i];
-    x[i] = y;
-    int64_t w = i + 1;
-    for (; w < own && w % kPanelWidth != 0; ++w) x[w] -= y * panel[w];
-    for (; w < own; w += kPanelWidth) V::at(x + w) -= y * V::at(panel + w);
-    for (w = 0; w < others; w += kPanelWidth) V::at(rest + w) -= y * V::at(panel + own + w);
-  }
+  for_simd_level(forward_avx512, forward_avx2, forward<2>)(panel, stride, rows, own, others, x, rest);
 }
 
 void substitute_backward(const double* panel, int64_t stride, int64_t rows, int64_t own, int64_t others, double* y,
                          const double* rest) {
-  using V = PanelVector<kPanelWidth>;
-  for (int64_t i = rows - 1; i >= 0; --i) {
-    const double* row = panel + i * stride;
-    if (i > 1)  // rows are read backwards: asked for two ahead, they are there in time
-      for (int64_t w = 0; w < own + others; w += 8) __builtin_prefetch(row - 2 * stride + w);
-    V::type sums = {};
-    double sum = 0;
-    int64_t w = i + 1;
-    for (; w < own && w % kPanelWidth != 0; ++w) sum += row[w] * y[w];
-    for (; w < own; w += kPanelWidth) sums += V::at(row + w) * V::at(y + w);
-    for (w = 0; w < others; w += kPanelWidth) sums += V::at(row + own + w) * V::at(rest + w);
-    for (int64_t v = 0; v < kPanelWidth; ++v) sum += sums[v];
-    y[i] = (y[i] - sum) / row[i];
-  }
+  for_simd_level(backward_avx512, backward_avx2, backward<2>)(panel, stride, rows, own, others, y, rest);
 }
 
 }  // namespace inhabit
