@@ -149,7 +149,9 @@ nlohmann::json info_of(const std::string& sequence) {
   return fs::exists(path) ? parse_json(read_whole_file(path, 16 << 20), path) : nlohmann::json();
 }
 
-CouchMotion read_couch(const std::string& sequence, const ImportRecording& recording, const ClipReadOptions& reading) {
+/// @param objects whether to look where they are: a mesh a frame and object is read
+CouchMotion read_couch(const std::string& sequence, const ImportRecording& recording, const ClipReadOptions& reading,
+                       bool objects) {
   std::vector<FrameFile> frames = couch_frames(sequence);
   keep_piece(frames, recording);
   const Npz rows = rows_of(frames, {"pose", "trans"}, {"betas"});
@@ -163,7 +165,7 @@ CouchMotion read_couch(const std::string& sequence, const ImportRecording& recor
   CouchMotion out{smpl_motion(npz, sequence, reading, false), {}};
   out.rotation = upright_rotation(out.motion.clip);
   rotate_clip(out.motion.clip, out.rotation);
-  add_object_poses(out.motion.clip, out.rotation, frames);
+  if (objects) add_object_poses(out.motion.clip, out.rotation, frames);
   fill_missing(out.motion, frames);
   return out;
 }
@@ -212,11 +214,11 @@ ImportSet open_couch(const std::string& folder, const ClipReadOptions& reading) 
     }
   }
   set.read = [folders, reading](const ImportRecording& recording) {
-    return read_couch(folders.at(recording.name), recording, reading).motion;
+    return read_couch(folders.at(recording.name), recording, reading, true).motion;
   };
   set.scene = [folders, reading](const ImportRecording& recording) {
     const std::string& sequence = folders.at(recording.name);
-    const CouchMotion read = read_couch(sequence, recording, reading);
+    const CouchMotion read = read_couch(sequence, recording, reading, false);
     torch::Tensor transform = torch::eye(4);
     transform.narrow(0, 0, 3).narrow(1, 0, 3).copy_(read.rotation);
     Scene out = assumed_floor(read.motion.clip);
