@@ -49,6 +49,19 @@ std::pair<GroundTransform, GroundTransform> first_to_last(const Clip& standard) 
   return {canonical_transform(standard, 0), canonical_transform(standard, standard.frames() - 1).inverse()};
 }
 
+/// Whether a contact is where somebody can be between the first and the last pose, at a sprint and with a stretched
+/// arm. In other units (a place in centimetres) it is not, and a body drawn there could end up anywhere.
+bool can_be_at(const JointContact& contact, const Clip& clip) {
+  constexpr double kSprint = 10, kStretch = 2;  // m/s, metres
+  const torch::Tensor roots = clip.root_path().to(torch::kFloat64).contiguous();
+  const auto reaches = [&](int64_t frame, double seconds) {
+    const double* root = roots.data_ptr<double>() + 3 * frame;
+    return (contact.place - Eigen::Vector3d(root[0], root[1], root[2])).norm() <= kStretch + kSprint * seconds;
+  };
+  const double last = static_cast<double>(clip.frames() - 1) / clip.rate;
+  return reaches(0, contact.from) && reaches(clip.frames() - 1, std::max(0.0, last - contact.to));
+}
+
 Eigen::Vector3d moved(const Eigen::Vector3d& place, const GroundTransform& by) {
   return Eigen::AngleAxisd(by.yaw, Eigen::Vector3d::UnitY()) * place + by.shift;
 }
@@ -92,6 +105,7 @@ KeyedClip keyed_clip(const Clip& clip, const Options& options, double rate) {
   for (const Tensor& t : {out.clip.joints, out.clip.rotations, out.clip.trans})
     if (!t.index_select(0, torch::tensor(out.keys)).isfinite().all().item<bool>())
       throw Error(options.name, "a key pose is not finite");
+  std::erase_if(out.controls.contacts, [&](const JointContact& contact) { return !can_be_at(contact, out.clip); });
   return out;
 }
 

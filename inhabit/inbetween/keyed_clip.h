@@ -13,7 +13,8 @@ struct KeyedClip {
   Clip clip;                  ///< the frames `keys` of it are the poses; those between repeat the pose before
   std::vector<int64_t> keys;  ///< in order, the first 0, the last its last frame
   SourcePoses source;         ///< the same poses on the skeleton that they came on
-  Controls controls;          ///< those asked for; a weight for each of `keys`, or none
+  Controls controls;  ///< those asked for, without contacts where nobody can be in time; a weight for each of `keys`,
+                      ///< or none
 };
 
 /// The key poses that options ask for. Poses at the nearest frames of `rate`; of several in one the first, but the

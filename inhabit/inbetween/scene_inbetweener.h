@@ -65,7 +65,8 @@ struct Result {
   Scene scene;                     ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;      ///< `scene` is that assumed floor
   std::vector<int64_t> unreached;  ///< of `keys`: whose straight line is blocked and that no path leads to in time
-  std::vector<double> contact_gaps;  ///< metres that each contact of the controls is missed by, at most
+  std::vector<double> contact_gaps;  ///< metres that each contact of the controls is missed by, at most; one where
+                                     ///< nobody can be in time is not tried
   torch::Tensor key_collides;        ///< (K) bool: the key pose is inside the scene; undefined but for Stage::finished
   torch::Tensor collides;            ///< (T) bool: the motion is; undefined unless asked for
   std::vector<Immersion> key_immersions;  ///< of the keys that collide: `frame` is one of `keys`
