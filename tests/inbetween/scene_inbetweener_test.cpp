@@ -398,6 +398,21 @@ TEST(SceneInbetweener, AHandIsWhereAContactSaysWhileItSaysSo) {
   EXPECT_LT((filled.joints.diff(1, 0)).norm(2, {2}).max().item<double>() * 30, 6) << "m/s: nothing jumps";
 }
 
+TEST(SceneInbetweener, AContactWhereNobodyCanBeInTimeIsNotTried) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(121, 0.3, 0, 1);
+  Options r = request("ends", 121);
+  const Clip without = inbetweener.run(clip, floor_scene(), r).motion;
+  JointContact contact;
+  contact.joint = 20;
+  contact.from = contact.to = 1.5;
+  contact.place = {30, 90, 20};  // centimetres
+  r.controls.contacts = {contact};
+  const Result far = inbetweener.run(clip, floor_scene(), r);
+  EXPECT_TRUE(torch::equal(far.motion.joints, without.joints));
+  EXPECT_THAT(far.contact_gaps, testing::ElementsAre(testing::Gt(80)));
+}
+
 TEST(SceneInbetweener, TheRootGoesAlongItsPath) {
   const SceneInbetweener inbetweener(residual_networks());
   const Clip clip = walker(121, 0.8, 0, 1);
