@@ -18,7 +18,8 @@ export async function withBrowser(options, use) {
     headless: true,
     chromiumSandbox: false,
     offline: true,
-    args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-background-networking',
+    // Mesa draws in two thirds of the time of Chromium's own software WebGL, which steps in where there is no Mesa.
+    args: ['--use-gl=angle', '--use-angle=gl-egl', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-background-networking',
       '--disable-component-update', '--disable-sync', '--no-first-run', '--hide-scrollbars', '--force-color-profile=srgb'],
     ...options,
   });

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { joints, openListening } from './look.mjs';
+import { coarse, joints, openListening } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -26,7 +26,7 @@ const thumbnail = (page, k) => page.evaluate((i) => {
   return { colors: colors.size, hash };
 }, k);
 
-await withBrowser({ viewport: { width: 1000, height: 700 }, colorScheme: 'light' }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 1000, height: 700 }, colorScheme: 'light' }, async (context) => {
   {
     const { page, complaints } = await openListening(context, join(folder, 'gallery.html'));
     assert.equal(await page.evaluate('inhabit.cards()'), 5);

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, withBrowser } from '../browser.mjs';
-import { distance, joints, look, openListening } from './look.mjs';
+import { coarse, distance, joints, look, openListening } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -24,7 +24,7 @@ const stripColors = (page, row, rows, parts) => page.evaluate(([i, n, k]) => {
     Math.round((canvas.width * (part + 0.5)) / k), Math.round((canvas.height * (i + 0.5)) / n), 1, 1).data.slice(0, 3)]);
 }, [row, rows, parts]);
 
-await withBrowser({ viewport: { width: 560, height: 400 } }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 560, height: 400 } }, async (context) => {
   let alone;
   {
     const { page, complaints } = await open(context, 'futures.html');

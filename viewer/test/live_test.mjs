@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { stat } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance, faint, nameless, setWindow } from './look.mjs';
+import { coarse, distance, faint, nameless, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -34,7 +34,7 @@ const picture = async (page, name) => {
   if (process.env.LIVE_PICTURES) await page.screenshot({ path: join(process.env.LIVE_PICTURES, name + '.png') });
 };
 
-await withBrowser({ viewport: { width: 760, height: 560 }, offline: false, acceptDownloads: true }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 760, height: 560 }, offline: false, acceptDownloads: true }, async (context) => {
   const page = await open(context);
   const get = (expression) => page.evaluate(expression);
   const screen = (p) => get(`inhabit.screen(${p.join()})`);

@@ -3,6 +3,9 @@ import assert from 'node:assert/strict';
 import { pathToFileURL } from 'node:url';
 import { openPage } from '../browser.mjs';
 
+/** Of a browser where the fineness of pictures is not what is tested: software WebGL takes its time pixel by pixel, and these are a quarter as many. */
+export const coarse = { deviceScaleFactor: 0.5 };
+
 /** Opens a page, and gathers what it says or asks for. `also(page)` comes before it is loaded. */
 export async function openListening(context, path, also = () => {}) {
   const complaints = [];

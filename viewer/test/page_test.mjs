@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance, joints, look, openListening, setWindow } from './look.mjs';
+import { coarse, distance, joints, look, openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -15,7 +15,7 @@ const expected = JSON.parse(await readFile(join(folder, 'expected.json'), 'utf8'
 
 const open = (context, name) => openListening(context, join(folder, name));
 
-await withBrowser({ viewport: { width: 700, height: 480 } }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 700, height: 480 } }, async (context) => {
   {
     const { page, complaints } = await open(context, 'forecast.html');
     assert.equal(await page.title(), 'Forecast in a room');

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findChromium, withBrowser } from '../browser.mjs';
-import { openListening } from './look.mjs';
+import { coarse, openListening } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -13,7 +13,7 @@ if (!findChromium()) {
 const folder = process.argv[2];
 const { held, seconds } = JSON.parse(await readFile(join(folder, 'expected.json'), 'utf8'));
 
-await withBrowser({ viewport: { width: 900, height: 640 } }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 900, height: 640 } }, async (context) => {
   const { page, complaints } = await openListening(context, join(folder, 'sit.html'));
   const canvas = page.locator('.strips.tracks canvas');
   assert.equal(await canvas.count(), 1);

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { mkdir, readFile } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { findChromium, until, withBrowser } from '../browser.mjs';
-import { distance, joints, look, openListening, setWindow } from './look.mjs';
+import { coarse, distance, joints, look, openListening, setWindow } from './look.mjs';
 
 if (!findChromium()) {
   console.log('no Chromium');
@@ -306,7 +306,7 @@ async function firstView(context) {
   assert.ok((await aside('hidden.html')) > 0.9, 'a cabinet hides the walker');
 }
 
-await withBrowser({ viewport: { width: 700, height: 520 }, colorScheme: 'light', acceptDownloads: true, hasTouch: true }, async (context) => {
+await withBrowser({ ...coarse, viewport: { width: 700, height: 520 }, colorScheme: 'light', acceptDownloads: true, hasTouch: true }, async (context) => {
   for (const part of [keysAndNames, telephone, saving, opening, objectsAndPeople, firstView]) await part(context);
 });
 console.log('pages can be used');
