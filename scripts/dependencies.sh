@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(g++ cmake ninja-build pkg-config nodejs libtorch-dev libgloo-dev libopenblas-dev libboost-dev libembree-dev libassimp-dev libnanoflann-dev libeigen3-dev
   libtinygltf-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libzip-dev zipcmp zipmerge ziptool zlib1g-dev libpng-dev libbenchmark-dev
   python3-dev python3-venv pybind11-dev python3-numpy)
-[[ "${1:-}" =~ ^(test|coverage)$ ]] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium clang-format clang-tidy git python3-pip python3-pytest python3-mypy python3-torch doxygen doxygen-awesome-css blender zsh fish)
+[[ "${1:-}" =~ ^(test|coverage)$ ]] && packages+=(libgtest-dev libgmock-dev libceres-dev chromium libegl1 clang-format clang-tidy git python3-pip python3-pytest python3-mypy python3-torch doxygen doxygen-awesome-css blender zsh fish)
 [ "${1:-}" = coverage ] && packages+=(lcov)
 [ "${1:-}" = site ] && packages=(doxygen doxygen-awesome-css)
 # A Node.js from elsewhere brings its own npm; Debian's comes as two packages.
