@@ -293,6 +293,7 @@ TEST(Server, MorePagesThanMayBeAreRefused) {
   }
   EXPECT_EQ(pages.size(), 10);
   EXPECT_EQ(refused, 90);
+  ASSERT_TRUE(soon([&] { return running.server.stats().sockets == 10; })) << "the refused are gone";
   asio::io_context io;
   std::vector<tcp::socket> idle;
   for (int i = 0; i < 100; ++i) idle.push_back(connected(io, running.port()));
