@@ -241,7 +241,7 @@ def test_an_evaluation_is_the_commands(tmp_path):
     touches = inhabit.evaluate("contacts", str(tmp_path / "rooms"), split="all")
     assert "feet on the floor" in json.dumps(touches)
     assert "ours" in json.dumps(inhabit.evaluate("detour", rooms=2, refine=False))
-    assert "mean" in json.dumps(inhabit.evaluate("reconstruct", rooms=1, seconds=2, seed=4))
+    assert "mean" in json.dumps(inhabit.evaluate("reconstruct", rooms=1, seconds=2, seed=4, width=120))
     with pytest.raises(inhabit.Error, match="how the networks were made"):
         inhabit.evaluate("forecast", str(tmp_path / "rooms"), settings={"hidden": 3})
     with pytest.raises(inhabit.Error, match="none of anticipate"):
