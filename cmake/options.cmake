@@ -25,9 +25,3 @@ if(INHABIT_COVERAGE)
   target_compile_options(inhabit_options INTERFACE --coverage -fprofile-update=atomic)
   target_link_options(inhabit_options INTERFACE --coverage)
 endif()
-# What calls the library and does little itself (the command, bindings, examples, tests) compiles in half the time at
-# this level. GCC goes by the level of the precompiled header, whatever the source is given: they share that of
-# inhabit_cli, or of the tests' main.
-add_library(inhabit_caller_options INTERFACE)
-target_link_libraries(inhabit_caller_options INTERFACE inhabit_options)
-target_compile_options(inhabit_caller_options INTERFACE $<$<CONFIG:Release>:-Og>)

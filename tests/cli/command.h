@@ -58,7 +58,7 @@ inline const char* command_at_hand() {
     }
     close(ready[1]);
     char none = 0;
-    const bool listens = read(ready[0], &none, 1) == 0;
+    const bool listens = read(ready[0], &none, 1) == 1;
     close(ready[0]);
     return listens;
   }();

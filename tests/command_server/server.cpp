@@ -1,7 +1,7 @@
 // Runs `inhabit` for tests, each time in a process forked from this one, which has LibTorch loaded: half a second that
 // the hundreds of short commands of a test run need not wait for. What main() does not see, such as how the launcher
 // starts the program, tests run as users do (run_program(INHABIT_COMMAND ...)).
-// usage: inhabit_command_server NAME FD    NAME: of the abstract socket; FD: closed once it listens
+// usage: inhabit_command_server NAME FD    NAME: of the abstract socket; FD: gets a byte once it listens
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -89,7 +89,9 @@ int main(int argc, char** argv) {
   const sockaddr_un address = abstract_address(argv[1], size);
   if (bind(listener, reinterpret_cast<const sockaddr*>(&address), size) != 0 || listen(listener, 64) != 0)
     fail("listen");
-  close(std::stoi(argv[2]));
+  const int ready = std::stoi(argv[2]);
+  if (write(ready, "", 1) != 1) fail("ready");
+  close(ready);
   while (true) {
     const int client = accept(listener, nullptr, nullptr);
     if (client < 0) continue;
