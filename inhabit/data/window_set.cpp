@@ -2,6 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "inhabit/error.h"
 
 namespace inhabit {
@@ -63,6 +66,12 @@ std::vector<int64_t> WindowSet::spread(int64_t count) const {
   const int64_t n = std::min(count, size());
   for (int64_t i = 0; i < n; ++i) out.push_back(i * size() / n);
   return out;
+}
+
+PacedWindow paced_window(int64_t start, int64_t frames, int64_t clip_frames, double pace) {
+  const double steps = static_cast<double>(frames - 1);
+  const auto needed = std::min(static_cast<int64_t>(std::ceil(steps * pace)) + 1, clip_frames);
+  return {std::min(start, clip_frames - needed), needed, std::min(pace, static_cast<double>(needed - 1) / steps)};
 }
 
 void require_any_window(const WindowSet& windows, const std::vector<std::string>& folders, const std::string& split) {

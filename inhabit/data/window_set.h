@@ -62,6 +62,17 @@ class WindowSet {
   std::vector<Place> places_;
 };
 
+/// A window at another pace than its clip's: its frame t is where the clip has first + t x pace.
+struct PacedWindow {
+  int64_t first;   ///< frame of the clip
+  int64_t frames;  ///< of the clip that it lies between
+  double pace;     ///< 2: twice as fast
+};
+
+/// The window of `frames` frames from `start` on, of a clip of `clip_frames`, which begins earlier where the clip would
+/// end before it, and is slower where the clip is shorter than all of it.
+PacedWindow paced_window(int64_t start, int64_t frames, int64_t clip_frames, double pace);
+
 /// For evaluations, which need a window: throws Error(first folder, ...) where `split` of `folders` has none.
 void require_any_window(const WindowSet& windows, const std::vector<std::string>& folders, const std::string& split);
 

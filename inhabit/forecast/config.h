@@ -90,8 +90,9 @@ struct Config {
     double contact_weight = 0.1;   ///< lambda 3
     double velocity_weight = 1.0;  ///< of the articulated network's velocity loss
     double recorded = 0;           ///< fraction of windows of recordings in a batch; 0: as many as the data hold
-    bool mirror = false;  ///< motion networks see every other window in a mirror (the standard joints facing +Z alone)
-    double stature = 0;   ///< motion networks see people and rooms up to this fraction larger or smaller
+    bool mirror = false;   ///< motion networks see every other window in a mirror (the standard joints facing +Z alone)
+    double stature = 0;    ///< motion networks see people and rooms up to this fraction larger or smaller
+    double time_warp = 0;  ///< w: networks of motion see recordings 1 / (1 + w) to 1 + w times as fast
     RateSchedule schedule;  ///< of the learning rates
 
     bool operator==(const Training&) const = default;  ///< compares all settings

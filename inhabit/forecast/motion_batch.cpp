@@ -1,5 +1,6 @@
 #include "inhabit/forecast/motion_batch.h"
 
+#include <cmath>
 #include <memory>
 #include <unordered_map>
 
@@ -11,6 +12,18 @@
 namespace inhabit::forecast {
 
 using torch::Tensor;
+
+namespace {
+
+constexpr int kPaces = 5;  // that a window can have, few enough for what is predicted of each to be kept
+
+/// -2 (slowest) to 2 (fastest) for a recording's window, 0 (as it is) for others.
+int drawn_pace(const Data& data, const Config& config, int64_t window, uint64_t draw) {
+  if (config.training.time_warp == 0 || data.windows().entry(window).source.empty()) return 0;
+  return static_cast<int>(item_seed(draw, 2) % kPaces) - kPaces / 2;
+}
+
+}  // namespace
 
 ContactSource no_contacts(const Config& config) {
   return [&config](int64_t, int64_t, const Sample&, uint64_t) {
@@ -61,11 +74,12 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
   torch::NoGradGuard no_grad;
   std::vector<Tensor> joints, points, touching, given, touched;
   for (size_t i = 0; i < windows.size(); ++i) {
-    Sample s = data.sample(windows[i], point_seed, false);
     const uint64_t draw = item_seed(seed.value_or(0), static_cast<uint64_t>(windows[i]));
+    const int pace = seed ? drawn_pace(data, config, windows[i], draw) : 0;
+    Sample s = data.sample(windows[i], point_seed, false, std::pow(1 + config.training.time_warp, 0.5 * pace));
     const auto place = static_cast<int64_t>(i);
     const ContactSource real = true_contacts(config);
-    GivenContacts contact = contacts(place, windows[i], s, item_seed(draw, 1));
+    GivenContacts contact = contacts(place, windows[i] * kPaces + pace + kPaces / 2, s, item_seed(draw, 1));
     Tensor right = !truth                              ? Tensor()
                    : contact.any && !contact.predicted ? contact.points
                                                        : real(place, windows[i], s, 0).points;

@@ -31,7 +31,8 @@ struct GivenContacts {
   bool any = false;        ///< false: the network is to do without
   bool predicted = false;  ///< by the contact network; else true ones
 };
-/// @param place of the window in its batch, @param draw a number of the window's and the step's own.
+/// @param place of the window in its batch, @param window a number of the window and its pace alone, @param draw one of
+/// the window's and the step's own.
 using ContactSource = std::function<GivenContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;
 
 /// No contact points for any window: zeros (T, J, 4), not said to be given. `config` must outlive what is returned.
@@ -47,7 +48,8 @@ ContactSource every_other_true(const Config& config, const ContactSource& predic
 /// By the draw: `predicted` in half of the windows, the truth in three eighths, none in the others.
 ContactSource mixed_contacts(const Config& config, const ContactSource& predicted);
 
-/// Scene points are drawn from `point_seed`, the augmentation from `seed`; none without. @param truth is wanted too
+/// Scene points are drawn from `point_seed`, the augmentation and the pace of recordings (config.training.time_warp)
+/// from `seed`; none without. @param truth is wanted too
 MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
                          const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed,
                          bool truth = false);

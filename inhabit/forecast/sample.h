@@ -59,8 +59,9 @@ class Data {
   const WindowKinds& kinds() const;  ///< which are of recordings
   /// Number of windows.
   int64_t size() const { return windows().size(); }
-  /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index).
-  Sample sample(int64_t index, uint64_t seed, bool augment) const;
+  /// Window `index`, as it is or augmented. Points and augmentation are drawn from (seed, index). @param pace how much
+  /// faster than recorded (paced_window)
+  Sample sample(int64_t index, uint64_t seed, bool augment, double pace = 1) const;
 
  private:
   struct Impl;

@@ -45,10 +45,12 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.rest_rotation", c.training.rest_rotation);
   visit("training.scene_dropout", c.training.scene_dropout);
   visit("training.recorded", c.training.recorded);
+  visit("training.time_warp", c.training.time_warp);
   visit("training.blocked", c.training.blocked);
   visit("training.way_around", c.training.way_around);
   visit("training.walked", c.training.walked);
   visit("training.sliding_weight", c.training.sliding_weight);
+  visit("training.swinging_weight", c.training.swinging_weight);
   visit("training.noisy", c.training.noisy);
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
@@ -187,10 +189,12 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.rest_rotation", c.training.rest_rotation, 0, 90);
   check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
   check.within("training.recorded", c.training.recorded, 0, 1);
+  check.within("training.time_warp", c.training.time_warp, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);
   check.within("training.way_around", c.training.way_around, 0, 1);
   check.within("training.walked", c.training.walked, 0, 1);
   check.within("training.sliding_weight", c.training.sliding_weight, 0, 1000);
+  check.within("training.swinging_weight", c.training.swinging_weight, 0, 1000);
   check.within("training.noisy", c.training.noisy, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);

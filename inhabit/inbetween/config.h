@@ -81,10 +81,12 @@ struct Config {
     double scene_dropout = 0.1;   ///< probability of a sample without the global scene, for guidance
     // Of residual motion alone:
     double recorded = 0.6;          ///< fraction of a batch that is recorded motion, where there is some
+    double time_warp = 0;           ///< w: recorded motion goes 1 / (1 + w) to 1 + w times as fast
     double blocked = 0.4;           ///< fraction of windows whose baseline goes through obstacles, where it can be had
     double way_around = 0.5;        ///< fraction of windows whose baseline goes around obstacles
     double walked = 0;              ///< fraction of these detours that are those which were walked; the others are A*'s
     double sliding_weight = 0;      ///< of feet that go while they are low (residual_losses.h), in stage "deployed"
+    double swinging_weight = 0;     ///< of feet that go faster than the truth's ever do (the same), in stage "deployed"
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
     int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice

@@ -46,10 +46,16 @@ const WindowSet& PoseWindows::windows() const { return impl_->windows; }
 const std::vector<int64_t>& PoseWindows::recorded() const { return impl_->recorded; }
 const std::vector<int64_t>& PoseWindows::generated() const { return impl_->generated; }
 
-PoseWindow PoseWindows::window(int64_t index, bool mirrored) const {
+PoseWindow PoseWindows::window(int64_t index, bool mirrored, double pace) const {
   const auto clip = impl_->clips.get(windows().clip_key(index));
-  PoseWindow out{window_of(*clip, windows().place(index).start, windows().frames(), mirrored),
-                 impl_->scenes.get(windows().scene_key(index))};
+  const int64_t frames = windows().frames(), start = windows().place(index).start;
+  PoseWindow out{{}, impl_->scenes.get(windows().scene_key(index))};
+  if (pace == 1) {
+    out.poses = window_of(*clip, start, frames, mirrored);
+  } else {
+    const PacedWindow at = paced_window(start, frames, clip->frames(), pace);
+    out.poses = at_pace(window_of(*clip, at.first, at.frames, mirrored), frames, at.pace);
+  }
   if (mirrored) out.scene = out.scene.mirrored();
   return out;
 }

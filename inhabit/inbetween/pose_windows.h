@@ -27,9 +27,11 @@ class PoseWindows {
   PoseWindows(const PoseWindows&) = delete;
   PoseWindows& operator=(const PoseWindows&) = delete;
 
-  const WindowSet& windows() const;                       ///< where the windows are in the data sets
-  int64_t size() const { return windows().size(); }       ///< how many windows there are
-  PoseWindow window(int64_t index, bool mirrored) const;  ///< one of them; mirrored: with its scene, x becomes -x
+  const WindowSet& windows() const;                  ///< where the windows are in the data sets
+  int64_t size() const { return windows().size(); }  ///< how many windows there are
+  /// One of them. @param mirrored with its scene: x becomes -x. @param pace how much faster than recorded, as far as
+  /// the clip is long enough, for which the window may begin earlier
+  PoseWindow window(int64_t index, bool mirrored, double pace = 1) const;
   /// Indices of the windows of recorded motion (data sets that `inhabit synth fit` made).
   const std::vector<int64_t>& recorded() const;
   const std::vector<int64_t>& generated() const;  ///< indices of all other windows

@@ -6,6 +6,7 @@
 
 #include "inhabit/body/bones.h"
 #include "inhabit/error.h"
+#include "inhabit/math/catmull_rom.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
@@ -87,6 +88,34 @@ Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored
       out.joints.push_back(flipped(poses.joints[Poses::at(t, other)]));
       out.rotations.emplace_back(q.w(), q.x(), -q.y(), -q.z());  // M R M with M = diag(-1, 1, 1)
     }
+  return out;
+}
+
+Poses at_pace(const Poses& poses, int64_t frames, double pace) {
+  const int64_t last = poses.frames() - 1;
+  Poses out;
+  out.offsets = poses.offsets;
+  out.joints.resize(Poses::at(frames, 0));
+  out.rotations.resize(Poses::at(frames, 0));
+  for (int64_t t = 0; t < frames; ++t) {
+    const double place = std::min(static_cast<double>(t) * pace, static_cast<double>(last));
+    const auto before = static_cast<int64_t>(place);
+    const auto part = static_cast<float>(place - static_cast<double>(before));
+    std::array<int64_t, 4> near{};
+    for (int64_t i = 0; i < 4; ++i) near[static_cast<size_t>(i)] = std::clamp<int64_t>(before + i - 1, 0, last);
+    const auto root = [&](size_t i) -> const Vector3f& { return poses.root(near[i]); };
+    out.joints[Poses::at(t, 0)] = catmull_rom(root(0), root(1), root(2), root(3), part);
+    for (int64_t j = 0; j < kStandardJoints; ++j) {
+      const Eigen::Vector4f& like = poses.rotations[Poses::at(before, j)].coeffs();
+      const auto rotation = [&](size_t i) -> Eigen::Vector4f {
+        const Eigen::Vector4f& q = poses.rotations[Poses::at(near[i], j)].coeffs();
+        return q.dot(like) < 0 ? Eigen::Vector4f(-q) : q;
+      };
+      out.rotations[Poses::at(t, j)] =
+          Quaternionf(catmull_rom(rotation(0), rotation(1), rotation(2), rotation(3), part)).normalized();
+    }
+    place_joints(out, t);
+  }
   return out;
 }
 

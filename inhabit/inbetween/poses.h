@@ -33,6 +33,11 @@ Clip clip_of(const Poses& poses, const Clip& like, double floor = 0);
 /// Frames [first, first + frames), mirrored left to right (x becomes -x, joints change sides) where `mirrored` is set.
 Poses window_of(const Poses& poses, int64_t first, int64_t frames, bool mirrored = false);
 
+/// `frames` frames of the same motion at another pace: frame t is what `poses` has at t x pace, between frames by
+/// cubics of the root and of quaternions, which keep what is quick (slerp would smooth it). @param pace such that
+/// (frames - 1) x pace is no later than the last frame
+Poses at_pace(const Poses& poses, int64_t frames, double pace);
+
 /// Relative to the parent, of the root in the world.
 Eigen::Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joint);
 

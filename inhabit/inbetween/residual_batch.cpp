@@ -1,6 +1,7 @@
 #include "inhabit/inbetween/residual_batch.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "inhabit/inbetween/drawn_keys.h"
@@ -92,7 +93,9 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
   std::optional<Example> first;
   for (int i = 0; i < draws; ++i) {
     const int64_t index = windows[static_cast<size_t>(uniform_int(random, 0, static_cast<int>(windows.size()) - 1))];
-    PoseWindow window = data.window(index, chance(random, 0.5));
+    const bool mirrored = chance(random, 0.5);
+    const double most = std::log1p(recorded ? c.training.time_warp : 0);
+    PoseWindow window = data.window(index, mirrored, most > 0 ? std::exp(uniform(random, -most, most)) : 1);
     const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
     const KeyNoise noise = draw_noise(keys, c, random);
     const Poses given = key_source(window.poses, noise, random);

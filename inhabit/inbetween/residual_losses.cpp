@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kPlaceUnit = 0.1, kMoveUnit = 0.02, kInsideUnit = 0.05;  // metres; the second a frame
 constexpr double kStanding = 0.008;                                       // metres a frame
+constexpr double kLeastSwing = 0.08;                                      // metres a frame: a calm step's
 constexpr double kLow = 0.05, kLowUnit = 0.01;                            // metres over the floor
 constexpr double kBendUnit = 0.01, kJerkUnit = 0.01;                      // metres a frame^2 and a frame^3
 constexpr double kLeast = 0.05;  // of distances in these units, in the energy score
@@ -107,6 +108,13 @@ Tensor sliding_loss(const Tensor& joints, const Tensor& moving) {
   return mean_over(slides, moving.expand_as(slides));
 }
 
+Tensor swinging_loss(const Tensor& joints, const Tensor& truth, const Tensor& moving) {
+  const auto speed = [](const Tensor& of) { return (feet_of(of).diff(1, 1).square().sum(3) + 1e-8).sqrt(); };
+  const Tensor limit = speed(truth).amax({1, 2}, true).clamp_min(kLeastSwing);  // (B, 1, 1)
+  const Tensor beyond = robust((speed(joints) - limit).clamp_min(0).square(), kMoveUnit);
+  return mean_over(beyond, moving.expand_as(beyond));
+}
+
 Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, double least) {
   const auto apart = [&](const Tensor& p, const Tensor& q) {
     return ((p - q).square().sum(-1) + least * least).sqrt();
@@ -148,14 +156,17 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
     rates.emplace_back(name, score(here, there, unit, mask));
     moves = moves + rates.back().second;
   }
-  const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving), penetration = penetration_loss(b, j.here);
+  const Config::Training& weigh = config.training;
+  const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving),
+               swings = swinging_loss(j.here, j.there, j.moving), penetration = penetration_loss(b, j.here);
   Losses out = {
-      {"total", frames + joints + moves + config.training.feet_weight * feet + config.training.sliding_weight * slides +
-                    config.training.penetration_weight * penetration},
+      {"total", frames + joints + moves + weigh.feet_weight * feet + weigh.sliding_weight * slides +
+                    weigh.swinging_weight * swings + weigh.penetration_weight * penetration},
       {"frames", frames},
       {"joints", joints},
       {"feet", feet},
       {"slides", slides},
+      {"swings", swings},
       {"penetration", penetration},
       {"mm", mean_over((j.here - j.there).detach().norm(2, 3), j.open.expand({-1, -1, kStandardJoints})) * 1000}};
   out.insert(out.end(), rates.begin(), rates.end());

@@ -25,6 +25,12 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
 /// @param joints (B, T, 22, 3) metres, floor at y = 0. @param moving (B, T - 1, 1) 1 where a step counts
 torch::Tensor sliding_loss(const torch::Tensor& joints, const torch::Tensor& moving);
 
+/// How much faster feet go than the truth's in the same window ever do: robust(speed - limit) where that is positive,
+/// the limit being the truth's fastest step of an ankle or ball, at least 8 cm a frame, in units of 2 cm; the mean over
+/// ankles and balls of both feet. Feet that are held back while they are low make up for it in the air: nothing else
+/// that is scored names their speed. @param joints, truth (B, T, 22, 3) metres. @param moving as above
+torch::Tensor swinging_loss(const torch::Tensor& joints, const torch::Tensor& truth, const torch::Tensor& moving);
+
 /// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the
 /// square of a distance is increased by, so that its root is smooth
 torch::Tensor energy_score(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& truth, double least);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "inhabit/error.h"
+#include "inhabit/math/catmull_rom.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/motion/pose_track.h"
 
@@ -50,10 +51,8 @@ torch::Tensor cubic(const torch::Tensor& values, const Times& times) {
   const torch::Tensor tail = n >= 2 ? 3 * v[n] - 3 * v[n - 1] + v[n - 2] : 2 * v[n] - v[n - 1];
   const torch::Tensor longer = torch::cat({head.unsqueeze(0), v, tail.unsqueeze(0)});
   const torch::Tensor at = times.index(0), u = times.weights(v.dim());
-  const torch::Tensor a = longer.index_select(0, at), b = longer.index_select(0, at + 1),
-                      c = longer.index_select(0, at + 2), d = longer.index_select(0, at + 3);
-  const torch::Tensor out = b + 0.5 * u * (c - a + u * (2 * a - 5 * b + 4 * c - d + u * (3 * (b - c) + d - a)));
-  return out.to(values.dtype());
+  const auto after = [&](int64_t frames) { return longer.index_select(0, at + frames); };
+  return catmull_rom<torch::Tensor>(after(0), after(1), after(2), after(3), u).to(values.dtype());
 }
 
 torch::Tensor linear(const torch::Tensor& values, const Times& times) {

@@ -39,5 +39,21 @@ TEST(WindowSet, WithoutAWindowCannotBeMeasured) {
   EXPECT_THAT(refused(121), testing::HasSubstr("walkers: has no window of 121 frames in split val"));
 }
 
+TEST(PacedWindow, StaysWithinItsClip) {
+  const auto at = [](int64_t start, int64_t clip_frames, double pace) {
+    const PacedWindow w = paced_window(start, 61, clip_frames, pace);
+    EXPECT_LE(w.first + w.frames, clip_frames);
+    EXPECT_LE(60 * w.pace, static_cast<double>(w.frames - 1) + 1e-9);
+    return std::pair(w.first, w.pace);
+  };
+  using testing::Pair;
+  EXPECT_THAT(at(10, 200, 1), Pair(10, 1.0));
+  EXPECT_THAT(at(10, 200, 1.5), Pair(10, 1.5));
+  EXPECT_THAT(at(130, 200, 1.5), Pair(109, 1.5)) << "91 frames end with the clip";
+  EXPECT_THAT(at(130, 200, 0.5), Pair(130, 0.5));
+  EXPECT_THAT(at(20, 81, 1.5), Pair(0, 80.0 / 60)) << "as fast as a clip of 81 frames lets it";
+  EXPECT_THAT(at(0, 61, 2), Pair(0, 1.0));
+}
+
 }  // namespace
 }  // namespace inhabit

@@ -2,8 +2,10 @@
 // against rotations that are known, a forecast that leaves from the last pose at its velocity, and its losses.
 #include "inhabit/forecast/articulated_network.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numeric>
 
 #include "forecast/bones.h"
@@ -226,6 +228,34 @@ TEST(MotionBatch, SeesPeopleOfOtherSizesWithinTheSetting) {
   EXPECT_LT(ratio.max().item<double>(), 1.2001);
   EXPECT_LT(ratio.min().item<double>(), 0.95);
   EXPECT_GT(ratio.min().item<double>(), 0.7999);
+}
+
+// What is predicted of a window is kept by its number, which must tell its paces apart.
+TEST(MotionBatch, SeesRecordingsAtFivePaces) {
+  const TempFolder folder;
+  Config c = preset("compact");
+  c.training.mirror = false;
+  c.training.time_warp = 0.21;
+  const auto distances = [&](const std::string& source) {
+    const Data data({write_walkers(folder / ("walkers" + source), 30, 0, source)}, "train", c, 5);
+    std::map<int64_t, double> out;  // travelled a second, by the number of the window and its pace
+    for (uint64_t seed = 0; seed < 30; ++seed) {
+      const ContactSource none = no_contacts(c);
+      const ContactSource noted = [&](int64_t place, int64_t window, const Sample& s, uint64_t draw) {
+        const double travelled = (s.joints[89][0] - s.joints[59][0]).norm().item<double>();
+        EXPECT_NEAR(out.try_emplace(window, travelled).first->second, travelled, 1e-6);
+        return none(place, window, s, draw);
+      };
+      motion_batch(data, c, {1}, noted, 0, seed);
+    }
+    return out;
+  };
+  std::vector<double> paces;
+  for (const auto& [window, travelled] : distances("recording")) paces.push_back(travelled / 1.2);
+  EXPECT_THAT(paces, testing::ElementsAre(testing::DoubleNear(1 / 1.21, 0.01), testing::DoubleNear(1 / 1.1, 0.01),
+                                          testing::DoubleNear(1, 0.01), testing::DoubleNear(1.1, 0.01),
+                                          testing::DoubleNear(1.21, 0.01)));
+  EXPECT_EQ(distances("").size(), 1) << "generated people go as they were made to";
 }
 
 TEST(MotionBatch, SeesHalfOfItsWindowsInAMirrorWithTheirContacts) {

@@ -101,6 +101,18 @@ TEST(Data, AugmentationMovesPersonAndRoomTogetherOnTheFloor) {
   }
 }
 
+// A walker at 1.2 m a second who is recorded at another pace goes faster or slower, in the same room.
+TEST(Data, WindowsHaveThePaceThatIsAskedFor) {
+  const TempFolder folder;
+  const std::string path = write_walkers(folder / "data");
+  const Data data({path}, "train", preset("compact"), 5);
+  const auto travelled = [](const Sample& s) { return (s.joints[89][0] - s.joints[30][0]).norm().item<double>(); };
+  const Sample plain = data.sample(1, 1, false);
+  EXPECT_NEAR(travelled(data.sample(1, 1, false, 1.25)), 1.25 * travelled(plain), 0.02);
+  EXPECT_NEAR(travelled(data.sample(1, 1, false, 0.8)), 0.8 * travelled(plain), 0.02);
+  EXPECT_NEAR(travelled(data.sample(1, 1, false, 1 + 1e-9)), travelled(plain), 1e-4);
+}
+
 TEST(Data, RefusesDataOfAnotherKindThanTheModels) {
   const TempFolder folder;
   Config config = preset("compact");

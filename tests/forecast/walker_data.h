@@ -3,13 +3,15 @@
 #include "inhabit/data/native.h"
 
 /// A data set in `folder`: for each of train, val and test a clip of 120 frames who goes at 1.2 m/s in one pose through
-/// a room of its own, the path of walker(); one clip more, of training, has no scene.
-inline std::string write_walkers(const std::string& folder, double rate = 30, double swing = 0) {
+/// a room of its own, the path of walker(); one clip more, of training, has no scene. @param source the recording that
+/// they are said to be of; empty: generated
+inline std::string write_walkers(const std::string& folder, double rate = 30, double swing = 0,
+                                 const std::string& source = "") {
   inhabit::Dataset data = inhabit::create_dataset(folder, {});
   data.rate = rate;
   int number = 0;
   const auto add = [&](const std::string& split, const std::string& scene) {
-    inhabit::DatasetClip entry{"clips/" + std::to_string(number) + ".npz", scene, split, 0, ""};
+    inhabit::DatasetClip entry{"clips/" + std::to_string(number) + ".npz", scene, split, 0, source};
     inhabit::Clip clip = walker(120, 1.2, 0.9 * number, swing);
     clip.rate = rate;
     inhabit::write_clip(data, entry, clip);

@@ -72,5 +72,37 @@ TEST(SlidingLoss, SlowsFeetDownAndLiftsThem) {
   EXPECT_EQ(sliding_loss(joints, torch::zeros({1, 19, 1})).item<double>(), 0);  // between keys alone
 }
 
+double swings(double speed, double true_speed) {
+  return swinging_loss(going(0.1, speed), going(0.1, true_speed), torch::ones({1, 19, 1})).item<double>();
+}
+
+TEST(SwingingLoss, IsOfFeetThatGoFasterThanTheTruthEverDoes) {
+  EXPECT_LT(swings(0.12, 0.12), 1e-6);
+  EXPECT_EQ(swings(0.05, 0.12), 0);
+  EXPECT_NEAR(swings(0.16, 0.12), std::sqrt(5.0) - 1, 1e-3);
+  EXPECT_EQ(swings(0.08, 0), 0) << "a calm step where the truth stands";
+  EXPECT_NEAR(swings(0.1, 0), std::sqrt(2.0) - 1, 1e-3);
+}
+
+TEST(SwingingLoss, TakesTheFastestFootOfAWindowAsItsLimit) {
+  Tensor truth = going(0.1, 0.05);
+  truth[0].slice(0, 10).select(1, 8).select(1, 2) += 0.1;  // one step of one ankle
+  EXPECT_LT(swinging_loss(going(0.1, 0.15), truth, torch::ones({1, 19, 1})).item<double>(), 1e-6);
+  EXPECT_GT(swinging_loss(going(0.1, 0.16), truth, torch::ones({1, 19, 1})).item<double>(), 0.1);
+  const Tensor both = torch::cat({truth, going(0.1, 0.05)});  // of each window by itself
+  EXPECT_GT(
+      swinging_loss(torch::cat({going(0.1, 0.05), going(0.1, 0.15)}), both, torch::ones({2, 19, 1})).item<double>(),
+      0.1);
+}
+
+TEST(SwingingLoss, SlowsFeetDown) {
+  Tensor joints = going(0.1, 0.15);
+  joints.requires_grad_(true);
+  swinging_loss(joints, going(0.1, 0.1), torch::ones({1, 19, 1})).backward();
+  EXPECT_TRUE(joints.grad().isfinite().all().item<bool>());
+  EXPECT_GT(joints.grad()[0][19][10][2].item<double>(), 0);  // the last one goes too far
+  EXPECT_LT(joints.grad()[0][0][10][2].item<double>(), 0);
+}
+
 }  // namespace
 }  // namespace inhabit::inbetween

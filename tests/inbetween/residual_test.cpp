@@ -60,6 +60,24 @@ TEST(Poses, AMirrorShowsTheOtherSide) {
   EXPECT_LT(largest_distance(window_of(mirrored, 0, 50, true), window_of(poses, 10, 50)), 1e-5F);
 }
 
+TEST(Poses, AtAnotherPaceAreWhereTheMotionIsThen) {
+  const Poses poses = poses_of(someone());
+  const Poses same = at_pace(poses, kFrames, 1);
+  EXPECT_LT(largest_distance(same, poses), 1e-5F);
+  const Poses fast = at_pace(poses, 61, 2);  // every second frame
+  ASSERT_EQ(fast.frames(), 61);
+  for (const int64_t t : {0, 7, 33, 60})
+    for (const int64_t j : {0, 7, 20})
+      EXPECT_LT((fast.joints[Poses::at(t, j)] - poses.joints[Poses::at(2 * t, j)]).norm(), 1e-5F) << t << " " << j;
+  const Poses slow = at_pace(poses, kFrames, 0.8);
+  // Between frames: near both, with the bones' lengths.
+  const Vector3f knee = slow.joints[Poses::at(6, 4)], ankle = slow.joints[Poses::at(6, 7)];
+  EXPECT_NEAR((knee - ankle).norm(), poses.offsets[7].norm(), 1e-5);
+  const Vector3f between = 0.2F * poses.joints[Poses::at(4, 4)] + 0.8F * poses.joints[Poses::at(5, 4)];  // 6 x 0.8
+  EXPECT_LT((knee - between).norm(), 2e-3F);
+  EXPECT_GT((poses.joints[Poses::at(5, 4)] - poses.joints[Poses::at(4, 4)]).norm(), 0.01F) << "it moves";
+}
+
 TEST(Baseline, IsLinearAndSlerp) {
   const Clip clip = someone();
   const std::vector<int64_t> keys = {0, 37, 60, 120};
