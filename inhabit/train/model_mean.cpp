@@ -1,5 +1,6 @@
 #include "inhabit/train/model_mean.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,16 +14,28 @@ using torch::Tensor;
 
 namespace {
 
-/// What models must have in common: all but how they were trained.
-std::map<std::string, std::string> sizes_of(const SafeTensors& model) {
-  std::map<std::string, std::string> out = model.metadata;
-  const auto config = out.find("config");
-  if (config == out.end()) return out;
+/// The configuration that a model file says it has, without how it was trained; null where it says none.
+nlohmann::json sizes_of(const SafeTensors& model) {
+  const auto config = model.metadata.find("config");
+  if (config == model.metadata.end()) return {};
   auto fields = nlohmann::json::parse(config->second, nullptr, /*allow_exceptions=*/false);
-  if (!fields.is_object()) return out;
-  fields.erase("training");
-  config->second = fields.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  return out;
+  if (fields.is_object()) fields.erase("training");
+  return fields;
+}
+
+/// Whether settings that both know are the same: one that came since has the value that was meant before it did.
+bool agree(const nlohmann::json& a, const nlohmann::json& b) {
+  if (!a.is_object() || !b.is_object()) return a == b;
+  return std::all_of(a.items().begin(), a.items().end(), [&](const auto& item) {
+    const auto other = b.find(item.key());
+    return other == b.end() || agree(item.value(), *other);
+  });
+}
+
+/// Whether the metadata that is no configuration is the same.
+bool same_kind(const SafeTensors& a, const SafeTensors& b) {
+  auto rest = a.metadata, other = b.metadata;
+  return rest.erase("config") == other.erase("config") && rest == other;
 }
 
 }  // namespace
@@ -41,7 +54,8 @@ SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vec
   std::map<std::string, Tensor> sums;
   for (size_t i = 0; i < paths.size(); ++i) {
     const SafeTensors model = i == 0 ? mean : read_safetensors(paths[i]);
-    if (sizes_of(model) != sizes_of(mean)) throw Error(paths[i], "has another configuration than " + paths[0]);
+    if (!same_kind(model, mean) || !agree(sizes_of(model), sizes_of(mean)))
+      throw Error(paths[i], "has another configuration than " + paths[0]);
     if (model.tensors.size() != mean.tensors.size()) throw Error(paths[i], "has other tensors than " + paths[0]);
     for (const auto& [name, first] : mean.tensors) {
       const auto found = model.tensors.find(name);

@@ -79,6 +79,13 @@ TEST(Average, RefusesModelsThatHaveNone) {
   const std::string tuned = changed("tuned.safetensors", with("training", "batch", 7));
   EXPECT_EQ(run_command("average " + a + " " + tuned + " -o " + (folder / "m.safetensors")).exit_code, 0)
       << "trained in another way, the same networks";
+  const std::string older = changed("older.safetensors", [](SafeTensors& m) {
+    auto config = nlohmann::json::parse(m.metadata["config"]);
+    ASSERT_EQ(config.erase("memory"), 1) << "a setting that came later";
+    m.metadata["config"] = config.dump();
+  });
+  EXPECT_EQ(run_command("average " + a + " " + older + " -o " + (folder / "m.safetensors")).exit_code, 0)
+      << "written before a setting existed";
   refused(changed("fewer.safetensors", [&](SafeTensors& m) { m.tensors.erase(some); }),
           {"fewer.safetensors", "other tensors"});
   refused(changed("shape.safetensors",
