@@ -6,10 +6,10 @@
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/window_frame.h"
-#include "inhabit/math/catmull_rom.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/mirror.h"
+#include "inhabit/motion/resample.h"
 #include "inhabit/scene/sampling.h"
 
 namespace inhabit::forecast {
@@ -18,13 +18,12 @@ namespace {
 constexpr int64_t kPoolPoints = 20000;  // a scene's points in memory: some 7,000 within 2.5 m of a person in a room
 constexpr size_t kScenesKept = 4096, kClipsKept = 4096;  // at most 960 MB and 380 MB (12 s clips)
 
-/// Joints (T, J, 3) between frames of a clip's.
-torch::Tensor at_pace(const torch::Tensor& clip, const PacedWindow& window, int64_t frames) {
-  const torch::Tensor place = window.first + torch::arange(frames, torch::kDouble) * window.pace;
-  const torch::Tensor before = place.floor().clamp_max(static_cast<double>(clip.size(0) - 1));
-  const torch::Tensor part = (place - before).to(torch::kFloat).view({-1, 1, 1}), index = before.to(torch::kInt64);
-  const auto near = [&](int64_t shift) { return clip.index_select(0, (index + shift).clamp(0, clip.size(0) - 1)); };
-  return catmull_rom(near(-1), near(0), near(1), near(2), part);
+/// Joints (T, J, 3) of a window at another pace.
+torch::Tensor paced_joints(const torch::Tensor& clip, const PacedWindow& window, int64_t frames) {
+  std::vector<double> at;
+  for (int64_t t = 0; t < frames; ++t)
+    at.push_back(static_cast<double>(window.first) + static_cast<double>(t) * window.pace);
+  return at_frames(clip, at);
 }
 
 }  // namespace
@@ -105,8 +104,9 @@ Sample Data::sample(int64_t index, uint64_t seed, bool augment, double pace) con
   const torch::Tensor clip = impl_->clips.get(windows.clip_key(index));
   const int64_t start = windows.place(index).start;
   Sample out;
-  out.joints = pace == 1 ? clip.slice(0, start, start + config.frames())
-                         : at_pace(clip, paced_window(start, config.frames(), clip.size(0), pace), config.frames());
+  out.joints = pace == 1
+                   ? clip.slice(0, start, start + config.frames())
+                   : paced_joints(clip, paced_window(start, config.frames(), clip.size(0), pace), config.frames());
   const WindowFrame frame = window_frame(out.joints, config);
   const torch::Tensor pool = impl_->pools.get(windows.scene_key(index));
   try {

@@ -117,6 +117,10 @@ Clip resample_through(const Clip& clip, double rate, int64_t frame, int64_t& at,
   return out;
 }
 
+torch::Tensor at_frames(const torch::Tensor& places, const std::vector<double>& frames) {
+  return cubic(places, Times(places.size(0), frames));
+}
+
 Clip at_frames(const Clip& clip, const std::vector<double>& frames) {
   const Times times(clip.frames(), frames);
   Clip out = clip;

@@ -24,4 +24,7 @@ Clip resample_through(const Clip& clip, double rate, int64_t frame, int64_t& at,
 /// The clip at any times, counted in its frames and clamped to them, in the same way. The rate stays what it was.
 Clip at_frames(const Clip& clip, const std::vector<double>& frames);
 
+/// Places of something (T, ...) at such times, by the cubic.
+torch::Tensor at_frames(const torch::Tensor& places, const std::vector<double>& frames);
+
 }  // namespace inhabit
