@@ -15,6 +15,8 @@
 
 namespace {
 
+constexpr const char* kIntervalsHelp = "95 % intervals, by bootstrap over windows";
+
 struct ForecastEvaluation {
   std::vector<std::string> data, settings;
   std::string split = "test", model, json, shard;
@@ -53,7 +55,7 @@ void add_eval_forecast(CLI::App& verb) {
   CLI::App* forecast =
       verb.add_subcommand("forecast", "Path and pose error of contact-aware forecasting and its baselines");
   const auto o = add_options(*forecast);
-  forecast->add_flag("--intervals", o->intervals, "95 % intervals behind the means, by bootstrap over windows");
+  forecast->add_flag("--intervals", o->intervals, kIntervalsHelp);
   forecast->callback([o, forecast] {
     o->data = inhabit::folders_matching(o->data);
     const inhabit::forecast::Networks model = model_of(*o);
@@ -73,6 +75,7 @@ void add_eval_contacts(CLI::App& verb) {
   CLI::App* contacts = verb.add_subcommand(
       "contacts", "Precision and recall of forecast contacts by joint and second, and what L and N cost");
   const auto o = add_options(*contacts);
+  contacts->add_flag("--intervals", o->intervals, kIntervalsHelp);
   contacts->callback([o, contacts] {
     o->data = inhabit::folders_matching(o->data);
     const inhabit::forecast::Networks model = model_of(*o);
@@ -84,8 +87,8 @@ void add_eval_contacts(CLI::App& verb) {
     const inhabit::ScoreTable table =
         inhabit::forecast::evaluate_contacts(model, data, dense, progress_of("windows"), parts);
     if (table.rows.empty()) return say_part(parts);
-    if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table).dump(2) + "\n");
+    if (!o->json.empty()) inhabit::write_atomically(o->json, inhabit::rows_json(table, o->intervals).dump(2) + "\n");
     parts.remove();
-    std::printf("%s", inhabit::text_of(table).c_str());
+    std::printf("%s", inhabit::text_of(table, o->intervals).c_str());
   });
 }

@@ -69,7 +69,7 @@ void add_train(CLI::App& app) {
   add_training(*verb, "anticipate", "Intention-driven anticipation, and the networks it is compared with",
                "cmu:FOLDER, h36m:FOLDER or a native data set folder",
                "Which of intention (ours), and of what it is compared with seq2seq, ltd, hisrep, vae, dlow (needs "
-               "vae) and mix_match (default: the first four)",
+               "vae), mix_match and grammar (default: the first four)",
                inhabit::anticipate::preset, [](inhabit::TrainRun& run, const inhabit::anticipate::Config& config) {
                  inhabit::Notes notes;
                  const bool done = inhabit::anticipate::train(run, config, &notes);

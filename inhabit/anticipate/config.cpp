@@ -67,6 +67,9 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("baselines.dlow_batch", c.baselines.dlow_batch);
   visit("baselines.mix_hidden", c.baselines.mix_hidden);
   visit("baselines.mix_latent", c.baselines.mix_latent);
+  visit("baselines.grammar_hidden", c.baselines.grammar_hidden);
+  visit("baselines.grammar_rules", c.baselines.grammar_rules);
+  visit("baselines.grammar_rollouts", c.baselines.grammar_rollouts);
 };
 
 }  // namespace
@@ -121,6 +124,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("baselines.dlow_samples times baselines.vae_latent",
                static_cast<double>(c.baselines.dlow_samples) * c.baselines.vae_latent, 1, 1e6);
   check.within("baselines.dlow_batch", c.baselines.dlow_batch, 1, 100'000);
+  check.within("baselines.grammar_rollouts", c.baselines.grammar_rollouts, 1, 1000);
   check.within("training.average", c.training.average, 0, 1 - 1e-9);
   check.within("training.label_frames", c.training.label_frames, 1, 2000);
   check.within("gamma", c.gamma, 1, 200);
@@ -137,7 +141,9 @@ void validate(const Config& c, const std::string& subject) {
                                     {"baselines.vae_hidden", c.baselines.vae_hidden},
                                     {"baselines.vae_latent", c.baselines.vae_latent},
                                     {"baselines.mix_hidden", c.baselines.mix_hidden},
-                                    {"baselines.mix_latent", c.baselines.mix_latent}})
+                                    {"baselines.mix_latent", c.baselines.mix_latent},
+                                    {"baselines.grammar_hidden", c.baselines.grammar_hidden},
+                                    {"baselines.grammar_rules", c.baselines.grammar_rules}})
     check.within(name, width, 1, 4096);
   check.within("noise", c.noise, 0, c.hidden - 1);
   // Judged from the last observed frames on, and in stretches of 30 frames of longer runs.

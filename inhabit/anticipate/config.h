@@ -81,6 +81,9 @@ struct Config {
     int dlow_batch = 8;           ///< windows of a step, with so many futures each
     int mix_hidden = 1024;        ///< Mix-and-Match: width, of which half is the future's
     int mix_latent = 64;          ///< length of its z
+    int grammar_hidden = 256;     ///< Grammar: width, of its non-terminals too
+    int grammar_rules = 256;      ///< production rules
+    int grammar_rollouts = 4;     ///< futures of each observation in training
 
     bool operator==(const Baselines&) const = default;  ///< compares all settings
   } baselines;                                          ///< not looked at in use

@@ -58,6 +58,7 @@ std::vector<FutureMethod> methods_of(const Fold& fold, const Evaluation& options
   stochastic("VAE", !n.vae.is_empty(), vae_futures);
   stochastic("DLow", !n.dlow.is_empty(), dlow_futures);
   stochastic("Mix&Match", !n.mix_match.is_empty(), mix_match_futures);
+  stochastic("Grammar", !n.grammar.is_empty(), grammar_futures);
   if (n.forecasts()) {
     const FutureFunction ours = future_function(n);
     out.push_back({"ours",

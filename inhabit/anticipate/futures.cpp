@@ -1,12 +1,11 @@
 #include "inhabit/anticipate/futures.h"
 
-#include <cmath>
-
 #include "inhabit/anticipate/fast_futures.h"
 #include "inhabit/anticipate/released_labels.h"
 #include "inhabit/anticipate/sample.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/random_tensor.h"
 
 namespace inhabit::anticipate {
 
@@ -24,8 +23,7 @@ FutureNoise draw_noise(const Config& config, int64_t samples, int64_t frames, ui
     std::mt19937_64 of_choice(item_seed(seed ^ 0x6d656d6f7279ULL, static_cast<uint64_t>(s)));
     for (int64_t i = 0; i < out.choice.stride(0); ++i) *choice++ = static_cast<float>(uniform(of_choice, 0, 1));
     for (int64_t i = 0; i < out.gumbel.stride(0); ++i)
-      *gumbel++ =
-          static_cast<float>(-config.inference.label_temperature * std::log(-std::log(uniform(random, 0x1.0p-53, 1))));
+      *gumbel++ = static_cast<float>(config.inference.label_temperature) * nn::gumbel(random);
   }
   return out;
 }

@@ -7,6 +7,12 @@ namespace F = torch::nn::functional;
 
 namespace {
 
+constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
+
+void set_trainable(torch::nn::Module& module, bool learn) {
+  for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
+}
+
 /// Mean over frames of the distance of poses, all joints together: (N) metres.
 Tensor pose_distance(const Tensor& a, const Tensor& b, const FeatureScale& scale) {
   const Tensor difference = ((a - b) * scale.deviation).slice(2, 0, kPoseFeatures);
@@ -42,6 +48,30 @@ Tensor discriminator_loss(const Tensor& real, const Tensor& forecast) {
 }
 
 Tensor generator_loss(const Tensor& forecast) { return F::softplus(-forecast).mean(); }
+
+void add_discriminator(Discriminator discriminator, const std::string& name, const Tensor& real, const Tensor& forecast,
+                       double weight, Tensor& total, Losses& losses) {
+  if (forecast.requires_grad()) {
+    set_trainable(*discriminator, false);
+    const Tensor generator = generator_loss(discriminator->forward(forecast));
+    set_trainable(*discriminator, true);
+    total = total + weight * generator;
+    losses.emplace_back(name + "_generator", generator);
+  }
+  const Tensor seen = real.detach().clone().requires_grad_(torch::GradMode::is_enabled());
+  const Tensor logits = discriminator->forward(seen);
+  const Tensor judged = discriminator_loss(logits, discriminator->forward(forecast.detach()));
+  total = total + judged;
+  if (torch::GradMode::is_enabled()) {
+    const Tensor slope = torch::autograd::grad({logits.sum()}, {seen}, {}, true, /*create_graph=*/true)[0];
+    total = total + 0.5 * kGradientPenalty * slope.square().sum(1).mean();
+  }
+  losses.emplace_back(name + "_discriminator", judged);
+}
+
+double faster_discriminators(const std::string& parameter) {
+  return parameter.find("discriminator") != std::string::npos ? 2.0 : 1.0;
+}
 
 Tensor diversity_loss(const Tensor& a, const Tensor& b, const FeatureScale& scale, const Tensor& enough) {
   return (1 - pose_distance(a, b, scale) / enough).clamp_min(0).mean();

@@ -1,6 +1,9 @@
 #pragma once
-#include "inhabit/anticipate/config.h"
+#include <string>
+
 #include "inhabit/anticipate/features.h"
+#include "inhabit/anticipate/network.h"
+#include "inhabit/train/loop.h"
 
 namespace inhabit::anticipate {
 
@@ -25,6 +28,16 @@ torch::Tensor intention_loss(const torch::Tensor& logits, const torch::Tensor& l
 torch::Tensor discriminator_loss(const torch::Tensor& real, const torch::Tensor& forecast);
 /// The generator's loss: mean softplus of minus the discriminator's logits for forecast input.
 torch::Tensor generator_loss(const torch::Tensor& forecast);
+
+/// What discriminators see the changes of standardised poses times, which are some 0.2 a frame.
+constexpr double kVelocityScale = 5;
+/// Adds the loss of a discriminator of `real` (N, D) and `forecast` (M, D), with a gradient penalty on real input (R1),
+/// and `weight` times the generator loss of the forecast, which leaves the discriminator as it is, to `total`. Both are
+/// appended to `losses` as NAME_discriminator and NAME_generator.
+void add_discriminator(Discriminator discriminator, const std::string& name, const torch::Tensor& real,
+                       const torch::Tensor& forecast, double weight, torch::Tensor& total, Losses& losses);
+/// TrainTask::rate_factor: parameters of modules whose name holds "discriminator" learn at twice the rate.
+double faster_discriminators(const std::string& parameter);
 
 /// Diversity loss, so that the network does not ignore the noise z (not in the paper): mean of max(0, 1 - d / enough),
 /// where d (N) is the mean pose distance in metres (as in APD) between futures a and b (N, T, F) of the same

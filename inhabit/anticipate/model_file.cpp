@@ -108,6 +108,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   if (!networks.vae.is_empty()) nn::collect_parameters(*networks.vae, "vae_net.", content);
   if (!networks.dlow.is_empty()) nn::collect_parameters(*networks.dlow, "dlow_net.", content);
   if (!networks.mix_match.is_empty()) nn::collect_parameters(*networks.mix_match, "mix_match_net.", content);
+  if (!networks.grammar.is_empty()) nn::collect_parameters(*networks.grammar, "grammar_net.", content);
   write_safetensors(path, content, half);
 }
 
@@ -133,9 +134,11 @@ Networks load_networks(const std::string& path) {
   n.vae = file.network("vae_net.", [&] { return MotionVae(n.config); });
   n.dlow = file.network("dlow_net.", [&] { return LatentSampler(n.config); });
   n.mix_match = file.network("mix_match_net.", [&] { return MixMatchNetwork(n.config); });
+  n.grammar = file.network("grammar_net.", [&] { return GrammarNetwork(n.config); });
   if (!n.dlow.is_empty() && n.vae.is_empty()) throw Error(path, "has a DLow without the VAE that it draws for");
   if (n.intention.is_empty() && n.pose.is_empty() && n.released_intention.is_empty() && n.released_pose.is_empty() &&
-      n.seq2seq.is_empty() && n.ltd.is_empty() && n.hisrep.is_empty() && n.vae.is_empty() && n.mix_match.is_empty())
+      n.seq2seq.is_empty() && n.ltd.is_empty() && n.hisrep.is_empty() && n.vae.is_empty() && n.mix_match.is_empty() &&
+      n.grammar.is_empty())
     throw Error(path, "holds no network");
   if (!n.released_pose.is_empty()) {
     n.clusters.codes = file.tensor("clusters.codes", {n.config.labels, kLabelCode});

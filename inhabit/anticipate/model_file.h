@@ -3,6 +3,7 @@
 #include <string>
 
 #include "inhabit/anticipate/features.h"
+#include "inhabit/anticipate/grammar_network.h"
 #include "inhabit/anticipate/intention.h"
 #include "inhabit/anticipate/motion_memory.h"
 #include "inhabit/anticipate/network.h"
@@ -32,6 +33,7 @@ struct Networks {
   MotionVae vae{nullptr};                                ///< "vae_net."
   LatentSampler dlow{nullptr};                           ///< "dlow_net.", DLow; it draws for `vae`
   MixMatchNetwork mix_match{nullptr};                    ///< "mix_match_net.", Mix-and-Match
+  GrammarNetwork grammar{nullptr};                       ///< "grammar_net.", the adversarial generative grammar
 
   /// Whether the networks that forecast intention and pose are there.
   bool forecasts() const {

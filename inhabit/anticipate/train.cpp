@@ -31,8 +31,6 @@ constexpr double kApart = 1.5;        // two futures differ enough at so many ti
 constexpr int64_t kViews = 8;         // stretches of each sequence that the pose discriminator sees
 constexpr int64_t kWords = 4;         // motion words of each forecast that are looked at for their plausibility
 constexpr int64_t kFirstFrames = 10;  // the first of them begins in these
-constexpr double kVelocityScale = 5;  // standardised poses change by some 0.2 a frame
-constexpr double kGradientPenalty = 0.05;  // keeps the discriminator from cutting real from forecast too sharply (R1)
 
 /// Ours with its discriminators, which live only while it is trained.
 struct IntentionModelImpl : torch::nn::Module {
@@ -64,31 +62,6 @@ Tensor discriminator_views(const Tensor& x, const Tensor& intention, const Tenso
   // The first frame's change is none of the stretch's.
   return torch::cat(
       {seen.flatten(1), torch::zeros_like(seen.select(1, 0)), change.flatten(1), gather(intention).mean(1)}, 1);
-}
-
-void set_trainable(torch::nn::Module& module, bool learn) {
-  for (Tensor& p : module.parameters()) p.set_requires_grad(learn);
-}
-
-/// Adds a discriminator's loss and the generator loss of its forecast to `total`; named for the log.
-void add_discriminator(Discriminator discriminator, const std::string& name, const Tensor& real, const Tensor& forecast,
-                       double weight, Tensor& total, Losses& losses) {
-  if (forecast.requires_grad()) {
-    set_trainable(*discriminator, false);
-    const Tensor generator = generator_loss(discriminator->forward(forecast));
-    set_trainable(*discriminator, true);
-    total = total + weight * generator;
-    losses.emplace_back(name + "_generator", generator);
-  }
-  const Tensor seen = real.detach().clone().requires_grad_(torch::GradMode::is_enabled());
-  const Tensor logits = discriminator->forward(seen);
-  const Tensor judged = discriminator_loss(logits, discriminator->forward(forecast.detach()));
-  total = total + judged;
-  if (torch::GradMode::is_enabled()) {
-    const Tensor slope = torch::autograd::grad({logits.sum()}, {seen}, {}, true, /*create_graph=*/true)[0];
-    total = total + 0.5 * kGradientPenalty * slope.square().sum(1).mean();
-  }
-  losses.emplace_back(name + "_discriminator", judged);
 }
 
 /// Windows as ours is trained on them.
@@ -277,9 +250,7 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
   if (!c.intention) networks.intention = nullptr;
   TrainTask task;
   task.average = c.training.average;
-  task.rate_factor = [](const std::string& name) {
-    return name.find("discriminator") != std::string::npos ? 2.0 : 1.0;
-  };
+  task.rate_factor = faster_discriminators;
   task.module = model.ptr();
   task.networks = {{"pose_net.", networks.pose.ptr()}};
   if (c.intention) task.networks["intention_net."] = networks.intention.ptr();
@@ -310,14 +281,15 @@ TrainTask intention_task(Networks& networks, const Data& data, const std::vector
 bool train(const TrainRun& run, const Config& config, Notes* notes) {
   validate(config, run.out);
   const std::vector<std::string> names =
-      chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep", "vae", "dlow", "mix_match"},
+      chosen_stages(run.stages, {"intention", "seq2seq", "ltd", "hisrep", "vae", "dlow", "mix_match", "grammar"},
                     {"intention", "seq2seq", "ltd", "hisrep"});
   const auto is_asked = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (is_asked("dlow") && !is_asked("vae") && names.size() > 1)
     throw Error("stage 'dlow'",
                 "is trained alone, or with vae: with others the model file, which holds its VAE, is begun anew");
-  if (config.released && (is_asked("vae") || is_asked("dlow") || is_asked("mix_match")))
-    throw Error("stages vae, dlow and mix_match", "are of preset compact, whose features are standardised");
+  for (const char* stochastic : {"vae", "dlow", "mix_match", "grammar"})
+    if (config.released && is_asked(stochastic))
+      throw Error(std::string("stage '") + stochastic + "'", "is of preset compact, whose features are standardised");
   const Config::Baselines& b = config.baselines;
   if (is_asked("hisrep")) {
     if (b.hisrep_query + b.hisrep_future > config.observed)

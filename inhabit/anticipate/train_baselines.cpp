@@ -10,7 +10,7 @@
 #include "inhabit/anticipate/variational_futures.h"
 #include "inhabit/error.h"
 #include "inhabit/math/random.h"
-#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/nn/random_tensor.h"
 
 namespace inhabit::anticipate {
 namespace {
@@ -24,26 +24,30 @@ constexpr double kFirstStep = 1000, kDivergence = 0.1;
 constexpr double kDiversity = 25, kNearest = 2;
 constexpr double kApartInAFrame = 1;  // square metres
 constexpr double kRootUnit = 0.1;
+constexpr double kGrammarGenerator = 1;
 
 /// Windows as these networks are trained on them.
 struct BaselineBatch {
-  Tensor past;        // (B, t, F)
-  Tensor future;      // (B, T, F)
-  Tensor known;       // (B, T) 1 for frames that were recorded
-  Tensor noise = {};  // (B, Z) normal; of the stochastic ones
-  Tensor taken = {};  // (H) places of Mix-and-Match
+  Tensor past;         // (B, t, F)
+  Tensor future;       // (B, T, F)
+  Tensor known;        // (B, T) 1 for frames that were recorded
+  Tensor noise = {};   // (B, Z) normal; of the stochastic ones
+  Tensor taken = {};   // (H) places of Mix-and-Match
+  Tensor gumbel = {};  // (B K, T, R) of the grammar's rollouts
 
   BaselineBatch on(torch::Device d) const {
     const auto moved = [&](const Tensor& x) { return x.defined() ? x.to(d) : x; };
-    return {past.to(d), future.to(d), known.to(d), moved(noise), moved(taken)};
+    return {past.to(d), future.to(d), known.to(d), moved(noise), moved(taken), moved(gumbel)};
   }
 };
 
 /// What a batch holds beside its windows.
 struct BaselineDraws {
-  int64_t frames = 0;  // of future
-  int64_t latent = 0;  // Z
-  int64_t places = 0;  // H
+  int64_t frames = 0;    // of future
+  int64_t latent = 0;    // Z
+  int64_t places = 0;    // H
+  int64_t rollouts = 0;  // K
+  int64_t rules = 0;     // R
 };
 
 BaselineBatch baseline_batch(const Data& data, const Config& c, const TrainStep& step, const BaselineDraws& draws) {
@@ -59,6 +63,8 @@ BaselineBatch baseline_batch(const Data& data, const Config& c, const TrainStep&
                     torch::stack(known)};
   if (draws.latent > 0) out.noise = nn::normal_tensor(random, {all.size(0), draws.latent});
   if (draws.places > 0) out.taken = half_of_places(draws.places, random);
+  if (draws.rules > 0)
+    out.gumbel = nn::gumbel_tensor(random, {all.size(0) * draws.rollouts, draws.frames, draws.rules});
   return out;
 }
 
@@ -68,7 +74,8 @@ struct Baseline {
   std::shared_ptr<torch::nn::Module> network;
   std::function<Losses(const BaselineBatch& batch)> losses;
   std::function<double()> validate;
-  std::vector<std::shared_ptr<torch::nn::Module>> used = {};  ///< others that the losses and validate() look at
+  std::vector<std::shared_ptr<torch::nn::Module>> used = {};   ///< others that the losses and validate() look at
+  std::shared_ptr<torch::nn::Module> with_discriminator = {};  ///< the network beside what is trained with it
 };
 
 /// One that forecasts one future. @param forecast (B, observed, F) -> (B, frames, F), standardised
@@ -177,6 +184,54 @@ Baseline dlow_baseline(Networks& networks, const FeatureScale& scale, const Trai
       {networks.vae.ptr()}};
 }
 
+/// The grammar beside its discriminator of a whole forecast, which lives only while it is trained.
+struct AdversarialGrammarImpl : torch::nn::Module {
+  explicit AdversarialGrammarImpl(const Config& c) {
+    grammar = register_module("grammar", GrammarNetwork(c));
+    discriminator = register_module(
+        "discriminator", Discriminator((2 * c.future + 1) * kFeatureCount, c.training.discriminator_hidden, 2));
+  }
+  GrammarNetwork grammar{nullptr};
+  Discriminator discriminator{nullptr};
+};
+TORCH_MODULE(AdversarialGrammar);
+
+/// What the grammar's discriminator sees: the last observed pose (B, F), the poses of the forecast (B, T, F) and their
+/// changes: (B, D). Beyond the end of the recording (known (B, T)) all are zero.
+Tensor grammar_view(const Tensor& last, const Tensor& future, const Tensor& known) {
+  const Tensor before = torch::cat({last.unsqueeze(1), future.slice(1, 0, -1)}, 1);
+  const auto seen = [&](const Tensor& x) { return (x * known.unsqueeze(2)).flatten(1); };
+  return torch::cat({last, seen(future), seen((future - before) * kVelocityScale)}, 1);
+}
+
+/// Of each observation's rollouts the one that is nearest to the truth is drawn to it, and all must look real.
+Baseline grammar_baseline(Networks& networks, const FeatureScale& scale, std::function<double()> validate) {
+  const Config& c = networks.config;
+  AdversarialGrammar model(c);
+  networks.grammar = model->grammar;
+  const int64_t rollouts = c.baselines.grammar_rollouts;
+  return {
+      {.frames = c.future, .rollouts = rollouts, .rules = c.baselines.grammar_rules},
+      networks.grammar.ptr(),
+      [model, rollouts, metres = feature_metres(scale)](const BaselineBatch& b) mutable {
+        const auto of_each = [&](const Tensor& x) { return x.repeat_interleave(rollouts, 0); };
+        const Tensor last = b.past.select(1, b.past.size(1) - 1);
+        const Tensor futures = model->grammar->produce(of_each(model->grammar->start(b.past)), b.gumbel, of_each(last));
+        const Tensor rec =
+            std::get<0>(squared_error(futures, of_each(b.future), of_each(b.known), metres).view({-1, rollouts}).min(1))
+                .mean();
+        Losses losses{{"rec", rec}};
+        Tensor total = rec;
+        add_discriminator(model->discriminator, "pose", grammar_view(last, b.future, b.known),
+                          grammar_view(of_each(last), futures, of_each(b.known)), kGrammarGenerator, total, losses);
+        losses.insert(losses.begin(), {"total", total});
+        return losses;
+      },
+      std::move(validate),
+      {},
+      model.ptr()};
+}
+
 /// Of the name of its stage.
 Baseline make_baseline(const std::string& name, Networks& networks, const std::vector<Sequence>& validation,
                        const TrainRun& run) {
@@ -195,6 +250,7 @@ Baseline make_baseline(const std::string& name, Networks& networks, const std::v
   if (name == "dlow")  // its futures are no draws that are alike
     return dlow_baseline(networks, scale, run, by_nearest(dlow_futures, c.baselines.dlow_samples));
   if (name == "mix_match") return mix_match_baseline(networks, scale, by_nearest(mix_match_futures, kDrawn));
+  if (name == "grammar") return grammar_baseline(networks, scale, by_nearest(grammar_futures, kDrawn));
   if (name == "ltd") {
     networks.ltd = make_ltd(c);
     return deterministic(
@@ -226,8 +282,9 @@ TrainTask baseline_task(const std::string& name, Networks& networks, const Data&
   const Config& c = networks.config;
   const Baseline baseline = make_baseline(name, networks, validation, run);
   TrainTask task;
-  task.module = baseline.network;
-  task.networks = {{name + "_net.", task.module}};
+  task.module = baseline.with_discriminator ? baseline.with_discriminator : baseline.network;
+  task.rate_factor = faster_discriminators;
+  task.networks = {{name + "_net.", baseline.network}};
   if (name == "vae") task.outdated = {"dlow_net."};
   task.samples = data.size();
   task.prepare =

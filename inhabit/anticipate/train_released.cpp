@@ -1,7 +1,7 @@
 #include "inhabit/anticipate/train_released.h"
 
 #include "inhabit/anticipate/losses.h"
-#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/nn/random_tensor.h"
 
 namespace inhabit::anticipate {
 namespace {

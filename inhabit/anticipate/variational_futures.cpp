@@ -5,7 +5,7 @@
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/math/random.h"
-#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/nn/random_tensor.h"
 
 namespace inhabit::anticipate {
 
@@ -69,6 +69,19 @@ Tensor mix_match_futures(const Networks& networks, const Tensor& past, int64_t s
   const Tensor taken = torch::stack(places);
   return in_chunks(networks, past, samples, frames, [&](const Tensor& seen, int64_t chunk) {
     return network->decode(network->encode(seen), z, taken, seen.select(1, seen.size(1) - 1), chunk);
+  });
+}
+
+Tensor grammar_futures(const Networks& networks, const Tensor& past, int64_t samples, int64_t frames, uint64_t seed) {
+  const torch::NoGradGuard no_gradients;
+  const int64_t rules = networks.config.baselines.grammar_rules;
+  GrammarNetwork grammar = networks.grammar;
+  std::vector<std::mt19937_64> random;
+  for (int64_t s = 0; s < samples; ++s) random.emplace_back(item_seed(seed, static_cast<uint64_t>(s)));
+  return in_chunks(networks, past, samples, frames, [&](const Tensor& seen, int64_t chunk) {
+    std::vector<Tensor> gumbel;
+    for (std::mt19937_64& of_sample : random) gumbel.push_back(nn::gumbel_tensor(of_sample, {chunk, rules}));
+    return grammar->produce(grammar->start(seen), torch::stack(gumbel), seen.select(1, seen.size(1) - 1));
   });
 }
 

@@ -18,6 +18,9 @@ torch::Tensor dlow_futures(const Networks& networks, const torch::Tensor& past, 
 /// `networks.mix_match`, z and the places of the code that it takes drawn for each future.
 torch::Tensor mix_match_futures(const Networks& networks, const torch::Tensor& past, int64_t samples, int64_t frames,
                                 uint64_t seed);
+/// `networks.grammar`, production rules drawn for each frame of each future.
+torch::Tensor grammar_futures(const Networks& networks, const torch::Tensor& past, int64_t samples, int64_t frames,
+                              uint64_t seed);
 /// One of them.
 using StochasticFutures = torch::Tensor (*)(const Networks& networks, const torch::Tensor& past, int64_t samples,
                                             int64_t frames, uint64_t seed);

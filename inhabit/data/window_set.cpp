@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "inhabit/error.h"
 
@@ -43,6 +44,18 @@ const DatasetClip& WindowSet::entry_of(const std::string& clip_key) const {
 
 std::string WindowSet::name(int64_t index) const {
   return file(clip_key(index)) + " " + std::to_string(place(index).start);
+}
+std::vector<std::pair<std::string, std::vector<int64_t>>> WindowSet::by_set() const {
+  std::vector<std::pair<std::string, std::vector<int64_t>>> out;
+  int32_t last = -1;
+  for (int64_t i = 0; i < size(); ++i) {
+    if (place(i).set != last)
+      out.emplace_back(std::filesystem::path(dataset(i).folder).lexically_normal().filename().string(),
+                       std::vector<int64_t>());
+    last = place(i).set;
+    out.back().second.push_back(i);
+  }
+  return out;
 }
 std::string WindowSet::clip_key(int64_t index) const {
   return key_of(place(index).set, std::to_string(place(index).clip));

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "inhabit/data/native.h"
@@ -50,6 +51,8 @@ class WindowSet {
   Scene load_scene(const std::string& scene_key) const;              ///< reads it; throws Error
   std::string file(const std::string& clip_key) const;               ///< "FOLDER/clips/000012.npz"
 
+  /// Indices of the windows of each data set that has any, behind the name of its folder, in the order of the folders.
+  std::vector<std::pair<std::string, std::vector<int64_t>>> by_set() const;
   /// At most `count` windows, evenly spread over all.
   std::vector<int64_t> spread(int64_t count) const;
 

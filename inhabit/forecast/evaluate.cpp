@@ -2,10 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <filesystem>
 #include <map>
 #include <memory>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/forecast/baselines.h"
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
@@ -81,6 +81,17 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
                        const torch::Tensor joints = hypothesize(w.past, predicted(w)).joints;
                        return one_of_each(joints, (joints - w.truth.unsqueeze(1)).norm(2, {4}).mean({2, 3}).argmin(1));
                      }});
+    }
+    if (config.joints == kStandardJoints) {
+      // What of the true contacts' gain is that of feet, which stand on the floor most of the time, and what is
+      // others'.
+      const auto true_of = [=](const torch::Tensor& joints) {
+        return [=, which = joints.view({1, 1, -1, 1})](const Windows& w) {
+          return torch::where(which, true_contact_points(w.points, w.truth, config), predicted(w));
+        };
+      };
+      add("w/ true of feet", Contacts::real, true_of(foot_joints()));
+      add("w/ true of others", Contacts::real, true_of(~foot_joints()));
     }
   }
   add("w/ true contact", Contacts::real,
@@ -176,15 +187,13 @@ Table evaluate(const Networks& model, const Data& data, const Progress& progress
     const int64_t frames = T * quarter / 4;
     table.horizons.push_back(static_cast<double>(frames) / config.rate);
   }
-  std::map<int32_t, std::vector<int64_t>> sets;
-  for (int64_t i = 0; i < data.size(); ++i) sets[data.windows().place(i).set].push_back(i);
+  const auto sets = data.windows().by_set();
   const std::vector<torch::Tensor> of_methods = all.at("metres").unbind(1);
   for (size_t m = 0; m < methods.size(); ++m) table.rows.push_back(scores_of(methods[m].name, "", of_methods[m]));
   if (sets.size() > 1)
     for (const auto& [set, windows] : sets)
       for (size_t m = 0; m < methods.size(); ++m)
-        table.rows.push_back(scores_of(methods[m].name, data.windows().dataset(windows.front()).folder,
-                                       of_methods[m].index_select(0, torch::tensor(windows))));
+        table.rows.push_back(scores_of(methods[m].name, set, of_methods[m].index_select(0, torch::tensor(windows))));
   return table;
 }
 
@@ -204,10 +213,7 @@ ScoreTable score_table(const Table& table) {
   out.columns.push_back({"Bones (mm)", "most", "bones/most", 1});
   for (const Scores& row : table.rows) {
     ScoreTable::Row r{{row.method}, {}};
-    if (several)
-      r.labels.insert(r.labels.begin(), row.data.empty()
-                                            ? "all"
-                                            : std::filesystem::path(row.data).lexically_normal().filename().string());
+    if (several) r.labels.insert(r.labels.begin(), row.data.empty() ? "all" : row.data);
     std::vector<double> values = row.path;
     values.insert(values.end(), row.pose.begin(), row.pose.end());
     values.insert(values.end(), {row.seam_path, row.seam_pose, row.bones, row.bones_most});

@@ -15,7 +15,7 @@ namespace inhabit::forecast {
 /// future frames; and what the first frame and the bones say of how the forecast leaves from the person observed.
 struct Scores {
   std::string method;        ///< its name in the table
-  std::string data;          ///< the data set's folder; empty: all of them together
+  std::string data;          ///< the name of the data set's folder; empty: all of them together
   std::vector<double> path;  ///< error of the root at each horizon, then the mean
   std::vector<double> pose;  ///< mean error of the joints relative to the root, likewise
   double seam_path = 0;      ///< path error of the first predicted frame

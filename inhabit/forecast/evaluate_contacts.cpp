@@ -13,6 +13,7 @@
 #include "inhabit/error.h"
 #include "inhabit/forecast/fast_contact_network.h"
 #include "inhabit/forecast/features.h"
+#include "inhabit/metrics/bootstrap.h"
 
 namespace inhabit::forecast {
 namespace {
@@ -21,6 +22,7 @@ using torch::Tensor;
 
 constexpr double kBelowFloor = 0.01;  // fraction of a window's scene points that lie below its floor: things under it
 constexpr double kOnFloor = 0.05;     // metres
+constexpr int64_t kResamples = 1000;
 
 /// A window, and contact points (1, T, J, 4) made of it.
 struct Touching {
@@ -52,14 +54,7 @@ std::vector<Source> sources_of(const Networks& model) {
 
 /// Contacts (1, T, J) of feet with the floor.
 Tensor on_floor(const Tensor& contacts, double floor) {
-  static const Tensor feet = [] {
-    Tensor out = torch::zeros({kStandardJoints}, torch::kBool);
-    for (int j = 0; j < kStandardJoints; ++j) {
-      const std::string& name = standard_joint_names()[static_cast<size_t>(j)];
-      out[j] = name.find("ankle") != std::string::npos || name.find("foot") != std::string::npos;
-    }
-    return out;
-  }();
+  static const Tensor feet = foot_joints();
   return feet & ((contacts.select(3, 1) - floor).abs() < kOnFloor);
 }
 
@@ -81,20 +76,43 @@ Tensor counts_of(const Tensor& got, const Tensor& real, double floor, int64_t se
   return torch::stack(kinds, 1);
 }
 
-/// Cells of a row from counts (4, seconds).
-std::vector<Estimate> cells_of(const Tensor& counts) {
-  const auto ratio = [](const Tensor& a, const Tensor& b) {
-    const auto below = b.item<double>();
-    return Estimate{below > 0 ? a.item<double>() / below : std::numeric_limits<double>::quiet_NaN()};
+/// Cells of a row from counts (windows, 4, seconds). @param draws windows of each resample (bootstrap_counts)
+std::vector<Estimate> cells_of(const Tensor& counts, const Tensor& draws) {
+  const auto ratio = [&](const Tensor& above, const Tensor& below) {
+    const auto all = below.sum().item<double>();
+    return Estimate{all > 0 ? above.sum().item<double>() / all : std::numeric_limits<double>::quiet_NaN(),
+                    half_interval(resampled_ratios(above, below, draws))};
   };
   std::vector<Estimate> out;
-  for (int64_t s = 0; s < counts.size(1); ++s) {
-    const Tensor right = counts[0][s], wrong = counts[1][s], missed = counts[2][s];
+  for (int64_t s = 0; s < counts.size(2); ++s) {
+    const auto count = [&](int64_t kind) { return counts.select(1, kind).select(1, s); };
+    const Tensor right = count(0), wrong = count(1), missed = count(2);
     out.push_back(ratio(right, right + wrong));
     out.push_back(ratio(right, right + missed));
-    out.push_back(ratio(counts[3][s] * 1000, right));
+    out.push_back(ratio(count(3) * 1000, right));
   }
   return out;
+}
+
+/// Rows of some windows from their counts (windows, sources, 4, 2, seconds, J). @param data names their data set;
+/// empty: there is one. @param of_joints whether the last source has a row for each joint, too.
+void add_rows(const std::vector<Source>& sources, const Tensor& counts, const std::vector<std::string>& data,
+              bool of_joints, ScoreTable& out) {
+  const Tensor draws = bootstrap_counts(counts.size(0), kResamples, 1);
+  const auto add = [&](const std::string& source, const std::string& of, const Tensor& of_row) {
+    std::vector<std::string> labels = data;
+    labels.insert(labels.end(), {source, of});
+    out.rows.push_back({labels, cells_of(of_row, draws)});
+  };
+  for (size_t k = 0; k < sources.size(); ++k) {
+    const Tensor joints = counts.select(1, static_cast<int64_t>(k)).sum(4);  // (windows, 4, 2, seconds)
+    add(sources[k].name, "feet on the floor", joints.select(2, 0));
+    add(sources[k].name, "all others", joints.select(2, 1));
+  }
+  if (!of_joints) return;
+  const Tensor predicted = counts.select(1, counts.size(1) - 1).sum(2);  // (windows, 4, seconds, J)
+  for (int j = 0; j < kStandardJoints; ++j)
+    add(sources.back().name, standard_joint_names()[static_cast<size_t>(j)], predicted.select(3, j));
 }
 
 }  // namespace
@@ -135,8 +153,11 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
 
   ScoreTable out;
   if (!parts.complete(windows, measured)) return out;
-  const Tensor counts = measured["counts"].sum(0);  // (sources, 4, 2, seconds, J)
+  const Tensor counts = measured["counts"];  // (windows, sources, 4, 2, seconds, J)
+  const auto sets = data.windows().by_set();
+  const bool several = sets.size() > 1;
   out.labels = {"contacts", "of"};
+  if (several) out.labels.insert(out.labels.begin(), "data");
   for (int64_t first = 0; first < config.future; first += second) {
     const std::string group = fmt::format("second {}", first / second + 1),
                       key = fmt::format("second{}", first / second + 1);
@@ -144,15 +165,11 @@ ScoreTable evaluate_contacts(const Networks& model, const Data& data, const Data
     out.columns.push_back({group, "recall", key + "/recall", 3});
     out.columns.push_back({group, "apart (mm)", key + "/apart", 0});
   }
-  for (size_t k = 0; k < sources.size(); ++k) {
-    const Tensor joints = counts[static_cast<int64_t>(k)].sum(3);  // (4, 2, seconds)
-    out.rows.push_back({{sources[k].name, "feet on the floor"}, cells_of(joints.select(1, 0))});
-    out.rows.push_back({{sources[k].name, "all others"}, cells_of(joints.select(1, 1))});
-  }
-  if (!model.contact.is_empty())
-    for (int j = 0; j < kStandardJoints; ++j)
-      out.rows.push_back({{sources.back().name, standard_joint_names()[static_cast<size_t>(j)]},
-                          cells_of(counts[-1].sum(1).select(2, j))});
+  using Labels = std::vector<std::string>;
+  add_rows(sources, counts, several ? Labels{"all"} : Labels{}, !model.contact.is_empty(), out);
+  if (several)
+    for (const auto& [set, of_set] : sets)
+      add_rows(sources, counts.index_select(0, torch::tensor(of_set)), {set}, false, out);
   out.notes = {fmt::format("{} windows; real: contacts among {} scene points", data.size(), kDensePoints)};
   return out;
 }

@@ -17,7 +17,8 @@ Config dense_config(const Config& config);
 /// of "this joint touches in this frame", and the mean distance between contact points where both say so, in each
 /// second of the future. Rows are true maps at the model's N points, the same cut to its L coefficients, the last
 /// observed map kept, and what the contact network predicts (where there is one), each for feet (ankles and balls of
-/// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint.
+/// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint; then, of several
+/// data sets, the first rows of each. Intervals by bootstrap over windows.
 /// @param data windows with config.points scene points; @param dense the same windows as dense_config has them.
 /// @param progress told how many windows are done; may be empty. @param parts of the windows: a part measures its own,
 /// and there are no rows where others are still to come.

@@ -149,4 +149,10 @@ Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Conf
   return pick(squared.transpose(1, 2).contiguous(), indices.transpose(1, 2).contiguous());
 }
 
+Tensor foot_joints() {
+  Tensor out = torch::zeros({kStandardJoints}, torch::kBool);
+  for (const int64_t joint : {7, 8, 10, 11}) out[joint] = true;
+  return out;
+}
+
 }  // namespace inhabit::forecast

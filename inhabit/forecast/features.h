@@ -27,4 +27,7 @@ torch::Tensor contact_points(const torch::Tensor& scene, const torch::Tensor& co
 /// value exceeds the threshold. @param joints (B, T, J, 3) world.
 torch::Tensor true_contact_points(const torch::Tensor& scene, const torch::Tensor& joints, const Config& config);
 
+/// Ankles and balls of the feet among the standard joints: (22) bool.
+torch::Tensor foot_joints();
+
 }  // namespace inhabit::forecast

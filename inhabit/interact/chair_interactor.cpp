@@ -17,7 +17,7 @@
 #include "inhabit/math/random.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
-#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/nn/random_tensor.h"
 #include "inhabit/scene/bounding_box.h"
 #include "inhabit/scene/floor.h"
 #include "inhabit/scene/objects.h"

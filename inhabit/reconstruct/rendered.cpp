@@ -14,7 +14,7 @@
 #include "inhabit/io/png_mask.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/placed_body.h"
-#include "inhabit/nn/normal_tensor.h"
+#include "inhabit/nn/random_tensor.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/sampling.h"

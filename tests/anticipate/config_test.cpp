@@ -93,6 +93,8 @@ TEST(Config, RefusesWhatCannotBe) {
 
                                                                   {"baselines.dlow_samples", "1"},
                                                                   {"baselines.mix_hidden", "0"},
+                                                                  {"baselines.grammar_rules", "0"},
+                                                                  {"baselines.grammar_rollouts", "0"},
                                                                   {"baselines.seq2seq_hidden", "0"}})
     EXPECT_THAT(refusal(object_with(key, value)), HasSubstr("'" + key + "' is out of range")) << value;
   EXPECT_THAT(refusal(R"({"observed": 9, "baselines": {"ltd_past": 5}})"), HasSubstr("discriminator_frames"))

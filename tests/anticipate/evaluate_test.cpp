@@ -57,6 +57,7 @@ struct Straight {
     n.vae = nullptr;
     n.dlow = nullptr;
     n.mix_match = nullptr;
+    n.grammar = nullptr;
     n.pose->out->weight.zero_();
     n.pose->out->bias.zero_();
     n.pose->out->bias.slice(0, 0, kFeatureCount).copy_(change / n.scale.deviation);
@@ -137,7 +138,7 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   std::vector<std::string> methods;
   for (const Scores& row : table.actions[0].rows) methods.push_back(row.method);
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "memory alone", "seq2seq", "LTD",
-                                               "HisRep", "VAE", "DLow", "Mix&Match", "ours"}));
+                                               "HisRep", "VAE", "DLow", "Mix&Match", "Grammar", "ours"}));
   const Scores* ours = row_of(table, "walk", "ours");
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_GT(ours->apd[i], 0);

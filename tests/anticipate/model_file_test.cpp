@@ -62,6 +62,7 @@ TEST(AnticipateModelFile, ComesBackAsItWasSaved) {
   expect_same_parameters(saved.vae, loaded.vae);
   expect_same_parameters(saved.dlow, loaded.dlow);
   expect_same_parameters(saved.mix_match, loaded.mix_match);
+  expect_same_parameters(saved.grammar, loaded.grammar);
   const torch::Tensor past = people(60)[0].features.slice(0, 0, 12).unsqueeze(0);
   EXPECT_TRUE(torch::equal(ltd_future(loaded, past, 9), ltd_future(saved, past, 9)));
   const FutureNoise noise = draw_noise(saved.config, 2, 9, 1);
@@ -88,13 +89,14 @@ TEST(AnticipateModelFile, NetworksThatAreNotThereStayAway) {
   some.hisrep = nullptr;
   some.dlow = nullptr;
   some.mix_match = nullptr;
+  some.grammar = nullptr;
   some.config.naive_clusters = true;
   some.clusters = cluster_recordings(people(60), some.config, 1);
   save_networks(folder / "m.safetensors", some);
   const Networks loaded = load_networks(folder / "m.safetensors");
   EXPECT_TRUE(loaded.intention.is_empty() && loaded.seq2seq.is_empty() && loaded.ltd.is_empty() &&
               loaded.hisrep.is_empty());
-  EXPECT_TRUE(loaded.dlow.is_empty() && loaded.mix_match.is_empty());
+  EXPECT_TRUE(loaded.dlow.is_empty() && loaded.mix_match.is_empty() && loaded.grammar.is_empty());
   EXPECT_FALSE(loaded.pose.is_empty() || loaded.vae.is_empty());
   EXPECT_FALSE(loaded.clusters.labels.defined());
   some = untrained();

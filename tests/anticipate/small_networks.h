@@ -33,6 +33,9 @@ inline inhabit::anticipate::Config small_anticipate_config() {
   c.baselines.dlow_batch = 3;
   c.baselines.mix_hidden = 12;
   c.baselines.mix_latent = 5;
+  c.baselines.grammar_hidden = 9;
+  c.baselines.grammar_rules = 7;
+  c.baselines.grammar_rollouts = 3;
   return c;
 }
 
@@ -58,6 +61,7 @@ inline inhabit::anticipate::Networks untrained(const inhabit::anticipate::Config
   n.vae = MotionVae(config);
   n.dlow = LatentSampler(config);
   n.mix_match = MixMatchNetwork(config);
+  n.grammar = GrammarNetwork(config);
   if (config.intention) n.intention->eval();
   n.pose->eval();
   n.seq2seq->eval();

@@ -183,7 +183,7 @@ TEST(TrainAnticipate, StochasticBaselinesLowerTheirLossesAndDlowNeedsAVae) {
   EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }), HasSubstr("holds no VAE"));
   t.run.stages = {"mix_match", "dlow"};
   EXPECT_THAT(refusal_of([&] { train(t.run, t.config); }), HasSubstr("'dlow': is trained alone, or with vae"));
-  t.run.stages = {"mix_match", "dlow", "vae"};
+  t.run.stages = {"grammar", "mix_match", "dlow", "vae"};
   ASSERT_TRUE(train(t.run, t.config));
   std::map<std::string, double> first, last;
   for (const json& line : t.log(t.run.out))
@@ -193,14 +193,16 @@ TEST(TrainAnticipate, StochasticBaselinesLowerTheirLossesAndDlowNeedsAVae) {
         first.emplace(key, value.get<double>());
         last[key] = value.get<double>();
       }
-  for (const char* key : {"vae rec", "vae step", "dlow total", "mix_match rec", "mix_match step"}) {
+  for (const char* key : {"vae rec", "vae step", "dlow total", "mix_match rec", "mix_match step", "grammar rec"}) {
     ASSERT_EQ(first.count(key), 1U) << key;
     EXPECT_LT(last[key], first[key]) << key;
   }
-  for (const char* key : {"vae divergence", "dlow sameness", "dlow rec", "mix_match divergence"})
+  for (const char* key : {"vae divergence", "dlow sameness", "dlow rec", "mix_match divergence",
+                          "grammar pose_generator", "grammar pose_discriminator"})
     EXPECT_EQ(first.count(key), 1U) << key;
   const Networks trained = load_networks(t.run.out);
-  EXPECT_FALSE(trained.vae.is_empty() || trained.dlow.is_empty() || trained.mix_match.is_empty());
+  EXPECT_FALSE(trained.vae.is_empty() || trained.dlow.is_empty() || trained.mix_match.is_empty() ||
+               trained.grammar.is_empty());
   // A new VAE has other latents than the old one's DLow draws.
   t.run.stages = {"vae"};
   ASSERT_TRUE(train(t.run, t.config));

@@ -1,5 +1,6 @@
 // Protects the stochastic networks that ours is compared with: their diversity term in closed form,
-// what Mix-and-Match takes from where, gradients to every parameter, and futures of any horizon that the seed decides.
+// what Mix-and-Match takes from where, what a production rule says, gradients to every parameter, and futures of any
+// horizon that the seed decides.
 #include "inhabit/anticipate/variational_futures.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include "anticipate/small_networks.h"
 #include "gradients.h"
 #include "inhabit/math/random.h"
+#include "inhabit/nn/random_tensor.h"
 #include "largest.h"
 
 namespace inhabit::anticipate {
@@ -48,6 +50,41 @@ TEST(MixMatch, TakesHalfOfTheFuturesCodeAndTheRestOfTheObservations) {
       << "it predicts changes";
 }
 
+TEST(Grammar, TheRuleThatIsDrawnSaysTheChangeAndTheNextNonTerminal) {
+  const torch::NoGradGuard no_gradients;
+  const Config c = small_anticipate_config();
+  const int64_t rules = c.baselines.grammar_rules, frames = 5;
+  torch::manual_seed(11);
+  GrammarNetwork grammar(c);
+  const Tensor start = torch::randn({1, c.baselines.grammar_hidden}), last = torch::randn({1, kFeatureCount});
+  // Noise that leaves no doubt: rules 3, 0, 3, 6, 3 are drawn whatever the non-terminals say.
+  const std::vector<int64_t> drawn = {3, 0, 3, 6, 3};
+  Tensor noise = torch::zeros({1, frames, rules});
+  for (int64_t t = 0; t < frames; ++t) noise[0][t][drawn[static_cast<size_t>(t)]] = 1000;
+  const Tensor poses = grammar->produce(start, noise, last);
+  Tensor pose = last[0];
+  for (int64_t t = 0; t < frames; ++t) {
+    pose = pose + grammar->terminal->weight.select(1, drawn[static_cast<size_t>(t)]) + grammar->terminal->bias;
+    EXPECT_LT(largest(poses[0][t] - pose), 1e-5) << t;
+  }
+  // What follows a rule depends on the rule alone: another start, the same first rule, the same rest.
+  noise.slice(1, 1).zero_();
+  const Tensor one = grammar->produce(start, noise, last), other = grammar->produce(start + 1, noise, last);
+  EXPECT_LT(largest(one - other), 1e-5);
+  noise.zero_();
+  EXPECT_GT(largest(grammar->produce(start, noise, last) - grammar->produce(start + 1, noise, last)), 1e-4)
+      << "the first rule is drawn by the probabilities that the start gives";
+}
+
+TEST(Grammar, DrawsRulesAsOftenAsTheyAreProbable) {
+  std::mt19937_64 random(12);
+  const Tensor probabilities = torch::tensor({0.1F, 0.6F, 0.3F});
+  constexpr int64_t kDraws = 20'000;
+  const Tensor drawn = (probabilities.log() + nn::gumbel_tensor(random, {kDraws, 3})).argmax(1);
+  for (int64_t rule = 0; rule < 3; ++rule)
+    EXPECT_NEAR((drawn == rule).to(torch::kFloat32).mean().item<double>(), probabilities[rule].item<double>(), 0.01);
+}
+
 TEST(Variational, GradientsReachEveryParameter) {
   const Config c = small_anticipate_config();
   const Config::Baselines& b = c.baselines;
@@ -73,6 +110,11 @@ TEST(Variational, GradientsReachEveryParameter) {
   const Tensor mixed = network->posterior(of_past, future, taken).sample(torch::randn({3, b.mix_latent}));
   (network->decode(of_past, mixed, taken, last, 9) * mix).sum().backward();
   expect_gradients_everywhere(*network);
+
+  GrammarNetwork grammar(c);
+  const Tensor gumbel = nn::gumbel_tensor(random, {3, 9, b.grammar_rules});
+  (grammar->produce(grammar->start(past), gumbel, last) * mix).sum().backward();
+  expect_gradients_everywhere(*grammar);
 }
 
 TEST(VariationalFutures, GoOnForAnyHorizonAndTheSeedDecidesThem) {
@@ -81,7 +123,7 @@ TEST(VariationalFutures, GoOnForAnyHorizonAndTheSeedDecidesThem) {
   torch::manual_seed(5);
   const Tensor past = networks.scale.from_network(torch::randn({1, c.observed, kFeatureCount}));
   const int64_t samples = c.baselines.dlow_samples + 2;  // DLow: more than one draw has
-  for (const StochasticFutures method : {vae_futures, dlow_futures, mix_match_futures}) {
+  for (const StochasticFutures method : {vae_futures, dlow_futures, mix_match_futures, grammar_futures}) {
     const Tensor all = method(networks, past, samples, 40, 7);
     EXPECT_EQ(all.sizes(), (torch::IntArrayRef{samples, 40, kFeatureCount}));
     EXPECT_TRUE(torch::isfinite(all).all().item<bool>());

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "forecast/walker_data.h"
 #include "inhabit/error.h"
 #include "refusal_of.h"
@@ -42,6 +44,33 @@ TEST(EvaluateContacts, TrueMapsAreRightAndTheLastMapIsLeftBehind) {
   // Nobody touches anything but the floor.
   const auto* others = row_of(table, "true, N = 1500", "all others");
   ASSERT_NE(others, nullptr);
+}
+
+TEST(EvaluateContacts, SeveralDataSetsHaveTheirRowsAndCellsIntervals) {
+  const TempFolder folder;
+  Networks model;
+  model.config = preset("compact");
+  const auto table_of = [&](const std::vector<std::string>& folders) {
+    return evaluate_contacts(model, Data(folders, "all", model.config, 30),
+                             Data(folders, "all", dense_config(model.config), 30));
+  };
+  const std::string a = write_walkers(folder / "a"), b = write_walkers(folder / "b");
+  const ScoreTable one = table_of({a}), both = table_of({a, b});
+  EXPECT_EQ(both.labels, (std::vector<std::string>{"data", "contacts", "of"}));
+  ASSERT_EQ(both.rows.size(), 3 * one.rows.size());
+  for (size_t i = 0; i < both.rows.size(); ++i) {
+    const size_t row = i % one.rows.size();
+    EXPECT_EQ(both.rows[i].labels[0], i < one.rows.size() ? "all" : i < 2 * one.rows.size() ? "a" : "b");
+    EXPECT_EQ(both.rows[i].labels[2], one.rows[row].labels[1]);
+    // The same walkers twice: what is counted in one is counted in both.
+    for (size_t c = 0; c < one.columns.size(); ++c)
+      EXPECT_TRUE(both.rows[i].cells[c].mean == one.rows[row].cells[c].mean || std::isnan(one.rows[row].cells[c].mean));
+  }
+  // Of so many windows twice the uncertainty is smaller by about the root of two.
+  const double once = one.rows[4].cells[5].interval, twice = both.rows[4].cells[5].interval;
+  EXPECT_GT(once, 0);
+  EXPECT_LT(twice, once);
+  EXPECT_GT(twice, once / 2);
 }
 
 TEST(EvaluateContacts, RefusesAModelOfOtherJoints) {
