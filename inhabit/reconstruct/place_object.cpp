@@ -19,7 +19,7 @@ using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
 constexpr double kPointCell = 0.02;  // metres
-constexpr size_t kFewestPoints = 50, kMostPoints = 1500, kCoarsePoints = 250;
+constexpr size_t kFewestPoints = 25, kMostPoints = 1500, kCoarsePoints = 250;
 constexpr int64_t kMostSurface = 800, kCoarseSurface = 250;
 constexpr int kYaws = 24, kCoarseRounds = 12, kFineRounds = 40;
 constexpr double kStands = 0.3;         // metres above the floor: an object may begin there and still stand on it
@@ -54,8 +54,10 @@ struct Fit {
 
 class ObjectSearch {
  public:
-  ObjectSearch(const std::vector<Mesh>& meshes, const ObjectViews& seen, const Camera& camera, double floor)
-      : seen_(seen), camera_(camera), floor_(floor), query_(scene_of(meshes)) {
+  /// @param used (views) (height, width) bool, the pixels that points are of
+  ObjectSearch(const std::vector<Mesh>& meshes, const ObjectViews& seen, std::vector<torch::Tensor> used,
+               const Camera& camera, double floor)
+      : seen_(seen), used_(std::move(used)), camera_(camera), floor_(floor), query_(scene_of(meshes)) {
     std::mt19937_64 random(1);
     const std::vector<Vector3d> surface = rows_as_vectors(sample_points(scene_of(meshes), kMostSurface, random));
     low_ = high_ = surface.front();
@@ -237,7 +239,7 @@ class ObjectSearch {
     const Eigen::Isometry3d &to_world = camera_.pose(view.frame), to_camera = to_world.inverse();
     const auto depth = view.depth.accessor<float, 2>();
     const auto person = view.person.accessor<bool, 2>();
-    const auto mask = seen_.masks[v].accessor<bool, 2>();
+    const auto mask = seen_.masks[v].accessor<bool, 2>(), used = used_[v].accessor<bool, 2>();
     const Eigen::AngleAxisd rotation(p.yaw, Vector3d::UnitY());
     const Vector3d eye = (rotation.inverse() * (to_world.translation() - p.shift)) / p.scale;
     std::vector<Vector3d> rays, places, own;
@@ -246,6 +248,8 @@ class ObjectSearch {
       const OnImage at = project(camera_, to_camera, place);
       if (!at.inside() || person[at.row][at.column]) continue;
       const double d = depth[at.row][at.column];
+      // No points are of the mask's rim: what is seen there would draw the object in, to the points inside.
+      if (mask[at.row][at.column] && !used[at.row][at.column]) continue;
       // Nothing known there, or something else is before it.
       if (!mask[at.row][at.column] && (d <= 0 || d < at.z - kHidden * (1 + at.z))) continue;
       places.push_back(place);
@@ -264,6 +268,7 @@ class ObjectSearch {
   }
 
   const ObjectViews& seen_;
+  std::vector<torch::Tensor> used_;
   const Camera& camera_;
   double floor_;
   SceneQuery query_;
@@ -282,9 +287,11 @@ Vector3d Placement::place(const Vector3d& own) const {
 PlacedObject place_object(const std::string& name, const std::vector<Mesh>& meshes, const ObjectViews& seen,
                           const Camera& camera, double floor) {
   PointGrid grid(kPointCell);
-  for (size_t v = 0; v < seen.views.size(); ++v)
-    grid.add(*seen.views[v], eroded(seen.masks[v], 1).logical_and(dilated(seen.views[v]->person, 2).logical_not()),
-             camera, name);
+  std::vector<torch::Tensor> used;
+  for (size_t v = 0; v < seen.views.size(); ++v) {
+    used.push_back(eroded(seen.masks[v], 1).logical_and(dilated(seen.views[v]->person, 2).logical_not()));
+    grid.add(*seen.views[v], used.back(), camera, name);
+  }
   const std::vector<Vector3d> points = grid.points(1);
   if (points.size() < kFewestPoints)
     throw Error(name, "only " + std::to_string(points.size()) + " points of it are seen in its masks");
@@ -298,7 +305,7 @@ PlacedObject place_object(const std::string& name, const std::vector<Mesh>& mesh
   }
   if (faces == 0) throw Error(name, "has no faces");
   if (!(extent > 0)) throw Error(name, "has no size");
-  ObjectSearch search(meshes, seen, camera, floor);
+  ObjectSearch search(meshes, seen, std::move(used), camera, floor);
   PlacedObject out;
   out.name = name;
   Fit fit;

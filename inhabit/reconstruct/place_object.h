@@ -39,7 +39,7 @@ struct ObjectViews {
 /// they are tell nothing. An object whose lowest point comes near the floor stands on it: that distance counts as much
 /// as either side of the Chamfer distance, and nothing where it is large. Gauss-Newton from every 15 degrees and up to
 /// three first scales, the best of which go on to the end. The same input gives the same place. @param floor metres,
-/// height. Throws Error(name, ...) where fewer than 50 points of the object are seen or a mesh has no surface.
+/// height. Throws Error(name, ...) where fewer than 25 points of the object are seen or a mesh has no surface.
 PlacedObject place_object(const std::string& name, const std::vector<Mesh>& meshes, const ObjectViews& seen,
                           const Camera& camera, double floor);
 

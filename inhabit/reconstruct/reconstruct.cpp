@@ -35,6 +35,32 @@ std::vector<size_t> evenly(size_t all, int64_t most) {
   return out;
 }
 
+/// What all frames of a camera that stands see of objects, as one view: the mean of each pixel's depths, where they are
+/// sure and nobody stands, so that errors that differ from frame to frame fade.
+class StandingView {
+ public:
+  explicit StandingView(size_t objects) : masks_(objects) {}
+
+  /// @param masks (objects) (height, width) bool, undefined where the frame has none
+  void add(const View& view, const std::vector<Tensor>& masks) {
+    const Tensor known = view.depth.gt(0).logical_and(dilated(view.person, kBesideObject).logical_not());
+    const auto count = [&](Tensor& sum, const Tensor& what) { sum = sum.defined() ? sum + what : what.clone(); };
+    count(sum_, torch::where(known, view.depth, torch::zeros_like(view.depth)));
+    count(frames_, known.to(torch::kFloat32));
+    for (size_t i = 0; i < masks.size(); ++i)
+      if (masks[i].defined()) count(masks_[i], known.logical_and(masks[i]).to(torch::kFloat32));
+  }
+  View view(int64_t frame) const {
+    return {frame, sum_ / frames_.clamp_min(1), torch::zeros(sum_.sizes(), torch::kBool)};
+  }
+  /// Pixels that are the object's in most of the frames that know their depth.
+  Tensor mask(size_t object) const { return masks_[object].gt(0.5 * frames_); }
+
+ private:
+  Tensor sum_, frames_;
+  std::vector<Tensor> masks_;
+};
+
 class Reconstruction {
  public:
   Reconstruction(const Inputs& inputs, const Options& options)
@@ -42,7 +68,8 @@ class Reconstruction {
         options_(options),
         source_(in_world(inputs.motion, inputs.camera, options.name)),
         standard_(retarget(source_, options.name)),
-        body_(standard_, options.body != nullptr ? *options.body : builtin_body()) {
+        body_(standard_, options.body != nullptr ? *options.body : builtin_body()),
+        standing_(inputs.objects.size()) {
     check();
     choose_keys();
     choose_views();
@@ -154,9 +181,15 @@ class Reconstruction {
       view.depth = metric_depth(combined(inputs_.depth.read(i), options_.uncertainty), scale, options_.jump);
       view.person = person_at(view.frame);
       Tensor rest = dilated(view.person, kBesidePerson).logical_not();
-      for (const ObjectInput& object : inputs_.objects)
-        if (const int64_t k = object.masks.index_of(view.frame); k >= 0)
-          rest = rest.logical_and(dilated(object.masks.read(static_cast<size_t>(k)), kBesideObject).logical_not());
+      std::vector<Tensor> masks;
+      for (const ObjectInput& object : inputs_.objects) {
+        masks.emplace_back();
+        const int64_t k = object.masks.index_of(view.frame);
+        if (k < 0) continue;
+        masks.back() = object.masks.read(static_cast<size_t>(k));
+        rest = rest.logical_and(dilated(masks.back(), kBesideObject).logical_not());
+      }
+      if (!inputs_.camera.moves()) standing_.add(view, masks);
       grid_.add(view, rest, inputs_.camera, inputs_.depth.name);
       const auto key = std::lower_bound(keys_.begin(), keys_.end(), view.frame);
       if (key != keys_.end() && *key == view.frame)
@@ -170,11 +203,14 @@ class Reconstruction {
     std::vector<Vector3d> points = without_seen_through(grid_.points(inputs_.depth.frames.size() > 3 ? 2 : 1), views_,
                                                         inputs_.camera, kSeenThrough);
     out.floor = floor_height(points, feet_, kFloorReach);
+    const bool moves = inputs_.camera.moves();
+    const View whole = moves ? View() : standing_.view(inputs_.depth.frames.front());
     for (size_t i = 0; i < inputs_.objects.size(); ++i) {
       const ObjectInput& object = inputs_.objects[i];
       ObjectViews seen;
+      if (!moves) seen = {{&whole}, {standing_.mask(i)}};
       for (const View& view : views_) {
-        if (object_frames_[i].count(view.frame) == 0) continue;
+        if (!moves || object_frames_[i].count(view.frame) == 0) continue;
         seen.views.push_back(&view);
         seen.masks.push_back(object.masks.read(static_cast<size_t>(object.masks.index_of(view.frame))));
       }
@@ -235,6 +271,7 @@ class Reconstruction {
   std::set<int64_t> view_frames_;
   std::vector<std::set<int64_t>> object_frames_;  ///< (objects)
   std::vector<View> views_;
+  StandingView standing_;
   PointGrid grid_{options_.cell};
   int64_t read_ = 0;
   double feet_ = 0;  ///< metres, height of the floor by the estimate's feet
