@@ -61,6 +61,19 @@ void correct_goals(const float* in, const GoalWeights& weights, const Place& roo
   }
 }
 
+/// Whether somebody has sat for all of the past second, and goes on: then the phase rests at a whole number, as
+/// recordings have it, and is not carried on by what little the network adds each frame, until it rises.
+bool rests(const State& state, float advance) {
+  constexpr size_t kSitting = 2;  // of the actions
+  constexpr float kSure = 0.8F, kNearWhole = 0.2F, kSlow = 0.2F;
+  for (int i = 0; i < kSamples; ++i) {
+    const Sample& s = state.samples[static_cast<size_t>(i)];
+    if (s.goal_action[kSitting] < kSure || s.action[kSitting] < kSure) return false;
+    if (i < kNow && std::abs(s.phase - std::round(s.phase)) > kNearWhole) return false;
+  }
+  return advance < kSlow;
+}
+
 void apply_trajectory(const OutputLayout& layout, const float* output, const Place& root, State& state) {
   const float* in = output + layout.trajectory.first;
   const float* by_goal = output + layout.goal_root.first;
@@ -84,6 +97,8 @@ void apply_trajectory(const OutputLayout& layout, const float* output, const Pla
     s.action = weights_from(in + 4);
     latest = s.phase = std::max(latest, before + update[k - kPastKeys]);  // time does not run backwards
   }
+  if (rests(state, latest - before))
+    for (int k = kPastKeys; k < kKeys; ++k) state.key(k).phase = std::round(before);
   for (int k = kPastKeys; k + 1 < kKeys; ++k) fill_between(state, k);
 }
 

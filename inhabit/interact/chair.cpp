@@ -184,6 +184,32 @@ double facing(const Scene& scene, const Mesh& mesh, const TopView& view, const L
 }
 
 /// Throws Error(name, ...) saying why an object is no chair.
+/// The chair with its ends.
+Chair with_ends(Chair chair) {
+  constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08, kGap = 0.1;  // metres
+  const TopView view = view_from_above(chair.mesh);
+  const Vector2d seat = on_ground(chair.seat()), left = left_of(chair.heading());
+  const auto seat_at = [&](const Vector2d& p) {
+    const Vector2d cell = (p - view.origin) / view.cell;
+    const long x = std::lround(cell.x()), z = std::lround(cell.y());
+    if (x < 0 || z < 0 || x >= view.nx || z >= view.nz) return false;
+    const size_t at = view.at(static_cast<int>(x), static_cast<int>(z));
+    return std::abs(static_cast<double>(view.height[at]) - chair.seat_height) < kSame;
+  };
+  // How far the seat goes on along the line on which one sits, gaps between cushions bridged.
+  const auto reach = [&](double side) {
+    double last = 0;
+    for (double far = 0; far - last < kGap; far += view.cell)
+      if (seat_at(seat + side * far * left)) last = far;
+    return last;
+  };
+  const double leftmost = reach(1), rightmost = -reach(-1);
+  if (leftmost - rightmost < kWide) return chair;
+  chair.right_end = rightmost + kFromEnd;
+  chair.left_end = leftmost - kFromEnd;
+  return chair;
+}
+
 Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double highest, bool force) {
   const TopView view = view_from_above(mesh);
   const std::vector<LevelArea> areas = level_areas(view, force ? 0.05 : lowest, force ? 2.0 : highest);
@@ -205,14 +231,20 @@ Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double hig
   const Around around = around_seat(view, seat, middle_of(with_other_cushions(areas)), axis);
   if (around.upside_down && !force) throw Error(mesh.name, "stands upside down: its legs are in the air");
   const double heading = facing(scene, mesh, view, seat, middle, axis, around.back);
-  return {mesh.name, mesh, seat_frame(resting_place(seat, middle, heading, view.cell), view.floor, heading),
-          seat.height};
+  return with_ends(
+      {mesh.name, mesh, seat_frame(resting_place(seat, middle, heading, view.cell), view.floor, heading), seat.height});
 }
 
 }  // namespace
 
 double Chair::heading() const { return heading_of(on_ground(frame.linear().col(2))); }
 Vector3d Chair::seat() const { return frame * Vector3d(0, seat_height, 0); }
+Vector3d Chair::off(const Vector3d& pelvis) const {
+  const Vector3d own = frame.inverse() * pelvis;
+  // Who sits nearer to an end than others would is at no fault.
+  const double aside = std::clamp(own.x(), std::min(0.0, right_end), std::max(0.0, left_end));
+  return own - Vector3d(aside, seat_height, 0);
+}
 
 Chair find_chair(const Scene& scene, const std::string& name, bool force) {
   const Mesh mesh = object_mesh(scene, name);
@@ -233,28 +265,12 @@ Chair find_chair(const Scene& scene, const std::string& name, bool force) {
 }
 
 Chair nearest_place(const Chair& chair, const Vector2d& to) {
-  constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08, kGap = 0.1;  // metres
-  const TopView view = view_from_above(chair.mesh);
-  const Vector2d seat = on_ground(chair.seat()), left = left_of(chair.heading());
-  const auto seat_at = [&](const Vector2d& p) {
-    const Vector2d cell = (p - view.origin) / view.cell;
-    const long x = std::lround(cell.x()), z = std::lround(cell.y());
-    if (x < 0 || z < 0 || x >= view.nx || z >= view.nz) return false;
-    const size_t at = view.at(static_cast<int>(x), static_cast<int>(z));
-    return std::abs(static_cast<double>(view.height[at]) - chair.seat_height) < kSame;
-  };
-  // How far the seat goes on along the line on which one sits, gaps between cushions bridged.
-  const auto reach = [&](double side) {
-    double last = 0;
-    for (double far = 0; far - last < kGap; far += view.cell)
-      if (seat_at(seat + side * far * left)) last = far;
-    return last;
-  };
-  const double leftmost = reach(1), rightmost = -reach(-1);
   Chair out = chair;
-  if (leftmost - rightmost < kWide) return out;
-  const double aside = std::clamp((to - seat).dot(left), rightmost + kFromEnd, leftmost - kFromEnd);
+  const Vector2d left = left_of(chair.heading());
+  const double aside = std::clamp((to - on_ground(chair.seat())).dot(left), chair.right_end, chair.left_end);
   out.frame.translation() += aside * Vector3d(left.x(), 0, left.y());
+  out.right_end -= aside;
+  out.left_end -= aside;
   return out;
 }
 
@@ -291,7 +307,7 @@ Chair chair_at(const Scene& scene, const Vector3d& point, double heading, bool f
   if (!force && (chair.seat_height < kLowestSeat || chair.seat_height > kHighestSeat))
     throw Error("seat at " + where, fmt::format("{} is {:.2f} m high there, seats are {} to {} m", name,
                                                 chair.seat_height, kLowestSeat, kHighestSeat));
-  return chair;
+  return with_ends(chair);
 }
 
 std::optional<Chair> chair_of(const Clip& clip, const Scene& scene) {
@@ -305,6 +321,8 @@ std::optional<Chair> chair_of(const Clip& clip, const Scene& scene) {
     const double yaw = pose.data_ptr<double>()[4];
     if (std::abs(wrapped(yaw - stay.heading)) > 0.8) break;  // sat on from another side, as beds and stools are
     chair.frame.linear() = Eigen::AngleAxisd(yaw, Vector3d::UnitY()).toRotationMatrix();
+    chair.right_end = chair.left_end = 0;
+    chair = with_ends(chair);
   }
   return chair;
 }

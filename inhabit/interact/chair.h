@@ -17,10 +17,15 @@ struct Chair {
   /// the way a seated person faces, +X to their left.
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   double seat_height = 0;  ///< metres over the floor
+  /// Seats wider than 1 m can be sat on to the side of that place, too: from here to there along +X, metres. Both are 0
+  /// for others.
+  double right_end = 0, left_end = 0;
 
   double heading() const;  ///< of a seated person, radians from +Z towards +X
   /// Where the pelvis comes to rest, on the seat's surface: the goal of sitting down.
   Eigen::Vector3d seat() const;
+  /// From the place on the seat that is nearest to a pelvis (world) to the pelvis: metres, in the axes of `frame`.
+  Eigen::Vector3d off(const Eigen::Vector3d& pelvis) const;
 };
 
 /// Seats are this high over the floor, metres.

@@ -190,7 +190,7 @@ std::optional<int64_t> seated_from(const Clip& clip, const Trial& trial) {
   const auto at = root.accessor<double, 2>();
   int64_t first = clip.frames();
   for (int64_t t = clip.frames() - 1; t >= 0; --t) {
-    const Vector3d off = Vector3d(at[t][0], at[t][1], at[t][2]) - trial.chair.seat();
+    const Vector3d off = trial.chair.off({at[t][0], at[t][1], at[t][2]});
     if (std::abs(off.y() - trial.rest) > kSeatHeight || std::hypot(off.x(), off.z()) > kSeatPlace) break;
     first = t;
   }

@@ -28,7 +28,7 @@ constexpr double kReachTime = 1.4;  // that people take to a contact
 constexpr double kMoved = 0.25;     // metres that a contact may be moved by without a new plan
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
-constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above the middle of the seat
+constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above its place on the seat
 constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -65,7 +65,7 @@ struct LivePerson::Impl {
 
   bool pelvis_within(double beside, double above) const {
     if (!chair) return false;
-    const Vector3d off = state.position[0].cast<double>() - chair->seat();
+    const Vector3d off = chair->off(state.position[0].cast<double>());
     return Eigen::Vector2d(off.x(), off.z()).norm() < beside && off.y() < above;
   }
   bool seated() const { return pelvis_within(kNearSeat, kOnSeat); }

@@ -122,7 +122,18 @@ TEST(Chair, ASofaIsSatOnWhereOneComesToItAStoolInItsMiddle) {
     own = middle.frame.inverse() * nearest_place(middle, on_ground(aside)).seat();
     EXPECT_NEAR(own.x(), side * 0.2, 1e-6);
   }
+  // Who sits anywhere along it is on it; before it, above it and beyond its end they are off it.
+  const auto off = [](const Chair& chair, double x, double y, double z) {
+    return chair.off(chair.frame * Eigen::Vector3d(x, chair.seat_height + y, z));
+  };
+  EXPECT_LT(off(middle, 0.2, 0, 0).norm(), 1e-9);
+  EXPECT_LT((off(middle, -0.2, 0.1, 0.05) - Eigen::Vector3d(0, 0.1, 0.05)).norm(), 1e-9);
+  EXPECT_GT(off(middle, half + 0.1, 0, 0).x(), 0.3);
+  const Chair aside = nearest_place(middle, on_ground(middle.frame * Eigen::Vector3d(0.2, 0, 3)));
+  EXPECT_LT(off(aside, -0.2, 0, 0).norm(), 1e-9) << "the middle is on it, too";
+  EXPECT_NEAR(off(aside, half, 0, 0).x(), off(middle, half + 0.2, 0, 0).x(), 1e-9) << "its ends stay where they are";
   const Chair narrow = find_chair(scene_of({stool}), "stool_0");
+  EXPECT_NEAR(off(narrow, 0.2, 0, 0).x(), 0.2, 1e-9);
   EXPECT_LT((nearest_place(narrow, {3, 3}).seat() - narrow.seat()).norm(), 1e-9);
 }
 
