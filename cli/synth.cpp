@@ -22,19 +22,6 @@ using inhabit::Dataset;
 
 const char* const kGoOn = "what is made is kept, and the same command makes the rest";
 
-void print_summary(const Dataset& dataset) {
-  if (!dataset.whole) {
-    std::printf("%s: shard %s, %zu clips; the others are still to come\n", dataset.folder.c_str(),
-                dataset.shard.name().c_str(), dataset.clips.size());
-    return;
-  }
-  double seconds = 0;
-  for (const auto& clip : dataset.clips) seconds += static_cast<double>(clip.frames) / dataset.rate;
-  std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", dataset.folder.c_str(),
-              dataset.clips.size(), seconds / 60, dataset.split("train").size(), dataset.split("val").size(),
-              dataset.split("test").size());
-}
-
 void add_rooms(CLI::App& synth) {
   struct Given {
     std::string out, shard;
@@ -57,7 +44,7 @@ void add_rooms(CLI::App& synth) {
     given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
     const GoesOnLater later(kGoOn);
-    print_summary(inhabit::generate_rooms(given->out, given->options));
+    std::printf("%s\n", summary(inhabit::generate_rooms(given->out, given->options)).c_str());
   });
 }
 
@@ -80,7 +67,7 @@ void add_chairs(CLI::App& synth) {
     given->options.shard = shard_of(given->shard);
     given->options.progress = progress_of("clips");
     const GoesOnLater later(kGoOn);
-    print_summary(inhabit::generate_chairs(given->out, given->options));
+    std::printf("%s\n", summary(inhabit::generate_chairs(given->out, given->options)).c_str());
   });
 }
 
@@ -116,8 +103,7 @@ void add_reseat(CLI::App& synth) {
     }
     const GoesOnLater later(kGoOn);
     const auto result = inhabit::interact::reseat_dataset(given->data, given->out, given->options);
-    print_summary(result.dataset);
-    std::printf("%s\n", summary(result).c_str());
+    std::printf("%s\n%s\n", summary(result.dataset).c_str(), summary(result).c_str());
   });
 }
 
@@ -151,6 +137,10 @@ void add_fit(CLI::App& synth) {
       ->capture_default_str();
   verb->add_flag("--only-on-chord", given->options.only_on_chords,
                  "Leave out rooms of training in which nothing stands on a straight line");
+  verb->add_flag(
+      "--decoys", given->options.decoys,
+      "Rooms of validation and testing tell less of where people go: seats and tables that they pass by, one "
+      "like each that they use, no wall within 1 m and nothing on straight lines");
   verb->add_option(
           "--on-chord", given->options.chords.tried,
           "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")
@@ -167,7 +157,7 @@ void add_fit(CLI::App& synth) {
     const GoesOnLater later(kGoOn);
     const Dataset made = inhabit::fit_recordings(given->out, given->options);
     say(made.provenance.value("doubts", inhabit::Notes()));
-    print_summary(made);
+    std::printf("%s\n", summary(made).c_str());
     std::printf("%.1f minutes were recorded, %.1f of them have rooms\n",
                 made.provenance.at("recorded_minutes").get<double>(),
                 made.provenance.at("furnished_minutes").get<double>());

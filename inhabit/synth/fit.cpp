@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
@@ -251,6 +252,42 @@ void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
     }
 }
 
+// Seats and tables that could be used from a path that passes them, with free floor before them, so that a seat in
+// reach does not say that somebody sits down: two to five along the path, and one like each of `used` within 2.5 m of
+// it. Returns how many fit.
+int add_decoys(Layout& layout, const Motion& m, const std::vector<Vector2d>& used, std::mt19937_64& random) {
+  constexpr double kFreeDepth = 0.5;  // metres of floor that somebody needs to sit down or to stand at a table
+  int added = 0;
+  const auto add_one = [&](const std::function<Vector2d()>& beside, double nearest, double farthest) {
+    for (int attempt = 0; attempt < 40; ++attempt) {
+      const Vector2d at = beside();
+      const double direction = uniform(random, -M_PI, M_PI), distance = uniform(random, nearest, farthest);
+      const int kind = uniform_int(random, 0, 4);
+      const double width = uniform(random, 0.5, 1.4), depth = uniform(random, 0.4, 0.8);
+      Furniture piece = kind == 0   ? make_chair(random)
+                        : kind == 1 ? make_stool(random)
+                        : kind == 2 ? make_armchair(random)
+                        : kind == 3 ? make_sofa(random, uniform_int(random, 2, 3))
+                                    : make_table(random, width, depth, uniform(random, 0.70, 0.76));
+      const double yaw = direction + M_PI + uniform(random, -0.5, 0.5);
+      piece.place(at.x() + distance * std::sin(direction), at.y() + distance * std::cos(direction), yaw);
+      const Patch covered = footprint(piece);
+      const Vector2d ahead(std::sin(yaw), std::cos(yaw));
+      const Patch before{
+          covered.center + ahead * (covered.half.y() + kFreeDepth / 2), {covered.half.x(), kFreeDepth / 2}, yaw};
+      if (!layout.add({piece}, {before})) continue;
+      ++added;
+      return;
+    }
+  };
+  const int pieces = uniform_int(random, 2, 5);
+  for (int i = 0; i < pieces; ++i)
+    add_one([&] { return on_ground(m.joints[static_cast<size_t>(uniform_int(random, 0, m.frames - 1))][0]); }, 0.6,
+            1.4);
+  for (const Vector2d& place : used) add_one([&] { return place; }, 0.9, 2.5);
+  return added;
+}
+
 // Actions, contacts, hand targets and objects, from where the body is in the scene.
 void annotate(Clip& clip, const Room& room, const BodyModel& body) {
   TouchLabels(room.scene(), body).label(clip);
@@ -273,7 +310,8 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
 const std::vector<std::string>& fitted_actions() { return told_actions(); }
 
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
-                                   const ChordOptions& chords) {
+                                   const ChordOptions& chords, Furnishing furnishing) {
+  const bool decoys = furnishing == Furnishing::decoys;
   FittedRoom out;
   // Walls along the motion's long side, turned a little, any side first.
   double best = 1e9, yaw = 0;
@@ -290,7 +328,10 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   {
     const BodySweep around(out.clip, body);
     std::array<double, 4> free{};
-    for (double& f : free) f = chance(random, 0.4) ? uniform(random, 0.12, 0.5) : uniform(random, 0.5, 1.8);
+    for (double& f : free)
+      f = decoys                ? uniform(random, 1.0, 2.2)
+          : chance(random, 0.4) ? uniform(random, 0.12, 0.5)
+                                : uniform(random, 0.5, 1.8);
     Vector2d low = around.low() - Vector2d(free[0], free[1]), high = around.high() + Vector2d(free[2], free[3]);
     const Vector2d more = (Vector2d(3.5, 3.5) - (high - low)).cwiseMax(0);
     const double part_x = uniform(random, 0, 1), part_z = uniform(random, 0, 1);
@@ -307,15 +348,24 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   Layout layout(out.room, add_walls(out.room, random));
   BodySweep::Gaps gaps = gaps_with(0, {});
   layout.require([&](const Furniture& piece) { return !sweep.touches(piece, gaps); });
+  std::vector<Vector2d> used;
   for (const Rest& rest : find_rests(motion, sweep)) {
     if (!add_seat(layout, sweep, rest, random, gaps)) return std::nullopt;
     ++out.seats;
+    used.push_back(rest.place);
   }
   for (const HandRest& rest : find_hand_rests(motion, sweep))
-    if (chance(random, 0.8) && add_support(layout, sweep, rest, random, gaps)) ++out.supports;
+    if (chance(random, 0.8) && add_support(layout, sweep, rest, random, gaps)) {
+      ++out.supports;
+      used.push_back(on_ground(rest.palm));
+    }
   gaps = gaps_with(0, {});
-  out.on_chords = add_on_chords(layout, out.clip, body, sweep, chords, random);
-  add_near_path(layout, motion, random);
+  if (decoys) {
+    out.decoys = add_decoys(layout, motion, used, random);
+  } else {
+    out.on_chords = add_on_chords(layout, out.clip, body, sweep, chords, random);
+    add_near_path(layout, motion, random);
+  }
   furnish(layout, random);
   annotate(out.clip, out.room, body);
   return out;

@@ -29,6 +29,14 @@ struct FittedRoom {
   int seats = 0;      ///< put under the pelvis
   int supports = 0;   ///< put under hands
   int on_chords = 0;  ///< put where the straight path between poses passes (chords.h)
+  int decoys = 0;     ///< seats and tables that the person passes by
+};
+
+/// What a room tells of where the person in it goes.
+enum class Furnishing {
+  around,  ///< furniture stands around the path, on chords of it too, and walls may be close
+  decoys,  ///< seats and tables to be used stand along all of the path with free floor before them, another like each
+           ///< that is used; walls are at least 1 m away, and nothing is put on chords
 };
 
 /// What actions of fitted clips are called.
@@ -39,7 +47,7 @@ const std::vector<std::string>& fitted_actions();
 /// the body touches in any frame, some of it on chords of the motion. Another draw from `random` gives another room.
 /// Nothing where the person sits but no seat fits under them.
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
-                                   const ChordOptions& chords = {});
+                                   const ChordOptions& chords = {}, Furnishing furnishing = Furnishing::around);
 
 /// Which recordings get rooms, and of what kind.
 struct FittingOptions {
@@ -53,6 +61,7 @@ struct FittingOptions {
   double stretches = 0.5;  ///< fraction of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
   ChordOptions chords;     ///< pieces that stand on straight paths
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
+  bool decoys = false;          ///< rooms of validation and testing are furnished with decoys
   ClipReadOptions reading;      ///< of every recording
   Shard shard;                  ///< of recordings
   Progress progress;            ///< counts recordings

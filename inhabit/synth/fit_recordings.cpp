@@ -105,7 +105,9 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
   std::mt19937_64 random(item_seed(options.seed, number));
   const auto furnish = [&](const Clip& motion, const std::string& id) {
     interruption_point();
-    const std::optional<FittedRoom> fitted = fit_room(motion, builtin_body(), random, options.chords);
+    const std::optional<FittedRoom> fitted =
+        fit_room(motion, builtin_body(), random, options.chords,
+                 options.decoys && !train ? Furnishing::decoys : Furnishing::around);
     if (!fitted || (train && options.only_on_chords && fitted->on_chords == 0)) return false;
     DatasetClip& entry =
         clips.emplace_back(DatasetClip{"clips/" + id + ".npz", "scenes/" + id + ".glb", recording.split, 0, name});
@@ -165,6 +167,7 @@ nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& rec
           {"mirrored", o.mirrored},
           {"stretches", o.stretches},
           {"only_on_chords", o.only_on_chords},
+          {"decoys", o.decoys},
           {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest}},
           {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
 }
@@ -260,10 +263,16 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     const auto first = skipped.front().get<std::string>();
     throw recordings.size() == 1 ? Error(first) : Error("no recording can be used; of the first: " + first);
   }
-  out.provenance = {
-      {"command", "inhabit synth fit"},   {"seed", options.seed},           {"rooms_per_clip", options.rooms_per_clip},
-      {"seconds", options.seconds},       {"mirrored", options.mirrored},   {"on_chord", options.chords.tried},
-      {"recorded_minutes", seconds / 60}, {"furnished_minutes", kept / 60}, {"recordings", sources}};
+  out.provenance = {{"command", "inhabit synth fit"},
+                    {"seed", options.seed},
+                    {"rooms_per_clip", options.rooms_per_clip},
+                    {"seconds", options.seconds},
+                    {"mirrored", options.mirrored},
+                    {"on_chord", options.chords.tried},
+                    {"decoys", options.decoys},
+                    {"recorded_minutes", seconds / 60},
+                    {"furnished_minutes", kept / 60},
+                    {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
   if (!doubts.empty()) out.provenance["doubts"] = doubts;
   finish_items(out);

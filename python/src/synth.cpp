@@ -98,9 +98,9 @@ void add_synth(py::module_& m) {
       "synth_fit",
       [](const Path& folder, const PathsArgument& mocap, const PathsArgument& val, const PathsArgument& test,
          int rooms_per_clip, double seconds, bool mirrored, double stretches, double on_chord,
-         std::pair<int, int> chord_frames, bool only_on_chord, uint64_t seed, const std::optional<std::string>& up,
-         std::optional<double> scale, std::optional<double> rate, const std::optional<Path>& asf, bool level,
-         const ShardArgument& shard, const py::object& progress) {
+         std::pair<int, int> chord_frames, bool only_on_chord, bool decoys, uint64_t seed,
+         const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate,
+         const std::optional<Path>& asf, bool level, const ShardArgument& shard, const py::object& progress) {
         FittingOptions options;
         options.val = texts_of(val);
         options.test = texts_of(test);
@@ -111,6 +111,7 @@ void add_synth(py::module_& m) {
         options.chords.tried = on_chord;
         std::tie(options.chords.shortest, options.chords.longest) = chord_frames;
         options.only_on_chords = only_on_chord;
+        options.decoys = decoys;
         options.seed = seed;
         options.reading = reading_of(up, scale, rate, asf, level);
         options.shard = shard_of(shard);
@@ -125,8 +126,8 @@ void add_synth(py::module_& m) {
       "folder"_a, "mocap"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
       "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
       "chord_frames"_a = std::pair(ChordOptions().shortest, ChordOptions().longest), "only_on_chord"_a = false,
-      "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(),
-      "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
+      "decoys"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
+      "asf"_a = py::none(), "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
       documented(
           "A data set of rooms fitted around recorded motion, in `folder`. mocap: motion files, folders of them or "
           "patterns; those\n"
@@ -136,7 +137,10 @@ void add_synth(py::module_& m) {
           "fraction of the\n"
           "rooms of training around 4.1 to 5.5 s. on_chord: fraction of straight lines between poses, chord_frames "
           "apart, that\n"
-          "furniture is tried on; only_on_chord: rooms of training without any are left out. up, scale, rate, asf, "
+          "furniture is tried on; only_on_chord: rooms of training without any are left out. decoys: rooms of "
+          "validation and "
+          "testing\n"
+          "tell less of where people go, by seats and tables that they pass by. up, scale, rate, asf, "
           "level: how the\n"
           "files are read. progress(done, all) is called after each recording. What is doubted and skipped is "
           "logged.",

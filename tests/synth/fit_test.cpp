@@ -71,6 +71,28 @@ TEST(FitRoom, PutsRoomsAroundMotionWithoutTouchingIt) {
   EXPECT_GE(seats, 3);
 }
 
+TEST(FitRoom, DecoysStandAlongThePathAndBesideWhatIsUsedAndNothingElseTellsOfIt) {
+  int rooms = 0, seats = 0, decoys = 0;
+  for (uint64_t seed = 1; seed <= 12; ++seed)
+    for (const Clip& piece : prepare_recording(recording(seed, 0.4), "life", 8)) {
+      std::mt19937_64 random(seed);
+      const auto fitted = fit_room(piece, builtin_body(), random, {1, 30, 120}, Furnishing::decoys);
+      if (!fitted) continue;
+      ++rooms;
+      seats += fitted->seats;
+      decoys += fitted->decoys;
+      EXPECT_EQ(fitted->on_chords, 0);
+      EXPECT_LE(deepest_penetration(fitted->clip, builtin_body(), fitted->room.scene()).depth, 0.021) << seed;
+      // No wall within a metre of where the body goes, but for the width of the walls' inner side.
+      const torch::Tensor p = fitted->clip.joints;
+      EXPECT_LT(p.select(2, 0).abs().max().item<double>(), fitted->room.size.x() / 2 - 0.99);
+      EXPECT_LT(p.select(2, 2).abs().max().item<double>(), fitted->room.size.y() / 2 - 0.99);
+    }
+  EXPECT_GE(rooms, 8);
+  EXPECT_GE(seats, 3);
+  EXPECT_GE(decoys, 2 * rooms);
+}
+
 TEST(FitRoom, AnotherDrawIsAnotherRoomAndTheSameDrawTheSame) {
   // Not every draw finds room for its walls: take the first recording that three draws furnish.
   std::optional<FittedRoom> x, y, z;
