@@ -12,6 +12,7 @@
 #include "inhabit/anticipate/variational_futures.h"
 #include "inhabit/anticipate/window_scores.h"
 #include "inhabit/math/random.h"
+#include "inhabit/metrics/forecast_error.h"
 #include "inhabit/metrics/method.h"
 
 namespace inhabit::anticipate {
@@ -76,20 +77,28 @@ constexpr int64_t kMostMethods = 12;
 /// What every observation is measured for, over all folds, a row each.
 class Observations {
  public:
-  Observations(int64_t count, const std::vector<double>& horizons, int64_t samples)
+  Observations(int64_t count, const std::vector<double>& horizons, int64_t samples, int64_t labels)
       : horizons_(static_cast<int64_t>(horizons.size())),
         // NaN, which means leave out, where a fold lacks a method
         scores_(torch::full(
             {count, kMostMethods,
              static_cast<int64_t>(kCurveMembers.size()) * horizons_ + static_cast<int64_t>(kNumbers.size())},
             Scores::kNone, torch::kDouble)),
-        spectra_(torch::full({count, kMostMethods, samples, 2}, Scores::kNone, torch::kDouble)) {}
+        spectra_(torch::full({count, kMostMethods, samples, 2}, Scores::kNone, torch::kDouble)),
+        fractions_(torch::full({count, kMostMethods, labels}, Scores::kNone, torch::kDouble)),
+        expected_(torch::full({count, labels}, Scores::kNone, torch::kDouble)) {}
 
-  void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum) {
+  /// @param expected fractions of labels (C) by the recordings' transitions
+  void expect(int64_t row, const Tensor& expected) { expected_[row].narrow(0, 0, expected.size(0)).copy_(expected); }
+
+  /// @param fractions of labels (C)
+  void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum,
+           const Tensor& fractions) {
     double* out = scores_[row][column(method)].data_ptr<double>();
     visit_curves([&](auto curve) { out = std::copy((scores.*curve).begin(), (scores.*curve).end(), out); });
     for (const auto number : kNumbers) *out++ = scores.*number;
     spectra_[row][column(method)].narrow(0, 0, spectrum.size(0)).copy_(spectrum);
+    if (fractions.defined()) fractions_[row][column(method)].narrow(0, 0, fractions.size(0)).copy_(fractions);
   }
 
   /// A method's place, the next one where it is new: the same in every part, for all go through all folds.
@@ -104,7 +113,7 @@ class Observations {
   bool complete(const MeasuredParts& parts) {
     std::vector<int64_t> rows(static_cast<size_t>(scores_.size(0)));
     std::iota(rows.begin(), rows.end(), 0);
-    std::map<std::string, Tensor> all = {{"scores", scores_}, {"spectra", spectra_}};
+    std::map<std::string, Tensor> all = {{"scores", scores_}, {"spectra", spectra_}, {"fractions", fractions_}};
     return parts.complete(rows, all);  // fills them in place
   }
 
@@ -130,16 +139,21 @@ class Observations {
     out.npss = npss_of(spectra_.select(1, column)
                            .index_select(0, torch::tensor(rows))
                            .narrow(1, 0, samples_[static_cast<size_t>(column)]));
+    const Tensor of_rows = torch::tensor(rows);
+    const Tensor apart = fractions_.select(1, column).index_select(0, of_rows).nanmean(0) -
+                         expected_.index_select(0, of_rows).nanmean(0);
+    out.intentions = apart.isnan().all().item<bool>() ? Scores::kNone : apart.abs().nansum().item<double>() / 2;
     return out;
   }
 
  private:
-  static constexpr std::array kNumbers = {&Scores::sequence_apd, &Scores::speed_ratio};
+  static constexpr std::array kNumbers = {&Scores::sequence_apd, &Scores::speed_ratio, &Scores::seam};
 
   int64_t horizons_;
   std::vector<std::string> methods_;  // in the order of the first fold
   std::vector<int64_t> samples_;      // futures of each
   Tensor scores_, spectra_;           // (rows, methods, curves x horizons + numbers), (rows, methods, S, 2)
+  Tensor fractions_, expected_;       // (rows, methods, C), (rows, C)
 };
 
 /// What was found of one action, over all folds.
@@ -149,7 +163,7 @@ struct Collected {
   std::set<std::string> methods;         // that observed them
   double real_ndms = 0, real_coded = 0;  // sums over the words of other recordings
   int64_t real_words = 0;
-  Mean real_speed;
+  Mean real_speed, real_step;
 };
 
 std::set<std::string> actions_of(const std::vector<Fold>& folds) {
@@ -178,7 +192,18 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
       if (s.action == action) out.real_speed.add(joint_speed(feature_poses(s.features), c.rate) / speed.value());
   }
   out.words += database.words().size(0);
-  for (size_t w = 0; w < windows.size(); ++w) out.rows.push_back(first + static_cast<int64_t>(w));
+  const IntentionClusters& clusters = fold.networks.clusters;
+  const bool labelled = clusters.poses.defined() || clusters.codes.defined();
+  const Tensor transitions = labelled && !fold.training.empty() ? label_transitions(fold.training, clusters) : Tensor();
+  const auto frames = static_cast<int64_t>(std::lround(horizons.back() * c.rate));
+  for (size_t w = 0; w < windows.size(); ++w) {
+    out.rows.push_back(first + static_cast<int64_t>(w));
+    const Tensor& features = fold.test[windows[w].sequence].features;
+    const Tensor past = observation(features, windows[w].now, c.observed);
+    out.real_step.add(seam_step(past, features.slice(0, windows[w].now).unsqueeze(0)));
+    if (transitions.defined())
+      observations.expect(out.rows.back(), expected_fractions(transitions, last_label(past, clusters), frames));
+  }
   const Measure by{database, horizons, c, options.words, speed.value()};
   for (const FutureMethod& method : methods) {
     out.methods.insert(method.name);
@@ -191,7 +216,8 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
       const Tensor past = observation(features, window.now, c.observed), truth = features.slice(0, window.now);
       const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
       const Tensor futures = method.run(past, seed);
-      observations.put(row, method, measure(past, futures, truth, by), spectrum_terms(futures, truth, c.rate));
+      observations.put(row, method, measure(past, futures, truth, by), spectrum_terms(futures, truth, c.rate),
+                       labelled ? label_fractions(past, futures, clusters) : Tensor());
       done();
     }
   }
@@ -209,6 +235,7 @@ Table::Action action_of(const std::string& name, const Collected& found, const O
     real.ndms.assign(horizons.size(), found.real_ndms / static_cast<double>(found.real_words));
     real.coded.assign(horizons.size(), found.real_coded / static_cast<double>(found.real_words));
     real.speed_ratio = found.real_speed.value();
+    real.seam = found.real_step.value();
     out.rows.push_back(real);
   }
   add_ratios(out.rows, horizons);
@@ -248,7 +275,9 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
       windows[f][folds[f].test[window.sequence].action].push_back(window);
       ++count;
     }
-  Observations observations(count, table.horizons, options.samples);
+  int64_t labels = 0;
+  for (const Fold& fold : folds) labels = std::max<int64_t>(labels, fold.networks.config.labels);
+  Observations observations(count, table.horizons, options.samples, labels);
   std::map<std::string, Collected> found;
   bool compared = false;
   int64_t mine = 0, done = 0, all = 0, first = 0;
@@ -315,9 +344,9 @@ double validation_error(const Networks& networks, BaselineFuture baseline, const
     const Tensor& features = sequences[window.sequence].features;
     const Tensor past = observation(features, window.now, c.observed).unsqueeze(0);
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - window.now);
-    const Tensor future = baseline(networks, past, known);
-    const Tensor truth = features.slice(0, window.now, window.now + known);
-    mean.add((feature_poses(future[0]) - feature_poses(truth)).norm(2, {2}).mean().item<double>());
+    const Tensor future = feature_poses(baseline(networks, past, known)),
+                 truth = feature_poses(features.slice(0, window.now, window.now + known));
+    mean.add(pose_error(future, truth.unsqueeze(0), 0).mean().item<double>());
   }
   return mean.value();
 }

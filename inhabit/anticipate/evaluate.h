@@ -31,6 +31,9 @@ struct Scores {
   double sequence_apd = kNone;     ///< Table 5: metres, of whole futures of 4 s
   double speed_ratio = kNone;      ///< mean joint speed of 4 s to the end over that of the real motion
   double late_ratio = kNone;       ///< mean of `ratio` from 1.6 s on
+  double seam = kNone;             ///< mm, mean step of the joints from the last observed frame to the first future one
+  double intentions = kNone;       ///< by how much intentions are not as often as the recordings' transitions have
+                                   ///< them from the windows' last labels on: half of the summed differences, 0 to 1
 };
 
 /// Scores of all methods.
@@ -85,7 +88,7 @@ nlohmann::ordered_json table_json(const Table& table);
 /// The score that training chooses weights by: mean NDMS over ten seconds of four futures of each of a few windows an
 /// action.
 double validation_ndms(const Networks& networks, const std::vector<Sequence>& sequences);
-/// Mean joint error, metres, of a baseline over the first second.
+/// Mean pose error (metrics/forecast_error.h), metres, of a baseline over the first second.
 double validation_error(const Networks& networks, BaselineFuture baseline, const std::vector<Sequence>& sequences);
 
 }  // namespace inhabit::anticipate

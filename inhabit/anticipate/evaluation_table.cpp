@@ -36,6 +36,8 @@ ScoreTable score_table(const Table& table, const std::vector<const Table::Action
     out.columns.push_back({"", "APD 4s", "apd_of_4s_m", 2});
     out.columns.push_back({"", "speed", "speed_ratio", 2});
     out.columns.push_back({"", "of real", "late_ratio_to_real", 2});
+    out.columns.push_back({"", "seam (mm)", "seam_mm", 1});
+    out.columns.push_back({"", "intentions", "intentions_apart", 2});
   }
   for (const Table::Action* action : actions)
     for (const Scores& row : action->rows) {
@@ -45,7 +47,8 @@ ScoreTable score_table(const Table& table, const std::vector<const Table::Action
         for (const double value : row.*curve.values) cells.push_back({value, 0});
       if (single) {
         cells.push_back({row.npss, 0});
-        for (const double value : {row.sequence_apd, row.speed_ratio, row.late_ratio}) cells.push_back({value, 0});
+        for (const double value : {row.sequence_apd, row.speed_ratio, row.late_ratio, row.seam, row.intentions})
+          cells.push_back({value, 0});
       }
     }
   return out;

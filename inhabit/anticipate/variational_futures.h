@@ -1,4 +1,6 @@
 #pragma once
+#include <random>
+
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/anticipate/sample.h"
 
@@ -28,7 +30,8 @@ using StochasticFutures = torch::Tensor (*)(const Networks& networks, const torc
 /// 1 for half of `count` places, drawn, else 0: (count).
 torch::Tensor half_of_places(int64_t count, std::mt19937_64& random);
 
-/// Mean joint error, metres, over the first second of the nearest of so many futures of each validation window.
+/// Pose error of the best of so many futures (futures_error, metrics/forecast_error.h), metres, over the first second
+/// of each validation window: the mean.
 double nearest_validation_error(const Networks& networks, StochasticFutures method, int64_t futures,
                                 const std::vector<Sequence>& sequences);
 

@@ -58,6 +58,46 @@ double joint_speed(const Tensor& poses, double rate) {
   return (poses.slice(-3, 1) - poses.slice(-3, 0, -1)).norm(2, {-1}).mean().item<double>() * rate;
 }
 
+double seam_step(const Tensor& past, const Tensor& futures) {
+  const Tensor last = feature_poses(past.slice(0, past.size(0) - 1)), first = feature_poses(futures.select(1, 0));
+  return (first - last).norm(2, {-1}).mean().item<double>() * 1000;
+}
+
+Tensor label_transitions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters) {
+  Tensor counts = torch::zeros({clusters.count(), clusters.count()}, torch::kDouble);
+  for (const Sequence& s : recordings) {
+    const Tensor labels = intention_labels(intention_poses(s.features), clusters);
+    const int64_t* label = labels.data_ptr<int64_t>();
+    for (int64_t t = 1; t < labels.size(0); ++t) counts[label[t - 1]][label[t]] += 1;
+  }
+  const Tensor sums = counts.sum(1, true);
+  // A label that no recording leaves stays.
+  return torch::where(sums > 0, counts / sums.clamp_min(1), torch::eye(clusters.count(), torch::kDouble));
+}
+
+Tensor expected_fractions(const Tensor& transitions, int64_t label, int64_t frames) {
+  Tensor now = torch::zeros({transitions.size(0)}, torch::kDouble), sum = now.clone();
+  now[label] = 1;
+  for (int64_t t = 0; t < frames; ++t) {
+    now = now.matmul(transitions);
+    sum += now;
+  }
+  return sum / static_cast<double>(frames);
+}
+
+int64_t last_label(const Tensor& past, const IntentionClusters& clusters) {
+  return intention_labels(intention_poses(past), clusters)[-1].item<int64_t>();
+}
+
+Tensor label_fractions(const Tensor& past, const Tensor& futures, const IntentionClusters& clusters) {
+  Tensor counts = torch::zeros({clusters.count()}, torch::kInt64);
+  for (const Tensor& future : futures.unbind(0))
+    counts += intention_labels(intention_poses(torch::cat({past, future})), clusters)
+                  .slice(0, past.size(0))
+                  .bincount({}, clusters.count());
+  return counts.to(torch::kDouble) / static_cast<double>(futures.size(0) * futures.size(1));
+}
+
 Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, const Measure& by) {
   Scores out;
   const Config& c = by.config;
@@ -85,6 +125,7 @@ Scores measure(const Tensor& past, const Tensor& futures, const Tensor& truth, c
     out.root_error.push_back(real ? root[end - 1].item<double>() * 1000 : Scores::kNone);
     out.apd.push_back(apd[end - 1].item<double>());
   }
+  out.seam = seam_step(past, futures);
   const auto four = static_cast<int64_t>(4 * c.rate);
   if (futures.size(1) >= four)
     out.sequence_apd = several ? sequence_pairwise_distance(poses.slice(1, 0, four).flatten(2)) : 0;
@@ -117,7 +158,8 @@ Scores mean_scores(const std::vector<const Scores*>& all) {
     for (const Scores* scores : all) of.add(value(*scores));
     return of.value();
   };
-  for (auto number : {&Scores::npss, &Scores::sequence_apd, &Scores::speed_ratio, &Scores::late_ratio})
+  for (auto number : {&Scores::npss, &Scores::sequence_apd, &Scores::speed_ratio, &Scores::late_ratio, &Scores::seam,
+                      &Scores::intentions})
     out.*number = mean([&](const Scores& s) { return s.*number; });
   visit_curves([&](auto curve) {
     for (size_t i = 0; i < (all.front()->*curve).size(); ++i)

@@ -39,6 +39,20 @@ WordScores future_scores(const torch::Tensor& past, const torch::Tensor& futures
 /// Mean joint speed (m/s) of local poses (..., T, 22, 3).
 double joint_speed(const torch::Tensor& poses, double rate);
 
+/// Millimetres: mean step of the joints from the last frame of past (t, F) to the first one of futures (S, T, F).
+double seam_step(const torch::Tensor& past, const torch::Tensor& futures);
+
+/// How often each intention label follows each other one from frame to frame of recordings: (C, C) double, rows sum to
+/// 1.
+torch::Tensor label_transitions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters);
+/// The label of the last frame of past (t, F).
+int64_t last_label(const torch::Tensor& past, const IntentionClusters& clusters);
+/// The fraction of `frames` frames behind one of `label` that each label has by the transitions: (C) double.
+torch::Tensor expected_fractions(const torch::Tensor& transitions, int64_t label, int64_t frames);
+/// The fraction of the frames of futures (S, T, F) behind past (t, F) that each label has: (C) double.
+torch::Tensor label_fractions(const torch::Tensor& past, const torch::Tensor& futures,
+                              const IntentionClusters& clusters);
+
 /// What futures are measured against.
 struct Measure {
   const WordIndex& database;            ///< words of the test recordings of the action

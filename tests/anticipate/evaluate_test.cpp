@@ -9,6 +9,8 @@
 
 #include "anticipate/small_networks.h"
 #include "inhabit/anticipate/simple_futures.h"
+#include "inhabit/anticipate/variational_futures.h"
+#include "inhabit/anticipate/window_scores.h"
 #include "inhabit/metrics/score_motions.h"
 
 namespace inhabit::anticipate {
@@ -94,6 +96,8 @@ TEST(EvaluateAnticipate, GoingOnAsRecordedIsPerfectAndHoldingStillIsTheClosedFor
   EXPECT_NEAR(ours->npss, 0, 1e-3);
   EXPECT_NEAR(ours->speed_ratio, 1, 1e-2);
   EXPECT_GT(held->npss, ours->npss);
+  EXPECT_NEAR(ours->seam, 1000 * straight.mean_speed * 21 / 22, 0.05) << "the step of a person who goes on";
+  EXPECT_EQ(held->seam, 0);
   EXPECT_NEAR(held->speed_ratio, 0, 1e-6);
 }
 
@@ -152,9 +156,9 @@ TEST(EvaluateAnticipate, EveryNetworkThatIsThereGivesItsRowAndTheSeedTheNumbers)
   EXPECT_NE(row_of(evaluate_one(networks, recordings, other), "walk", "ours")->apd[1], ours->apd[1]);
   networks.pose = nullptr;
   networks.seq2seq = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 8U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 9U);
   networks.memory = nullptr;
-  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 7U);
+  EXPECT_EQ(evaluate_one(networks, recordings, options).actions[0].rows.size(), 8U);
   EXPECT_TRUE(evaluate_one(networks, people(12), options).actions.empty());
 }
 
@@ -183,6 +187,51 @@ TEST(EvaluateAnticipate, ConstantVelocityAndRetrievalGoOnWhereMotionIsSteadyAndK
   EXPECT_NEAR(real->late_ratio, 1, 1e-9);
   EXPECT_EQ(row_of(table, "mean", "last pose held")->late_ratio, 0);
   EXPECT_EQ(table_json(table)["apart"], nlohmann::json({"rest"}));
+}
+
+TEST(EvaluateAnticipate, IntentionsAreComparedWithTheTransitionsOfTheRecordings) {
+  // Two poses, which are the two labels.
+  IntentionClusters clusters;
+  clusters.poses = torch::zeros({2, kPoseFeatures});
+  clusters.poses[1].fill_(1);
+  const auto motion = [&](const std::vector<int64_t>& labels) {
+    Tensor features = torch::zeros({static_cast<int64_t>(labels.size()), kFeatureCount});
+    for (size_t t = 0; t < labels.size(); ++t)
+      features[static_cast<int64_t>(t)].slice(0, 0, kPoseFeatures).copy_(clusters.poses[labels[t]]);
+    return features;
+  };
+  const Tensor transitions =
+      label_transitions({{"a", "x", motion({0, 0, 0, 1, 1})}, {"b", "x", motion({0})}}, clusters);
+  EXPECT_LT((transitions - torch::tensor({2 / 3.0, 1 / 3.0, 0.0, 1.0}, torch::kDouble).view({2, 2}))
+                .abs()
+                .max()
+                .item<double>(),
+            1e-12);
+  // From 0: 2/3 and then 4/9 stay there.
+  const Tensor expected = expected_fractions(transitions, 0, 2);
+  EXPECT_NEAR(expected[0].item<double>(), (2 / 3.0 + 4 / 9.0) / 2, 1e-12);
+  EXPECT_NEAR(expected.sum().item<double>(), 1, 1e-12);
+  const Tensor past = motion({0, 0, 1});
+  EXPECT_EQ(last_label(past, clusters), 1);
+  const Tensor fractions = label_fractions(past, torch::stack({motion({0, 1, 1, 1}), motion({0, 0, 1, 1})}), clusters);
+  EXPECT_NEAR(fractions[0].item<double>(), 3 / 8.0, 1e-12);
+  EXPECT_NEAR(fractions[1].item<double>(), 5 / 8.0, 1e-12);
+}
+
+TEST(EvaluateAnticipate, EveryRowSaysHowFarItsIntentionsAreFromTheRecordings) {
+  const Table table = evaluate_one(untrained(), people(70), {3, 2, 0.8, 5}, people(60));
+  for (const Scores& row : table.actions[0].rows) {
+    if (row.method == "real motion") {
+      EXPECT_TRUE(std::isnan(row.intentions));
+      EXPECT_GT(row.seam, 0);
+    } else {
+      EXPECT_GE(row.intentions, 0) << row.method;
+      EXPECT_LE(row.intentions, 1) << row.method;
+    }
+  }
+  const Scores* none = row_of(evaluate_one(untrained(), people(70), {3, 2, 0.8, 5}), "walk", "ours");
+  EXPECT_TRUE(std::isnan(none->intentions)) << "without other recordings there is nothing to compare with";
+  EXPECT_FALSE(std::isnan(none->seam));
 }
 
 TEST(EvaluateAnticipate, AMemoryAloneLeavesFromTheObservedPose) {
@@ -263,8 +312,25 @@ TEST(Validation, IsOfTheBestWherePlantedNetworksGoOnAsRecorded) {
   networks.seq2seq->out->weight.zero_();
   networks.seq2seq->out->bias.copy_(straight.change / networks.scale.deviation);
   EXPECT_NEAR(validation_error(networks, seq2seq_future, recordings), 0, 1e-3);
-  networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' motion, over all 22 joints
-  EXPECT_NEAR(validation_error(networks, seq2seq_future, recordings), 13 * straight.mean_speed * 21 / 22, 1e-3);
+  networks.seq2seq->out->bias.zero_();  // the last pose held: the mean of 1 to 25 frames' motion
+  EXPECT_NEAR(validation_error(networks, seq2seq_future, recordings), 13 * straight.mean_speed, 1e-3);
+}
+
+TEST(Validation, OfSeveralFuturesIsOfTheOneThatIsBestOverTheWholeSecond) {
+  const Straight straight;
+  const Networks networks = straight.planted();
+  const std::vector<Sequence> recordings = {straight.recording("a", "drift", 60)};
+  // The last pose held; a second one that leaves as recorded and comes back; a third as recorded, 1 mm off along z.
+  const StochasticFutures futures = [](const Networks&, const Tensor& past, int64_t samples, int64_t frames, uint64_t) {
+    const Tensor last = past[0][-1], step = last - past[0][-2], t = torch::arange(1, frames + 1).unsqueeze(1);
+    Tensor off = torch::zeros({kFeatureCount});
+    off.slice(0, 0, kPoseFeatures).view({21, 3}).select(1, 2).fill_(0.001);
+    const Tensor held = last + 0 * t * step, returns = last + torch::where(t < frames / 2, t, frames - t) * step;
+    return torch::stack({held, returns, last + t * step + off}).slice(0, 0, samples);
+  };
+  EXPECT_NEAR(nearest_validation_error(networks, futures, 1, recordings), 13 * straight.mean_speed, 1e-3);
+  EXPECT_LT(nearest_validation_error(networks, futures, 2, recordings), 13 * straight.mean_speed - 0.01);
+  EXPECT_NEAR(nearest_validation_error(networks, futures, 3, recordings), 0.001, 1e-4);
 }
 
 }  // namespace
