@@ -22,7 +22,7 @@ using torch::Tensor;
 
 constexpr double kBelowFloor = 0.01;  // fraction of a window's scene points that lie below its floor: things under it
 constexpr double kOnFloor = 0.05;     // metres
-constexpr int64_t kResamples = 1000;
+constexpr int64_t kContactResamples = 1000;
 
 /// A window, and contact points (1, T, J, 4) made of it.
 struct Touching {
@@ -98,7 +98,7 @@ std::vector<Estimate> cells_of(const Tensor& counts, const Tensor& draws) {
 /// empty: there is one. @param of_joints whether the last source has a row for each joint, too.
 void add_rows(const std::vector<Source>& sources, const Tensor& counts, const std::vector<std::string>& data,
               bool of_joints, ScoreTable& out) {
-  const Tensor draws = bootstrap_counts(counts.size(0), kResamples, 1);
+  const Tensor draws = bootstrap_counts(counts.size(0), kContactResamples, 1);
   const auto add = [&](const std::string& source, const std::string& of, const Tensor& of_row) {
     std::vector<std::string> labels = data;
     labels.insert(labels.end(), {source, of});

@@ -36,9 +36,9 @@ TEST(Eval, TableHasEveryMethodAtEveryHorizon) {
       }
     }
   }
-  EXPECT_EQ(table["rows"].size(), 8U);
+  EXPECT_EQ(table["rows"].size(), 10U);
   for (const char* method : {"last pose held", "constant velocity", "LTD", "w/o contact", "predicted contact",
-                             "likeliest of 5", "best of 5", "w/ true contact"})
+                             "likeliest of 5", "best of 5", "w/ true of feet", "w/ true of others", "w/ true contact"})
     EXPECT_EQ(rows.count(method), 1U) << method;
   for (const auto& [column, mm] : rows["last pose held"]["pose_error"].items())
     EXPECT_NEAR(rows["constant velocity"]["pose_error"][column].get<double>(), mm.get<double>(), 0.01);
