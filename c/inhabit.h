@@ -105,7 +105,7 @@ INHABIT_API inhabit_result* inhabit_run(const inhabit_system* system, const inha
 /** Frees a system; NULL may be freed. Results and streams that it made go on. */
 INHABIT_API void inhabit_system_free(inhabit_system* system);
 
-/** The motions of a result: one, or of anticipation the futures. */
+/** The motions of a result: one, of anticipation the futures, of in-betweening and interaction as many as "samples". */
 INHABIT_API int64_t inhabit_result_clips(const inhabit_result* result);
 /** One of them, to be freed, on the standard skeleton at the model's rate. NULL where there are not as many. */
 INHABIT_API inhabit_clip* inhabit_result_clip(const inhabit_result* result, int64_t index);
@@ -113,7 +113,8 @@ INHABIT_API inhabit_clip* inhabit_result_clip(const inhabit_result* result, int6
 INHABIT_API inhabit_clip* inhabit_result_on_source(const inhabit_result* result, int64_t index);
 
 /** What else a system says: forecast "points" (N, 3), "contact_points" (T, 22, 4), "joints" (T, 22, 3) before anything
- * was refined; anticipate "labels" (S, T); inbetween "keys" (K). 0, or -1 where there is no such array. */
+ * was refined; anticipate "labels" (S, T); inbetween "keys" (K); interact "seated" (S), the frames from which the
+ * person sits (-1: not at all). 0, or -1 where there is no such array. */
 INHABIT_API int inhabit_result_array(const inhabit_result* result, const char* name, inhabit_array* out);
 
 /** Frees a result and the arrays that were taken from it; NULL may be freed. Clips that it gave go on. */

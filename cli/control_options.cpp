@@ -2,45 +2,18 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "inhabit/error.h"
-#include "numbers.h"
-
-namespace {
+#include "inhabit/inbetween/control_text.h"
 
 using namespace inhabit;
 
-/// What holds `joint` at `place` between two times, `option` named in errors.
-inbetween::JointContact contact_of(const std::string& joint, double from, double to, const Eigen::Vector3d& place,
-                                   const Skeleton& file, const std::string& option) {
-  try {
-    return inbetween::joint_contact(joint, from, to, place, file);
-  } catch (const Error& e) {
-    throw Error(option, e.what());
-  }
-}
-
-}  // namespace
-
 void set_contacts(inbetween::Controls& controls, const ControlTexts& texts, const Skeleton& file) {
-  for (const std::string& text : texts.contacts) {  // left_hand,1.2,2.0,0.4,1.1,-0.3
-    const std::string option = "--contact " + text, name = text.substr(0, text.find(','));
-    const std::vector<double> n = numbers(text.substr(std::min(text.size(), name.size() + 1)), 5, option);
-    controls.contacts.push_back(contact_of(name, n[0], n[1], {n[2], n[3], n[4]}, file, option));
-  }
-  for (const std::string& text : texts.targets) {  // left_hand@1.5=0.3,0.9,-0.2
-    const std::string option = "--target " + text;
-    const size_t at = text.rfind('@'), equals = text.find('=', at == std::string::npos ? 0 : at);
-    if (at == std::string::npos || equals == std::string::npos)
-      throw Error(option, "is not JOINT@SECONDS=X,Y,Z, such as left_hand@1.5=0.3,0.9,-0.2");
-    const double seconds = numbers(text.substr(at + 1, equals - at - 1), 1, option).front();
-    const std::vector<double> n = numbers(text.substr(equals + 1), 3, option);
-    controls.contacts.push_back(contact_of(text.substr(0, at), seconds, seconds, {n[0], n[1], n[2]}, file, option));
-  }
+  for (const std::string& text : texts.contacts) controls.contacts.push_back(inbetween::parse_contact(text, file));
+  for (const std::string& text : texts.targets) controls.contacts.push_back(inbetween::parse_target(text, file));
 }
 
 // The library refuses these times too, but knows neither the option nor the input's clock.
@@ -81,10 +54,7 @@ void add_controls(CLI::App& verb, inbetween::Controls& controls, ControlTexts& t
   verb.add_option_function<std::vector<std::string>>(
       "--root-path",
       [&controls](const std::vector<std::string>& points) {
-        for (const std::string& text : points) {
-          const std::vector<double> n = numbers(text, 3, "--root-path " + text);
-          controls.root_path.push_back({n[0], {n[1], n[2]}});
-        }
+        for (const std::string& text : points) controls.root_path.push_back(inbetween::parse_path_point(text));
       },
       "SECONDS,X,Z: the root's curve over the floor goes through these points (metres, +Y up; seconds from the first "
       "key on), in order; may be repeated");

@@ -61,16 +61,8 @@ void add_import(CLI::App& app) {
     given->options.progress = progress_of("recordings");
     const GoesOnLater later("recordings that are imported are kept, and the same command imports the rest");
     const auto made = inhabit::import_dataset(set, given->out, given->options);
-    double seconds = 0;
-    for (const auto& clip : made.dataset.clips) seconds += static_cast<double>(clip.frames) / made.dataset.rate;
     end_progress();
-    if (!made.dataset.whole)
-      std::printf("%s: shard %s, %zu clips; the others are still to come\n", given->out.c_str(),
-                  made.dataset.shard.name().c_str(), made.dataset.clips.size());
-    else
-      std::printf("%s: %zu clips, %.1f minutes; train %zu, val %zu, test %zu\n", given->out.c_str(),
-                  made.dataset.clips.size(), seconds / 60, made.dataset.split("train").size(),
-                  made.dataset.split("val").size(), made.dataset.split("test").size());
+    std::printf("%s\n", summary(made.dataset).c_str());
     if (made.kept > 0) std::printf("%lld of them were there already\n", static_cast<long long>(made.kept));
     std::printf("splits: %s\n", set.splits.c_str());
     inhabit::Notes missing;

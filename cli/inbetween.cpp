@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
+#include <utility>
 
 #include "control_options.h"
 #include "inhabit/error.h"
@@ -32,7 +32,6 @@ struct InbetweenArguments {
   ControlTexts controls;
   bool noisy = false, no_common_skeleton = false;
   uint64_t samples = 1;
-  std::optional<double> temperature;
   inbetween::Options options;
 };
 
@@ -79,6 +78,56 @@ std::vector<std::string> names_of(const ControlTexts& texts) {
   return out;
 }
 
+void run_inbetween(InbetweenArguments& o) {
+  require_motion_outputs(o.outputs, "inbetween.html", "in-betweening");
+  require_motion_written(o.writing, o.outputs);
+  o.options.standard |= pages_alone(o.outputs);
+  const std::string model =
+      model_file(o.model, o.noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
+  const auto inbetweener = inbetween::SceneInbetweener::load(model);
+  if (o.noisy) inbetween::require_noise_aware(inbetweener.config(), model);
+  Notes notes;
+  const Clip clip = read_keys(o, inbetweener.config().rate, notes);
+  set_contacts(o.options.controls, o.controls, clip.skeleton);
+  const auto at = [&](int64_t key) { return static_cast<double>(key) / clip.rate; };
+  const std::vector<int64_t>& keys = o.options.keys;
+  if (!keys.empty())
+    require_times(o.options.controls, o.controls, o.times.empty() ? at(keys.front()) : o.times.front(),
+                  at(keys.back() - keys.front()));
+  const Scene scene = read_scene(o.scene, notes);
+  if (!o.joints.empty()) o.options.key_groups = inbetween::key_groups(o.joints, clip.skeleton);
+  o.options.name = o.motions[0];
+  o.options.keys_name = o.times.empty() ? "--keyframes" : "--times";
+  o.options.collisions = std::any_of(o.outputs.begin(), o.outputs.end(),
+                                     [](const std::string& out) { return extension_of(out) == "html"; });
+  o.options.progress = progress_of("steps of the denoiser");
+  const std::vector<inbetween::Result> results =
+      inbetweener.run_samples(clip, scene, o.options, static_cast<int64_t>(o.samples));
+  const inbetween::Result& r = results.front();
+  for (std::string& note : inbetween::notes_of(r)) notes.push_back(std::move(note));
+  if (!o.options.standard && (o.no_common_skeleton || !clip.rotations.defined()))
+    notes.emplace_back(o.motions.size() == 1
+                           ? "the file holds no rotations: written on the standard skeleton"
+                           : "the files hold no rotations on one skeleton: written on the standard one");
+  for (const std::string& warning : inbetween::warnings_of(r, names_of(o.controls)))
+    std::fprintf(stderr, "inhabit: warning: %s\n", warning.c_str());
+  say(notes);
+  write_outputs(
+      o.outputs,
+      [&] {
+        return inbetween::inbetween_page(results, o.noisy, o.options.key_groups,
+                                         "In-betweening of " + std::filesystem::path(o.motions[0]).filename().string());
+      },
+      [&](const std::string& out) {
+        std::vector<Clip> motions;
+        motions.reserve(results.size());
+        for (const inbetween::Result& result : results)
+          motions.push_back(o.options.standard ? result.motion : result.on_source);
+        write_clips(out, motions, o.writing, {}, &r.scene);
+        return motions.size();
+      });
+}
+
 }  // namespace
 
 void add_inbetween(CLI::App& app) {
@@ -106,7 +155,7 @@ void add_inbetween(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of the noise and of random key frames")
       ->check(whole_number)
       ->capture_default_str();
-  verb->add_option("--temperature", o->temperature,
+  verb->add_option("--temperature", o->options.temperature,
                    "How much of the motion's course is left to the seed: 0 the likeliest course (default), 1 any that "
                    "people take (default of several --samples)")
       ->check(CLI::Range(0.0, 2.0))
@@ -129,62 +178,5 @@ void add_inbetween(CLI::App& app) {
   add_outputs(*verb, o->outputs,
               "Output files: .npz .bvh .glb .json hold the motion (of several samples .npz all, the others a file "
               "each), .html is a page (default: inbetween.html)");
-  verb->callback([o] {
-    require_motion_outputs(o->outputs, "inbetween.html", "in-betweening");
-    require_motion_written(o->writing, o->outputs);
-    o->options.standard |= pages_alone(o->outputs);
-    const std::string model =
-        model_file(o->model, o->noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
-    const auto inbetweener = inbetween::SceneInbetweener::load(model);
-    if (o->noisy && inbetweener.config().t_star == 0) throw Error(model, "was not trained on noisy key frames");
-    Notes notes;
-    const Clip clip = read_keys(*o, inbetweener.config().rate, notes);
-    set_contacts(o->options.controls, o->controls, clip.skeleton);
-    const auto at = [&](int64_t key) { return static_cast<double>(key) / clip.rate; };
-    const std::vector<int64_t>& keys = o->options.keys;
-    if (!keys.empty())
-      require_times(o->options.controls, o->controls, o->times.empty() ? at(keys.front()) : o->times.front(),
-                    at(keys.back() - keys.front()));
-    const Scene scene = read_scene(o->scene, notes);
-    if (!o->joints.empty()) o->options.key_groups = inbetween::key_groups(o->joints, clip.skeleton);
-    o->options.temperature = o->temperature.value_or(o->samples > 1 ? 1 : 0);
-    o->options.name = o->motions[0];
-    o->options.keys_name = o->times.empty() ? "--keyframes" : "--times";
-    o->options.collisions = std::any_of(o->outputs.begin(), o->outputs.end(),
-                                        [](const std::string& out) { return extension_of(out) == "html"; });
-    o->options.progress = progress_of("steps of the denoiser");
-    std::vector<inbetween::Result> results;
-    for (uint64_t s = 0; s < o->samples; ++s) {
-      inbetween::Options options = o->options;
-      options.seed += s;
-      results.push_back(inbetweener.run(clip, scene, options));
-    }
-    const inbetween::Result& r = results.front();
-    if (r.floor_assumed)
-      notes.emplace_back("no scene given: a flat floor under the feet is assumed");
-    else if (scene.meshes.empty())
-      notes.push_back(o->scene.file + ": is a point cloud: where a body is inside it cannot be told");
-    if (!o->options.standard && (o->no_common_skeleton || !clip.rotations.defined()))
-      notes.emplace_back(o->motions.size() == 1
-                             ? "the file holds no rotations: written on the standard skeleton"
-                             : "the files hold no rotations on one skeleton: written on the standard one");
-    for (const std::string& warning : inbetween::warnings_of(r, names_of(o->controls)))
-      std::fprintf(stderr, "inhabit: warning: %s\n", warning.c_str());
-    say(notes);
-    write_outputs(
-        o->outputs,
-        [&] {
-          return inbetween::inbetween_page(
-              results, o->noisy, o->options.key_groups,
-              "In-betweening of " + std::filesystem::path(o->motions[0]).filename().string());
-        },
-        [&](const std::string& out) {
-          std::vector<Clip> motions;
-          motions.reserve(results.size());
-          for (const inbetween::Result& result : results)
-            motions.push_back(o->options.standard ? result.motion : result.on_source);
-          write_clips(out, motions, o->writing, {}, &r.scene);
-          return motions.size();
-        });
-  });
+  verb->callback([o] { run_inbetween(*o); });
 }

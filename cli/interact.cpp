@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -7,14 +9,13 @@
 #include "inhabit/interact/contact_script.h"
 #include "inhabit/interact/contacts_page.h"
 #include "inhabit/interact/interaction_page.h"
-#include "inhabit/interact/standing_place.h"
 #include "inhabit/interact/warnings.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/extension.h"
 #include "inhabit/io/files.h"
+#include "inhabit/io/number_list.h"
 #include "inhabit/io/shipped_model.h"
 #include "inputs.h"
-#include "numbers.h"
 #include "outputs.h"
 #include "progress.h"
 #include "verbs.h"
@@ -34,21 +35,99 @@ struct InteractArguments {
   interact::Options options;
 };
 
-/// "none", a part of the chair, or a point in metres.
+/// Where a hand goes as --left and --right have it.
 std::optional<Eigen::Vector3d> contact_of(const std::string& text, const interact::Chair& chair, int side) {
-  if (text.empty() || text == "none") return std::nullopt;
   const std::string option = side == 0 ? "--left" : "--right";
-  if (text.find(',') == std::string::npos) try {
-      return interact::contact_on(chair, text, side);
-    } catch (const Error& e) {
-      throw Error(option, e.what());
-    }
-  const std::vector<double> p = numbers(text, 3, option);
-  return Eigen::Vector3d(p[0], p[1], p[2]);
+  interact::ContactPlace place;
+  if (text.find(',') != std::string::npos) {
+    const std::vector<double> p = listed_numbers(text, 3, option);
+    place = Eigen::Vector3d(p[0], p[1], p[2]);
+  } else if (!text.empty()) {
+    place = text;
+  }
+  try {
+    return interact::contact_at(chair, place, side);
+  } catch (const Error& e) {
+    throw Error(option, e.what());
+  }
 }
 
 /// x, z and heading in degrees.
 Eigen::Vector3d place_of(const std::vector<double>& at) { return {at[0], at[1], at[2] * M_PI / 180}; }
+
+/// Whose last pose the person starts in, and in `options` what errors call it; without frames they are placed before
+/// the chair.
+Clip start_of(InteractArguments& o, Notes& notes) {
+  if (!o.start_file.empty()) {
+    o.options.name = o.start_file;
+    return read_motion(o.start_file, o.reading, notes);
+  }
+  if (o.start.empty()) return {};
+  o.options.name = "--start";
+  const Eigen::Vector3d place = place_of(listed_numbers(o.start, 3, "--start"));
+  return interact::standing_clip(place.head<2>(), place[2]);
+}
+
+/// Sets what hands are to do, of the chair that is sat on.
+void set_hands(InteractArguments& o, const interact::ChairInteractor& interactor, const Clip& start,
+               const Scene& scene) {
+  o.options.draw_contacts = o.samples > 0;
+  if (o.contacts.empty() && o.left.empty() && o.right.empty()) return;
+  const interact::Chair chair = interactor.chair_of(start, scene, o.options);
+  if (o.contacts.empty()) {
+    o.options.contacts = {{contact_of(o.left, chair, 0), contact_of(o.right, chair, 1)}};
+    return;
+  }
+  const interact::ContactScript script = interact::read_contact_script(o.contacts, chair);
+  o.options.contacts = script.contacts;
+  if (script.then_walk) o.options.then_walk = script.then_walk;
+}
+
+void say_results(const std::vector<interact::Result>& results, double seconds) {
+  for (const interact::Result& r : results)
+    for (const auto& errors : r.contact_error)
+      for (int side = 0; side < 2; ++side)
+        if (errors[static_cast<size_t>(side)])
+          std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
+                      100 * *errors[static_cast<size_t>(side)]);
+  for (size_t i = 0; i < results.size(); ++i) {
+    const std::string who = results.size() > 1 ? "sample " + std::to_string(i + 1) + ": " : "";
+    for (const std::string& warning : interact::warnings_of(results[i], seconds))
+      std::fprintf(stderr, "inhabit: warning: %s%s\n", who.c_str(), warning.c_str());
+  }
+}
+
+void run_interact(InteractArguments& o) {
+  require_motion_outputs(o.outputs, "interact.html", "interaction");
+  require_motion_written(o.writing, o.outputs);
+  if (o.scene.file.empty()) throw Error("--scene", "is needed: it holds the chair");
+  Notes notes;
+  const Scene scene = read_scene(o.scene, notes);
+  const auto interactor = interact::ChairInteractor::load(model_file(o.model, "interact-compact.safetensors"));
+  if (!o.sit_at.empty()) {
+    const std::vector<double> at = listed_numbers(o.sit_at, 4, "--sit-at");
+    o.options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
+  }
+  if (!o.then_walk.empty()) o.options.then_walk = place_of(listed_numbers(o.then_walk, 3, "--then-walk"));
+  if (!o.hold.empty()) o.options.hold = o.hold == "end" ? HUGE_VAL : listed_numbers(o.hold, 1, "--hold").front();
+  const Clip start = start_of(o, notes);
+  set_hands(o, interactor, start, scene);
+  o.options.progress = progress_of("frames");
+  const std::vector<interact::Result> results = interactor.run_samples(start, scene, o.options, std::max(1, o.samples));
+  say(notes);
+  say_results(results, o.options.seconds);
+  std::vector<Clip> motions;
+  motions.reserve(results.size());
+  // From a file on its own skeleton: what follows on it.
+  const bool own = !o.start_file.empty() && !o.options.standard;
+  for (const interact::Result& r : results) motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
+  write_outputs(
+      o.outputs, [&] { return interact::interaction_page(results, scene); },
+      [&](const std::string& out) {
+        write_clips(out, motions, o.writing, {}, &scene);
+        return motions.size();
+      });
+}
 
 }  // namespace
 
@@ -98,78 +177,7 @@ void add_interact(CLI::App& app) {
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   add_writing(*verb, o->writing);
   add_outputs(*verb, o->outputs, "Output files: .npz .bvh .glb .json hold the motion, .html is a page");
-  verb->callback([o] {
-    require_motion_outputs(o->outputs, "interact.html", "interaction");
-    require_motion_written(o->writing, o->outputs);
-    if (o->scene.file.empty()) throw Error("--scene", "is needed: it holds the chair");
-    Notes notes;
-    const Scene scene = read_scene(o->scene, notes);
-    const auto interactor = interact::ChairInteractor::load(model_file(o->model, "interact-compact.safetensors"));
-    if (!o->sit_at.empty()) {
-      const std::vector<double> at = numbers(o->sit_at, 4, "--sit-at");
-      o->options.sit_at = Eigen::Vector4d(at[0], at[1], at[2], at[3] * M_PI / 180);
-    }
-    if (!o->then_walk.empty()) o->options.then_walk = place_of(numbers(o->then_walk, 3, "--then-walk"));
-    if (!o->hold.empty()) o->options.hold = o->hold == "end" ? HUGE_VAL : numbers(o->hold, 1, "--hold").front();
-    Clip start, seeker;  // seeker: whose place decides which seat is the nearest
-    if (!o->start_file.empty()) {
-      start = read_motion(o->start_file, o->reading, notes);
-      o->options.name = o->start_file;
-    } else if (!o->start.empty()) {
-      const std::vector<double> at = numbers(o->start, 3, "--start");
-      start = interact::standing_clip({at[0], at[1]}, at[2] * M_PI / 180);
-      o->options.name = "--start";
-    } else {
-      const interact::Chair first = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, o->options);
-      start = interact::standing_before(first, scene);
-      const Eigen::Vector3d seat = first.seat();
-      seeker = interact::standing_clip({seat.x(), seat.z()}, 0);  // another may be nearer to the start
-      o->options.name = "the person before the chair";
-    }
-    if (seeker.frames() == 0) seeker = start;
-    const interact::Chair chair = interactor.chair_of(seeker, scene, o->options);
-    if (!o->contacts.empty()) {
-      const interact::ContactScript script = interact::read_contact_script(o->contacts, chair);
-      o->options.contacts = script.contacts;
-      if (script.then_walk) o->options.then_walk = script.then_walk;
-    } else if (!o->left.empty() || !o->right.empty()) {
-      o->options.contacts = {{contact_of(o->left, chair, 0), contact_of(o->right, chair, 1)}};
-    }
-    o->options.draw_contacts = o->samples > 0;
-    const interact::Chair at_contacts = interactor.chair_of(seeker, scene, o->options);  // along a sofa they decide
-    std::vector<interact::Result> results;
-    const int samples = std::max(1, o->samples);
-    const Progress frames_of_all = progress_of("frames");
-    for (int i = 0; i < samples; ++i) {
-      o->options.progress = [=](int64_t done, int64_t all) { frames_of_all(i * all + done, samples * all); };
-      results.push_back(interactor.run_on(start, scene, at_contacts, o->options));
-      ++o->options.seed;
-    }
-    say(notes);
-    for (const interact::Result& r : results)
-      for (const auto& errors : r.contact_error)
-        for (int side = 0; side < 2; ++side)
-          if (errors[static_cast<size_t>(side)])
-            std::printf("%s hand: %.1f cm from its contact\n", side == 0 ? "left" : "right",
-                        100 * *errors[static_cast<size_t>(side)]);
-    for (size_t i = 0; i < results.size(); ++i) {
-      const std::string who = results.size() > 1 ? "sample " + std::to_string(i + 1) + ": " : "";
-      for (const std::string& warning : interact::warnings_of(results[i], o->options.seconds))
-        std::fprintf(stderr, "inhabit: warning: %s%s\n", who.c_str(), warning.c_str());
-    }
-    std::vector<Clip> motions;
-    motions.reserve(results.size());
-    // From a file on its own skeleton: what follows on it.
-    const bool own = !o->start_file.empty() && !o->options.standard;
-    for (const interact::Result& r : results)
-      motions.push_back(own && r.on_source.frames() > 0 ? r.on_source : r.motion);
-    write_outputs(
-        o->outputs, [&] { return interact::interaction_page(results, scene); },
-        [&](const std::string& out) {
-          write_clips(out, motions, o->writing, {}, &scene);
-          return motions.size();
-        });
-  });
+  verb->callback([o] { run_interact(*o); });
 }
 
 void add_contacts(CLI::App& app) {
@@ -201,7 +209,7 @@ void add_contacts(CLI::App& app) {
     interact::Options options;
     options.chair = o->chair;
     options.force = o->force;
-    const interact::Chair chair = interactor.chair_of(interact::standing_clip({0, 0}, 0), scene, options);
+    const interact::Chair chair = interactor.chair_of({}, scene, options);
     const std::vector<HandContacts> drawn = interactor.draw_contacts(chair, o->samples, o->seed);
     say(notes);
     if (page)

@@ -38,7 +38,7 @@ struct ReconstructArguments {
 inbetween::SceneInbetweener noise_aware(const std::string& given, const std::vector<std::string>& settings = {}) {
   const std::string model = model_file(given, "inbetween-noisy.safetensors");
   inbetween::Networks networks = inbetween::load_networks(model);
-  if (networks.config.t_star == 0) throw Error(model, "was not trained on noisy key frames");
+  inbetween::require_noise_aware(networks.config, model);
   set_used(networks.config, settings);
   return inbetween::SceneInbetweener(networks);
 }

@@ -50,7 +50,7 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
     if (shows_bars()) o->run.progress = progress_of;  // elsewhere the lines of losses say how far it is
     o->run.ranks = inhabit::DataParallel::from_environment(o->run.device);
     if (!train(o->run, config)) throw CLI::RuntimeError(130);  // as shells say of what SIGINT ended
-    spdlog::info("wrote {}", o->run.out);
+    if (!o->run.ranks || o->run.ranks->rank() == 0) spdlog::info("wrote {}", o->run.out);
   });
 }
 

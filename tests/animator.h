@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -146,3 +147,16 @@ struct AnimatorFile {
     out += tab + "}\n";
   }
 };
+
+/// Names, channels and end sites of a .bvh, without its numbers of length.
+inline std::string hierarchy_of(const std::string& text) {
+  std::istringstream in(text.substr(0, text.find("MOTION")));
+  std::string out, word;
+  while (in >> word) {
+    if (word == "OFFSET")
+      for (int k = 0; k < 3; ++k) in >> word;
+    else
+      out += word + " ";
+  }
+  return out;
+}

@@ -1,5 +1,6 @@
 #pragma once
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -33,6 +34,12 @@ class Options {
   static void read(const nlohmann::json& from, const char* key, int64_t& value);
   static void read(const nlohmann::json& from, const char* key, uint64_t& value);
   static void read(const nlohmann::json& from, const char* key, std::string& value);
+  template <class T>
+  static void read(const nlohmann::json& from, const char* key, std::optional<T>& value) {
+    T there{};
+    read(from, key, there);
+    value = there;
+  }
   template <class T>
   static void read(const nlohmann::json& from, const char* key, std::vector<T>& value) {
     if (!from.is_array()) throw Error(key, "is no list");

@@ -1,6 +1,6 @@
 #include "handles.h"
 #include "inhabit/inbetween/keyframes.h"
-#include "inhabit/interact/contact_area.h"
+#include "inhabit/interact/contact_script.h"
 #include "inhabit/io/shipped_model.h"
 #include "inhabit/refine/refine_clip.h"
 #include "options.h"
@@ -19,27 +19,29 @@ inhabit_result with_arrays(std::vector<Clip> clips, std::vector<Clip> on_source,
   return out;
 }
 
-Eigen::Vector3d point_of(const json& value, const char* name) {
-  if (!value.is_array() || value.size() != 3) throw Error(name, "is no list of 3 numbers");
-  Eigen::Vector3d out;
-  for (size_t k = 0; k < 3; ++k) {
-    if (!value[k].is_number()) throw Error(name, "is no list of 3 numbers");
-    out[static_cast<int>(k)] = value[k].get<double>();
-  }
-  return out;
-}
-
 /// Where a hand goes: a part of the chair by name, a point, or null.
 std::optional<Eigen::Vector3d> hand_of(const json& value, const interact::Chair& chair, int side) {
-  if (value.is_null()) return std::nullopt;
-  if (value.is_string()) return interact::contact_on(chair, value.get<std::string>(), side);
-  return point_of(value, side == 0 ? "left" : "right");
+  try {
+    return interact::contact_at(chair, interact::contact_place(value), side);
+  } catch (const Error& e) {
+    throw Error(side == 0 ? "left" : "right", e.what());
+  }
+}
+
+/// The motions of several results, on the standard skeleton and on the clip's own.
+template <class Result>
+std::pair<std::vector<Clip>, std::vector<Clip>> motions_of(const std::vector<Result>& results) {
+  std::pair<std::vector<Clip>, std::vector<Clip>> out;
+  for (const Result& r : results) {
+    out.first.push_back(r.motion);
+    out.second.push_back(r.on_source);
+  }
+  return out;
 }
 
 inhabit_result run(const forecast::ContactForecaster& system, const Clip& clip, const Scene& scene, Options& text) {
   forecast::Options options;
   text.take("start", options.start);
-  if (options.start < -1) throw Error("start", "is under 0");
   text.take("points", options.points);
   text.take("seed", options.seed);
   text.take("refine", options.refine);
@@ -53,21 +55,21 @@ inhabit_result run(const anticipate::IntentionAnticipator& system, const Clip& c
                    Options& text) {
   anticipate::Options options;
   text.take("start", options.start);
-  if (options.start < -1) throw Error("start", "is under 0");
   text.take("samples", options.samples);
   text.take("seconds", options.seconds);
   text.take("seed", options.seed);
   text.take("refine", options.refine);
   text.take("standard", options.standard);
   text.finish();
-  if (options.samples > 100'000) throw Error("samples", "must be at most 100000");
   return result_of(system.run(clip, scene, options));
 }
 
 inhabit_result run(const inbetween::SceneInbetweener& system, const Clip& clip, const Scene& scene, Options& text) {
   inbetween::Options options;
   std::string keys = "ends";
+  int64_t samples = 1;
   text.take("keys", keys);
+  text.take("samples", samples);
   text.take("seed", options.seed);
   text.take("temperature", options.temperature);
   text.take("noise", options.noise);
@@ -76,12 +78,15 @@ inhabit_result run(const inbetween::SceneInbetweener& system, const Clip& clip, 
   text.take("standard", options.standard);
   text.finish();
   options.keys = inbetween::key_frames(keys, clip.frames(), options.seed, "keys");
-  inbetween::Result r = system.run(clip, scene, options);
-  return with_arrays({r.motion}, {r.on_source}, {{"keys", torch::tensor(r.keys)}});
+  const std::vector<inbetween::Result> results = system.run_samples(clip, scene, options, samples);
+  auto [motions, on_source] = motions_of(results);
+  return with_arrays(std::move(motions), std::move(on_source), {{"keys", torch::tensor(results.front().keys)}});
 }
 
 inhabit_result run(const interact::ChairInteractor& system, const Clip& clip, const Scene& scene, Options& text) {
   interact::Options options;
+  int64_t samples = 1;
+  text.take("samples", samples);
   text.take("chair", options.chair);
   text.take("seconds", options.seconds);
   text.take("seed", options.seed);
@@ -91,11 +96,15 @@ inhabit_result run(const interact::ChairInteractor& system, const Clip& clip, co
   text.take("hold", options.hold);
   const json left = text.value("left"), right = text.value("right");
   text.finish();
-  const interact::Chair chair = system.chair_of(clip, scene, options);
-  if (!left.is_null() || !right.is_null())
+  if (!left.is_null() || !right.is_null()) {
+    const interact::Chair chair = system.chair_of(clip, scene, options);
     options.contacts.push_back({hand_of(left, chair, 0), hand_of(right, chair, 1)});
-  interact::Result r = system.run_on(clip, scene, chair, options);
-  return with_arrays({r.motion}, {r.on_source}, {{"seated", torch::tensor(r.seated.value_or(-1))}});
+  }
+  const std::vector<interact::Result> results = system.run_samples(clip, scene, options, samples);
+  std::vector<int64_t> seated;
+  for (const interact::Result& r : results) seated.push_back(r.seated.value_or(-1));
+  auto [motions, on_source] = motions_of(results);
+  return with_arrays(std::move(motions), std::move(on_source), {{"seated", torch::tensor(seated)}});
 }
 
 inhabit_result run(const Refiner&, const Clip& clip, const Scene& scene, Options& text) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -194,7 +195,10 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
   out.words += database.words().size(0);
   const IntentionClusters& clusters = fold.networks.clusters;
   const bool labelled = clusters.poses.defined() || clusters.codes.defined();
-  const Tensor transitions = labelled && !fold.training.empty() ? label_transitions(fold.training, clusters) : Tensor();
+  std::vector<Sequence> alike;  // people who do the same: others go on to what else there is
+  std::copy_if(fold.training.begin(), fold.training.end(), std::back_inserter(alike),
+               [&](const Sequence& s) { return s.action == action; });
+  const Tensor transitions = labelled && !alike.empty() ? label_transitions(alike, clusters) : Tensor();
   const auto frames = static_cast<int64_t>(std::lround(horizons.back() * c.rate));
   for (size_t w = 0; w < windows.size(); ++w) {
     out.rows.push_back(first + static_cast<int64_t>(w));

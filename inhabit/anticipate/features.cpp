@@ -33,10 +33,12 @@ Tensor feature_joints(const Tensor& features, const Tensor& root, const Tensor& 
 }
 
 FeatureScale feature_scale(const Tensor& features) {
-  Tensor deviation = features.std(0).clone();
-  deviation.narrow(0, 0, kPoseFeatures).clamp_min_(0.05);
-  deviation.narrow(0, kPoseFeatures, 4).clamp_min_(1e-3);
-  return {features.mean(0), deviation};
+  FeatureStatistics statistics;
+  statistics.add(features);
+  FeatureScale scale = statistics.scale();
+  scale.deviation.narrow(0, 0, kPoseFeatures).clamp_min_(0.05);
+  scale.deviation.narrow(0, kPoseFeatures, 4).clamp_min_(1e-3);
+  return scale;
 }
 
 }  // namespace inhabit::anticipate

@@ -1,6 +1,7 @@
 #include "inhabit/anticipate/grammar_network.h"
 
 #include "inhabit/anticipate/network.h"
+#include "inhabit/nn/last_state.h"
 
 namespace inhabit::anticipate {
 
@@ -15,7 +16,7 @@ GrammarNetworkImpl::GrammarNetworkImpl(const Config& config) {
   terminal = register_module("terminal", torch::nn::Linear(rules, kFeatureCount));
 }
 
-Tensor GrammarNetworkImpl::start(const Tensor& past) { return std::get<1>(encoder->forward(past))[0]; }
+Tensor GrammarNetworkImpl::start(const Tensor& past) { return nn::last_state(encoder, past); }
 
 Tensor GrammarNetworkImpl::produce(Tensor nonterminal, const Tensor& gumbel, const Tensor& last) {
   std::vector<Tensor> rules;

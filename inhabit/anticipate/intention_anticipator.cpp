@@ -26,6 +26,8 @@ using torch::Tensor;
 
 namespace {
 
+constexpr int64_t kMostFutures = 100'000;
+
 /// Where a person can go on the floor under them; nothing where nothing stands on it.
 std::optional<FreeSpace> floor_around(const Scene& scene, const Clip& person) {
   if (scene.empty()) return std::nullopt;
@@ -62,6 +64,7 @@ Result IntentionAnticipator::run(const Clip& clip, const Scene& scene, const Opt
   const torch::NoGradGuard no_gradients;
   const Config& c = impl_->config;
   if (options.samples < 1) throw Error("samples", "must be at least 1");
+  if (options.samples > kMostFutures) throw Error("samples", "must be at most " + std::to_string(kMostFutures));
   if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "must be over 0 and at most 3600");
   const Observed observed = observe(clip, options.start, c.rate, c.kappa, options.name);
   const int64_t start = observed.start;

@@ -13,7 +13,7 @@ namespace inhabit::anticipate {
 /// What futures are asked for.
 struct Options {
   int64_t start = -1;           ///< first frame to forecast, counted in the clip; -1: its end
-  int64_t samples = 10;         ///< futures
+  int64_t samples = 10;         ///< futures, at most 100,000
   double seconds = 4;           ///< how far
   uint64_t seed = 1;            ///< a future depends on it and its own number alone
   std::string name = "motion";  ///< what errors call the clip

@@ -24,7 +24,8 @@ struct LabelAgreement {
 /// Compares labels with those of an .npz file: an array for each recording, called "test/ACTION/NAME" for those of the
 /// split "test" and "train/ACTION/NAME" for all others, with 120 labels a second.
 /// @param recordings as sequences_of gives them; @param tracks (T) int64 our labels of each, `rate` a second.
-/// Throws Error(path, ...) where the file has labels of none of the recordings, and what read_npz throws.
+/// Throws Error(path, ...) where the file has labels of none of the recordings or labels that are no whole numbers, and
+/// what read_npz throws.
 LabelAgreement label_agreement(const std::string& path, const std::vector<Sequence>& recordings,
                                const std::vector<torch::Tensor>& tracks, double rate);
 

@@ -1,5 +1,7 @@
 #include "inhabit/anticipate/network.h"
 
+#include "inhabit/nn/last_state.h"
+
 namespace inhabit::anticipate {
 
 using torch::Tensor;
@@ -12,7 +14,7 @@ IntentionNetworkImpl::IntentionNetworkImpl(const Config& config) {
   out = register_module("out", torch::nn::Linear(hidden, config.labels));
 }
 
-Tensor IntentionNetworkImpl::encode(const Tensor& past) { return std::get<1>(encoder->forward(past))[0]; }
+Tensor IntentionNetworkImpl::encode(const Tensor& past) { return nn::last_state(encoder, past); }
 
 Tensor IntentionNetworkImpl::teacher_logits(Tensor state, const Tensor& labels) {
   std::vector<Tensor> logits;
@@ -57,7 +59,7 @@ PoseNetworkImpl::PoseNetworkImpl(const Config& config)
 }
 
 PoseNetworkImpl::State PoseNetworkImpl::start(const Tensor& past, const Tensor& z) {
-  const Tensor state = torch::cat({std::get<1>(encoder->forward(past))[0], z}, 1);
+  const Tensor state = torch::cat({nn::last_state(encoder, past), z}, 1);
   return {{state, state, state}, past.select(1, past.size(1) - 1)};
 }
 

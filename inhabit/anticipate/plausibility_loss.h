@@ -3,6 +3,7 @@
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/anticipate/sample.h"
+#include "inhabit/metrics/motion_words.h"
 
 namespace inhabit::anticipate {
 
@@ -13,8 +14,7 @@ namespace inhabit::anticipate {
 class PlausibilityLoss {
  public:
   /// @param recordings to train on; words of their mirror images count as theirs. @param kappa frames of a word
-  /// @param softness metres a frame: lengths of steps are rounded off below, since the score changes without bounds
-  /// where joints hardly move
+  /// @param softness metres a frame, as ndms() takes it (metrics/ndms.h)
   PlausibilityLoss(const std::vector<Sequence>& recordings, int64_t kappa, double softness = 5e-4);
 
   /// 1 - the mean over windows and words. @param features (B, T, F) metres and radians; @param actions (B) int64, as
@@ -25,7 +25,7 @@ class PlausibilityLoss {
  private:
   int64_t kappa_;
   double softness_;
-  std::vector<std::vector<torch::Tensor>> words_;  // of each action and recording: (N, kappa, 12, 3)
+  std::vector<std::vector<WordIndex>> words_;  // of each action and recording
 };
 
 }  // namespace inhabit::anticipate

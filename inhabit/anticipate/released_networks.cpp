@@ -1,6 +1,7 @@
 #include "inhabit/anticipate/released_networks.h"
 
 #include "inhabit/nn/batch_norm.h"
+#include "inhabit/nn/last_state.h"
 
 namespace inhabit::anticipate {
 
@@ -35,7 +36,7 @@ ReleasedPoseNetworkImpl::ReleasedPoseNetworkImpl(const Config& c, int64_t featur
 
 Tensor ReleasedPoseNetworkImpl::forward(const Tensor& past, const Tensor& z, const Tensor& labels, int64_t frames) {
   const Tensor ahead = look_ahead->forward(labels.transpose(1, 2)).transpose(1, 2);  // (B, T, E)
-  Tensor state = torch::cat({std::get<1>(encoder->forward(past))[0], z}, 1).unsqueeze(0);
+  Tensor state = torch::cat({nn::last_state(encoder, past), z}, 1).unsqueeze(0);
   const auto step = [&](const Tensor& pose, int64_t t) {
     state = std::get<1>(decoder->forward(torch::cat({pose, ahead.select(1, t)}, 1).unsqueeze(1), state));
   };

@@ -5,6 +5,7 @@
 
 #include "inhabit/anticipate/features.h"
 #include "inhabit/math/random.h"
+#include "inhabit/metrics/forecast_error.h"
 #include "inhabit/nn/random_tensor.h"
 
 namespace inhabit::anticipate {
@@ -109,7 +110,7 @@ double nearest_validation_error(const Networks& networks, StochasticFutures meth
     const int64_t known = std::min<int64_t>(static_cast<int64_t>(c.rate), features.size(0) - now);
     const Tensor poses = feature_poses(method(networks, past, futures, known, w));
     const Tensor truth = feature_poses(features.slice(0, now, now + known));
-    sum += (poses - truth).norm(2, {3}).mean({1, 2}).min().item<double>();
+    sum += futures_error(poses, truth).best.mean().item<double>();
   }
   return sum / static_cast<double>(std::max<size_t>(1, windows.size()));
 }

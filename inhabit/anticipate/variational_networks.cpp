@@ -1,6 +1,7 @@
 #include "inhabit/anticipate/variational_networks.h"
 
 #include "inhabit/anticipate/network.h"
+#include "inhabit/nn/last_state.h"
 
 namespace inhabit::anticipate {
 
@@ -25,8 +26,6 @@ torch::nn::Sequential tanh_layers(const std::vector<int64_t>& sizes) {
   return out;
 }
 
-Tensor last_state(torch::nn::GRU& gru, const Tensor& motion) { return std::get<1>(gru->forward(motion))[0]; }
-
 }  // namespace
 
 MotionVaeImpl::MotionVaeImpl(const Config& config) {
@@ -42,10 +41,10 @@ MotionVaeImpl::MotionVaeImpl(const Config& config) {
   out = register_module("out", torch::nn::Linear(kNarrow, kFeatureCount));
 }
 
-Tensor MotionVaeImpl::encode(const Tensor& past) { return last_state(past_encoder, past); }
+Tensor MotionVaeImpl::encode(const Tensor& past) { return nn::last_state(past_encoder, past); }
 
 nn::LatentDistribution MotionVaeImpl::posterior(const Tensor& code, const Tensor& future) {
-  const Tensor both = posterior_layers->forward(torch::cat({code, last_state(future_encoder, future)}, 1));
+  const Tensor both = posterior_layers->forward(torch::cat({code, nn::last_state(future_encoder, future)}, 1));
   return {mean->forward(both), log_variance->forward(both)};
 }
 
@@ -71,7 +70,7 @@ LatentSamplerImpl::LatentSamplerImpl(const Config& config)
 }
 
 std::pair<Tensor, Tensor> LatentSamplerImpl::forward(const Tensor& past) {
-  const Tensor code = layers->forward(last_state(encoder, past));
+  const Tensor code = layers->forward(nn::last_state(encoder, past));
   const auto of_samples = [&](torch::nn::Linear& head) { return head->forward(code).view({-1, samples, latent}); };
   return {of_samples(factor), of_samples(shift)};
 }
@@ -87,10 +86,10 @@ MixMatchNetworkImpl::MixMatchNetworkImpl(const Config& config) {
   out = register_module("out", torch::nn::Linear(hidden, kFeatureCount));
 }
 
-Tensor MixMatchNetworkImpl::encode(const Tensor& past) { return last_state(past_encoder, past); }
+Tensor MixMatchNetworkImpl::encode(const Tensor& past) { return nn::last_state(past_encoder, past); }
 
 nn::LatentDistribution MixMatchNetworkImpl::posterior(const Tensor& code, const Tensor& future, const Tensor& taken) {
-  const Tensor mixed = taken * last_state(future_encoder, future) + (1 - taken) * code;
+  const Tensor mixed = taken * nn::last_state(future_encoder, future) + (1 - taken) * code;
   return {mean->forward(mixed), log_variance->forward(mixed)};
 }
 

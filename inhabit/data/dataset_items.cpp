@@ -86,10 +86,13 @@ class Unfinished {
                          ", that was not finished: finish it as it was begun, or remove " +
                              folder);
     DatasetItems found;
+    const Error damaged(path_, "is damaged; remove " + folder);
     try {
-      while (std::getline(lines, line) && !lines.eof()) read_item(json::parse(line), found);
+      while (std::getline(lines, line) && !lines.eof()) read_item(parse_json(line, path_), found);
     } catch (const json::exception&) {
-      throw Error(path_, "is damaged; remove " + folder);
+      throw damaged;
+    } catch (const Error&) {
+      throw damaged;
     }
     const auto filled = [&](const std::string& file) {  // a machine that went down may have left it empty
       std::error_code missing;

@@ -121,8 +121,8 @@ void add_object_poses(Clip& clip, const torch::Tensor& upright, const std::vecto
     auto row = pose.accessor<float, 2>();
     for (size_t t = 0; t < frames.size(); ++t) {
       const Eigen::Vector3d place = to_upright * (moved[t] * middle);
-      const Eigen::AngleAxisd turn(to_upright * moved[t].linear() * own);
-      const Eigen::Vector3d angles = turn.angle() * turn.axis();
+      const Eigen::AngleAxisd rotation(to_upright * moved[t].linear() * own);
+      const Eigen::Vector3d angles = rotation.angle() * rotation.axis();
       for (int i = 0; i < 3; ++i) {
         row[static_cast<int64_t>(t)][i] = static_cast<float>(place[i]);
         row[static_cast<int64_t>(t)][3 + i] = static_cast<float>(angles[i]);

@@ -1,5 +1,6 @@
 #include "inhabit/data/native.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
@@ -269,6 +270,17 @@ void write_scene(const Dataset& dataset, const std::string& name, const Scene& s
 void write_clip(const Dataset& dataset, DatasetClip& entry, const Clip& clip) {
   entry.frames = clip.frames();
   write_clip_npz(dataset.folder + "/" + entry.file, clip);
+}
+
+std::string summary(const Dataset& dataset) {
+  if (!dataset.whole)
+    return fmt::format("{}: shard {}, {} clips; the others are still to come", dataset.folder, dataset.shard.name(),
+                       dataset.clips.size());
+  double seconds = 0;
+  for (const DatasetClip& clip : dataset.clips) seconds += static_cast<double>(clip.frames) / dataset.rate;
+  const auto clips_in = [&](const char* split) { return dataset.split(split).size(); };
+  return fmt::format("{}: {} clips, {:.1f} minutes; train {}, val {}, test {}", dataset.folder, dataset.clips.size(),
+                     seconds / 60, clips_in("train"), clips_in("val"), clips_in("test"));
 }
 
 void write_index(const Dataset& dataset) {

@@ -77,6 +77,9 @@ void write_scene(const Dataset& dataset, const std::string& name, const Scene& s
 /// the file.
 void write_clip(const Dataset& dataset, DatasetClip& entry, const Clip& clip);
 
+/// A line: folder, clips, minutes and the clips of each split; of a part whose others are missing, that they are.
+std::string summary(const Dataset& dataset);
+
 /// Writes dataset.json; last, so that an interrupted run leaves no data set behind. Throws Error as open_dataset would.
 void write_index(const Dataset& dataset);
 

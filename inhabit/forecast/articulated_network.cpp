@@ -90,7 +90,7 @@ Tensor posed_from(const Tensor& last, const Tensor& path, const Tensor& rotation
   return from_root.transpose(2, 3) + path.unsqueeze(2);
 }
 
-Tensor contacts_given(int64_t batch, bool any, bool predicted) {
+Tensor contact_conditioning(int64_t batch, bool any, bool predicted) {
   return torch::tensor({any ? 1.F : 0.F, any && predicted ? 1.F : 0.F}).expand({batch, 2});
 }
 
@@ -155,7 +155,7 @@ ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::continued(const Tensor& pas
 }
 
 Tensor ArticulatedNetworkImpl::tokens(const Tensor& past, const Tensor& going_on, const Tensor& contact_points,
-                                      const Tensor& given) {
+                                      const Tensor& conditioning) {
   const int64_t P = config.past, stride = config.articulated.stride, first = P - 1 - stride * (past_tokens_ - 1);
   const Tensor last = past.slice(1, P - 1, P);
   const Tensor frames = local_pose(torch::cat({past, going_on}, 1), 0), now = local_pose(last, 0);
@@ -164,7 +164,7 @@ Tensor ArticulatedNetworkImpl::tokens(const Tensor& past, const Tensor& going_on
   const Tensor places = frames.slice(1, first, end, stride);
   const Tensor velocity = (places - frames.slice(1, first - 1, end - 1, stride)) * config.rate;
   Tensor x = motion_in->forward(torch::cat({places - now, velocity}, 2).flatten(2));
-  x = x + person_in->forward(torch::cat({now.flatten(1), given}, 1)).unsqueeze(1) + place;
+  x = x + person_in->forward(torch::cat({now.flatten(1), conditioning}, 1)).unsqueeze(1) + place;
   const Tensor touched = contact_points.slice(1, stride - 1, stride * future_tokens_, stride);
   const Tensor flag = touched.narrow(3, 3, 1);
   // Where the joint would go if it went to the point that it touches.
@@ -173,15 +173,16 @@ Tensor ArticulatedNetworkImpl::tokens(const Tensor& past, const Tensor& going_on
 }
 
 ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::see(const Tensor& past, const Tensor& contact_points,
-                                                         const Tensor& given) {
+                                                         const Tensor& conditioning) {
   const int64_t batch = past.dim() == 4 ? past.size(0) : -1;
   if (batch < 0 || past.sizes().slice(1) != at::IntArrayRef({config.past, kStandardJoints, 3}) ||
       contact_points.sizes() != at::IntArrayRef({batch, config.future, kStandardJoints, 4}) ||
-      given.sizes() != at::IntArrayRef({batch, 2}))
-    throw Error("forecast network: past, contact_points or given has the wrong shape");
+      conditioning.sizes() != at::IntArrayRef({batch, 2}))
+    throw Error("forecast network: past, contact_points or conditioning has the wrong shape");
   Seen seen = continued(past);
   const Tensor last = past.select(1, config.past - 1);
-  seen.tokens = tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.rotations)), contact_points, given);
+  seen.tokens =
+      tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.rotations)), contact_points, conditioning);
   for (Block& block : blocks) seen.tokens = block.forward(seen.tokens);
   return seen;
 }
@@ -200,8 +201,9 @@ Tensor ArticulatedNetworkImpl::mean_coefficients(const Tensor& seen_tokens) {
   return out->forward(coefficients->forward(out_norm->forward(seen_tokens).transpose(1, 2)).transpose(1, 2));
 }
 
-MotionForecast ArticulatedNetworkImpl::forward(const Tensor& past, const Tensor& contact_points, const Tensor& given) {
-  const Seen seen = see(past, contact_points, given);
+MotionForecast ArticulatedNetworkImpl::forward(const Tensor& past, const Tensor& contact_points,
+                                               const Tensor& conditioning) {
+  const Seen seen = see(past, contact_points, conditioning);
   return go_on(seen, mean_coefficients(seen.tokens));
 }
 

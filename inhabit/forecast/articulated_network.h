@@ -19,9 +19,9 @@ torch::Tensor angular_velocities(const torch::Tensor& before, const torch::Tenso
 /// are those of `last`, whosever body that is.
 torch::Tensor posed_from(const torch::Tensor& last, const torch::Tensor& path, const torch::Tensor& rotations);
 
-/// What contact points a forecast is given, as the network is told: (B, 2), whether there are any, and whether they are
-/// predicted.
-torch::Tensor contacts_given(int64_t batch, bool any, bool predicted);
+/// On what contact points a forecast is conditioned, as the network sees it: (B, 2), whether there are any, and whether
+/// they are predicted.
+torch::Tensor contact_conditioning(int64_t batch, bool any, bool predicted);
 
 /// Predicts how the person goes on from the last observed pose: displacements of the root and rotations of the joints
 /// that forward kinematics poses on the person's own bones (posed_from). Not in the paper. Root velocity and angular
@@ -33,19 +33,20 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
   explicit ArticulatedNetworkImpl(const Config& config);
 
   /// @param past (B, P, 22, 3) joints, origin at the root of the last observed frame, who faces +Z in it.
-  /// @param contact_points (B, T, 22, 4) position and 0/1; zeros where none are given.
-  /// @param given (B, 2) of contacts_given.
-  MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
+  /// @param contact_points (B, T, 22, 4) position and 0/1; zeros where there are none.
+  /// @param conditioning (B, 2) of contact_conditioning.
+  MotionForecast forward(const torch::Tensor& past, const torch::Tensor& contact_points,
+                         const torch::Tensor& conditioning);
 
   /// What the network has made of a past: how it goes on by itself, and the tokens behind the last block.
   struct Seen {
-    torch::Tensor past;       ///< (B, P, 22, 3) as it was given
+    torch::Tensor past;       ///< (B, P, 22, 3), the argument
     torch::Tensor path;       ///< (B, T, 3) of the continuation
     torch::Tensor rotations;  ///< (B, T, 17, 6) of the continuation
     torch::Tensor tokens;     ///< (B, S, width)
   };
   /// The first part of forward(), with the same arguments.
-  Seen see(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& given);
+  Seen see(const torch::Tensor& past, const torch::Tensor& contact_points, const torch::Tensor& conditioning);
   /// The motion, where these DCT coefficients (B, coefficients, 3 + 6 * 17) are added to the continuation.
   MotionForecast go_on(const Seen& seen, const torch::Tensor& coefficients) const;
   /// The coefficients that forward() adds.
@@ -70,7 +71,7 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
 
   Config config;                            ///< what it was made with
   torch::nn::Linear motion_in{nullptr};     ///< poses and velocities of a token's frame to width
-  torch::nn::Linear person_in{nullptr};     ///< the last observed pose and contacts_given to width
+  torch::nn::Linear person_in{nullptr};     ///< the last observed pose and contact_conditioning to width
   torch::nn::Linear contact_in{nullptr};    ///< a frame's contact points to width
   torch::nn::Linear coefficients{nullptr};  ///< S tokens to DCT coefficients over the future
   torch::nn::Linear out{nullptr};           ///< width to the root's 3 and 6 numbers of each joint that rotates
@@ -81,7 +82,7 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
  private:
   Seen continued(const torch::Tensor& past) const;
   torch::Tensor tokens(const torch::Tensor& past, const torch::Tensor& continued, const torch::Tensor& contact_points,
-                       const torch::Tensor& given);
+                       const torch::Tensor& conditioning);
   int64_t past_tokens_, future_tokens_;
   torch::Tensor gate_, from_dct_;  ///< (T, 1), (T, coefficients)
 };

@@ -79,7 +79,7 @@ std::vector<ForecastMethod> methods_of(const Networks& model) {
                      }});
       out.push_back({"best of " + many, [=](const Windows& w, uint64_t) {
                        const torch::Tensor joints = hypothesize(w.past, predicted(w)).joints;
-                       return one_of_each(joints, (joints - w.truth.unsqueeze(1)).norm(2, {4}).mean({2, 3}).argmin(1));
+                       return one_of_each(joints, nearest_future(joints, w.truth));
                      }});
     }
     if (config.joints == kStandardJoints) {

@@ -29,7 +29,7 @@ MotionLosses motion_losses(const MotionForecast& forecast, const torch::Tensor& 
 struct ArticulatedLosses {
   torch::Tensor path;      ///< metres, mean distance of the root
   torch::Tensor pose;      ///< metres, mean distance of the other joints relative to the root
-  torch::Tensor contact;   ///< Eq. 12, with true contact points whatever the network was given
+  torch::Tensor contact;   ///< Eq. 12, with true contact points whatever the network is conditioned on
   torch::Tensor velocity;  ///< metres a frame, mean distance between steps of joints; the first is from the last pose
   torch::Tensor total;     ///< their sum by config.training's weights
 };

@@ -27,13 +27,13 @@ int drawn_pace(const Data& data, const Config& config, int64_t window, uint64_t 
 
 ContactSource no_contacts(const Config& config) {
   return [&config](int64_t, int64_t, const Sample&, uint64_t) {
-    return GivenContacts{torch::zeros({config.future, config.joints, 4})};
+    return ConditioningContacts{torch::zeros({config.future, config.joints, 4})};
   };
 }
 
 ContactSource true_contacts(const Config& config) {
   return [&config](int64_t, int64_t, const Sample& s, uint64_t) {
-    return GivenContacts{
+    return ConditioningContacts{
         true_contact_points(s.points.unsqueeze(0), s.joints.slice(0, config.past).unsqueeze(0), config)[0], true,
         false};
   };
@@ -49,7 +49,7 @@ ContactSource predicted_contacts(const Config& config, const ContactNetwork& net
       const Tensor dct = contact->forward(points, contact_features(points, past, config), past);
       kept = contact_points(points, dct, config)[0].to(torch::kHalf);
     }
-    return GivenContacts{kept.to(torch::kFloat), true, true};
+    return ConditioningContacts{kept.to(torch::kFloat), true, true};
   };
 }
 
@@ -72,14 +72,14 @@ ContactSource mixed_contacts(const Config& config, const ContactSource& predicte
 MotionBatch motion_batch(const Data& data, const Config& config, const std::vector<int64_t>& windows,
                          const ContactSource& contacts, uint64_t point_seed, std::optional<uint64_t> seed, bool truth) {
   torch::NoGradGuard no_grad;
-  std::vector<Tensor> joints, points, touching, given, touched;
+  std::vector<Tensor> joints, points, touching, conditioning, touched;
   for (size_t i = 0; i < windows.size(); ++i) {
     const uint64_t draw = item_seed(seed.value_or(0), static_cast<uint64_t>(windows[i]));
     const int pace = seed ? drawn_pace(data, config, windows[i], draw) : 0;
     Sample s = data.sample(windows[i], point_seed, false, std::pow(1 + config.training.time_warp, 0.5 * pace));
     const auto place = static_cast<int64_t>(i);
     const ContactSource real = true_contacts(config);
-    GivenContacts contact = contacts(place, windows[i] * kPaces + pace + kPaces / 2, s, item_seed(draw, 1));
+    ConditioningContacts contact = contacts(place, windows[i] * kPaces + pace + kPaces / 2, s, item_seed(draw, 1));
     Tensor right = !truth                              ? Tensor()
                    : contact.any && !contact.predicted ? contact.points
                                                        : real(place, windows[i], s, 0).points;
@@ -96,7 +96,7 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
     joints.push_back(s.joints);
     points.push_back(s.points);
     touching.push_back(contact.points);
-    given.push_back(contacts_given(1, contact.any, contact.predicted));
+    conditioning.push_back(contact_conditioning(1, contact.any, contact.predicted));
     if (truth) touched.push_back(right);
   }
   const Tensor all = torch::stack(joints);
@@ -104,7 +104,7 @@ MotionBatch motion_batch(const Data& data, const Config& config, const std::vect
           all.slice(1, config.past).contiguous(),
           torch::stack(points),
           torch::stack(touching),
-          torch::cat(given),
+          torch::cat(conditioning),
           truth ? torch::stack(touched) : Tensor()};
 }
 

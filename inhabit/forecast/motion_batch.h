@@ -12,30 +12,32 @@ namespace inhabit::forecast {
 
 /// Windows as motion networks are trained on them.
 struct MotionBatch {
-  torch::Tensor past;      ///< (B, P, J, 3)
-  torch::Tensor future;    ///< (B, T, J, 3)
-  torch::Tensor points;    ///< (B, N, 3) of the scene
-  torch::Tensor contacts;  ///< (B, T, J, 4) contact points that the network is given
-  torch::Tensor given;     ///< (B, 2) what they are: contacts_given
-  torch::Tensor truth;     ///< (B, T, J, 4) true contact points; undefined unless asked for
+  torch::Tensor past;          ///< (B, P, J, 3)
+  torch::Tensor future;        ///< (B, T, J, 3)
+  torch::Tensor points;        ///< (B, N, 3) of the scene
+  torch::Tensor contacts;      ///< (B, T, J, 4) contact points that the network sees
+  torch::Tensor conditioning;  ///< (B, 2) what they are: contact_conditioning
+  torch::Tensor truth;         ///< (B, T, J, 4) true contact points; undefined unless asked for
 
   /// The same on another device.
   MotionBatch on(torch::Device d) const {
-    return {past.to(d), future.to(d), points.to(d), contacts.to(d), given.to(d), truth.defined() ? truth.to(d) : truth};
+    return {past.to(d),     future.to(d),       points.to(d),
+            contacts.to(d), conditioning.to(d), truth.defined() ? truth.to(d) : truth};
   }
 };
 
 /// Contact points (T, J, 4) of a window in its sample's axes, and whether there are any and they are predicted.
-struct GivenContacts {
+struct ConditioningContacts {
   torch::Tensor points;    ///< x y z metres, then whether the joint is in contact; zeros where it is not
   bool any = false;        ///< false: the network is to do without
   bool predicted = false;  ///< by the contact network; else true ones
 };
 /// @param place of the window in its batch, @param window a number of the window and its pace alone, @param draw one of
 /// the window's and the step's own.
-using ContactSource = std::function<GivenContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;
+using ContactSource =
+    std::function<ConditioningContacts(int64_t place, int64_t window, const Sample& sample, uint64_t draw)>;
 
-/// No contact points for any window: zeros (T, J, 4), not said to be given. `config` must outlive what is returned.
+/// No contact points for any window: zeros (T, J, 4), without conditioning. `config` must outlive what is returned.
 ContactSource no_contacts(const Config& config);
 /// The true contact points (T, J, 4) of each window's future, from its scene points and joints. `config` must outlive
 /// what is returned.

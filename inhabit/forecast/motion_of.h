@@ -12,7 +12,7 @@ enum class Contacts { none, real, predicted };
 /// ignored and may be undefined where there are none.
 using Motion = std::function<torch::Tensor(const torch::Tensor& past, const torch::Tensor& contact_points)>;
 
-/// How a model's networks move a person who is given such contact points, on the CPU; empty where the model cannot.
+/// How a model's networks move a person who has such contact points, on the CPU; empty where the model cannot.
 /// Safe to use from several threads.
 Motion motion_of(const Networks& networks, Contacts contacts);
 

@@ -2,6 +2,7 @@
 
 #include "inhabit/error.h"
 #include "inhabit/math/dct.h"
+#include "inhabit/nn/last_state.h"
 
 namespace inhabit::forecast {
 
@@ -34,11 +35,6 @@ std::vector<nn::PointVoxelConv> make_convolutions(const std::optional<PointVoxel
     channels = spec->channels;
   }
   return convolutions;
-}
-
-/// Last hidden state (B, hidden) of a one-layer GRU over (B, T, C).
-Tensor last_state(tn::Linear& encode, tn::GRU& gru, const Tensor& sequence) {
-  return std::get<1>(gru->forward(encode->forward(sequence).transpose(0, 1)))[0];
 }
 
 Tensor expect(const Tensor& tensor, at::IntArrayRef sizes, const char* what) {
@@ -132,7 +128,7 @@ Tensor ContactNetworkImpl::forward(const Tensor& scene, const Tensor& contact_dc
   const int64_t batch = expect(scene, {-1, -1, 3}, "scene").size(0), count = scene.size(1);
   expect(contact_dct, {batch, features_per_point(config), count}, "contact_dct");
   expect(past, {batch, config.past, config.joints, 3}, "past");
-  const Tensor code = last_state(x_enc, x_gru, local_pose(past, config.root).flatten(2));
+  const Tensor code = nn::last_state(x_gru, x_enc->forward(local_pose(past, config.root).flatten(2)));
   std::vector<nn::PointFeatures> levels =
       pointnet_sa->forward({torch::cat({scene.transpose(1, 2), contact_dct}, 1), scene});
   levels.front().features = contact_dct;
@@ -181,11 +177,11 @@ MotionNetworkImpl::Codes MotionNetworkImpl::encode(const Tensor& past, const Ten
   if (with_contact) expect(contact_points, {batch, config.future, config.joints, 4}, "contact_points");
   Codes codes;
   codes.local = local_pose(past, config.root).flatten(2);
-  codes.past = last_state(x_enc, x_gru, codes.local);
+  codes.past = nn::last_state(x_gru, x_enc->forward(codes.local));
   const Tensor padded_dct = padded_dct_matrix(config.past, config.future, config.root_coefficients).to(past.device());
   const Tensor path_dct = padded_dct.matmul(past.select(2, config.root)).flatten(1);
   std::vector<Tensor> inputs{path_dct, codes.past};
-  if (with_contact) inputs.push_back(last_state(cont_enc, cont_gru, contact_points.flatten(2)));
+  if (with_contact) inputs.push_back(nn::last_state(cont_gru, cont_enc->forward(contact_points.flatten(2))));
   Tensor h = g_w1->forward(torch::cat(inputs, 1));
   h = g_w2->forward(h) + h;
   h = g_w3->forward(h) + h;

@@ -1,6 +1,7 @@
 #include "inhabit/forecast/slt_network.h"
 
 #include "inhabit/forecast/network.h"
+#include "inhabit/nn/last_state.h"
 
 namespace inhabit::forecast {
 
@@ -77,7 +78,7 @@ SltNetworkImpl::SltNetworkImpl(const Config& config) : root(config.root), future
 
 SltForecast SltNetworkImpl::forward(const Tensor& past, const Tensor& points) {
   const int64_t frames = past.size(1), joints = past.size(2);
-  const Tensor motion = std::get<1>(past_gru->forward(past_in->forward(local_pose(past, root).flatten(2))))[0];
+  const Tensor motion = nn::last_state(past_gru, past_in->forward(local_pose(past, root).flatten(2)));
   const Tensor scene = scene_points->forward(points.transpose(1, 2)).amax(2);
   const Tensor last = past.select(1, frames - 1), last_root = last.select(1, root);
   const Tensor codes = torch::cat({scene, motion}, 1);

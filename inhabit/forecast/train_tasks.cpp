@@ -174,7 +174,7 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
       },
       [&config, network, device](const MotionBatch& on_cpu, const TrainStep&) mutable {
         const MotionBatch b = on_cpu.on(device);
-        const ArticulatedLosses l = articulated_losses(network->forward(b.past, b.contacts, b.given),
+        const ArticulatedLosses l = articulated_losses(network->forward(b.past, b.contacts, b.conditioning),
                                                        b.past.select(1, config.past - 1), b.future, b.truth, config);
         return Losses{
             {"total", l.total}, {"path", l.path}, {"pose", l.pose}, {"contact", l.contact}, {"velocity", l.velocity}};
@@ -182,7 +182,7 @@ TrainTask articulated_task(Networks& model, const Data& data, const Data& valida
   task.validate = [&, network, source = predicted_contacts(config, model.contact), device]() mutable {
     return validated(validation, 32, [&](const std::vector<int64_t>& some) {
       const MotionBatch b = motion_batch(validation, config, some, source, 0, {}).on(device);
-      return summed_error(forecast_joints(network->forward(b.past, b.contacts, b.given), config.root).cpu(),
+      return summed_error(forecast_joints(network->forward(b.past, b.contacts, b.conditioning), config.root).cpu(),
                           b.future.cpu(), config.root);
     });
   };
@@ -199,7 +199,7 @@ TrainTask hypotheses_task(Networks& model, const Data& data, const Data& validat
     ArticulatedNetworkImpl::Seen seen;
     {
       const torch::NoGradGuard no_gradients;
-      seen = articulated->see(b.past, b.contacts, b.given);
+      seen = articulated->see(b.past, b.contacts, b.conditioning);
     }
     return network->forward(articulated, seen);
   };

@@ -15,21 +15,21 @@ using Eigen::Vector3f;
 
 namespace {
 
-std::vector<KeyDistance> distances_to(const std::vector<char>& given) {
-  const int frames = static_cast<int>(given.size());
-  std::vector<KeyDistance> out(given.size());
+std::vector<KeyDistance> distances_to(const std::vector<char>& constrained) {
+  const int frames = static_cast<int>(constrained.size());
+  std::vector<KeyDistance> out(constrained.size());
   for (int t = 0, last = -1; t < frames; ++t) {
-    if (given[static_cast<size_t>(t)] != 0) last = t;
+    if (constrained[static_cast<size_t>(t)] != 0) last = t;
     if (last >= 0) out[static_cast<size_t>(t)].before = t - last;
   }
   for (int t = frames - 1, next = -1; t >= 0; --t) {
-    if (given[static_cast<size_t>(t)] != 0) next = t;
+    if (constrained[static_cast<size_t>(t)] != 0) next = t;
     if (next >= 0) out[static_cast<size_t>(t)].after = next - t;
   }
   return out;
 }
 
-/// The given frames around frame t, and how far it is from the first to the second, 0 to 1.
+/// The constrained frames around frame t, and how far it is from the first to the second, 0 to 1.
 struct Around {
   int64_t from, to;
   float part;
@@ -53,11 +53,11 @@ void put_target(Baseline& baseline, const Poses& keys, int64_t t, int64_t j) {
 Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours) {
   const int64_t frames = keys.frames();
   const torch::Tensor plain = groups.to(torch::kFloat32).contiguous();
-  const auto given = plain.accessor<float, 2>();
+  const auto constrains = plain.accessor<float, 2>();
   std::vector<char> whole(static_cast<size_t>(frames)), rooted(whole.size());
   for (int64_t t = 0; t < frames; ++t) {
-    whole[static_cast<size_t>(t)] = given[t][kBodyRotationsGroup] > 0 ? 1 : 0;
-    rooted[static_cast<size_t>(t)] = given[t][kRootTranslationGroup] > 0 ? 1 : 0;
+    whole[static_cast<size_t>(t)] = constrains[t][kBodyRotationsGroup] > 0 ? 1 : 0;
+    rooted[static_cast<size_t>(t)] = constrains[t][kRootTranslationGroup] > 0 ? 1 : 0;
   }
   if (whole.empty() || whole[0] == 0 || rooted[0] == 0) throw Error("keys", "the first frame is no whole pose");
   Baseline out;
@@ -68,7 +68,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
   out.poses.rotations.resize(Poses::at(frames, 0));
   out.heading.resize(static_cast<size_t>(frames));
   out.noise.resize(static_cast<size_t>(frames), 0);
-  std::vector<double> turns(whole.size(), 0);
+  std::vector<double> yaws(whole.size(), 0);
   if (detours.defined()) {
     std::vector<Eigen::Vector2d> straight;
     std::vector<int64_t> root_keys;
@@ -78,7 +78,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
       straight.emplace_back(place.x(), place.z());
       if (rooted[static_cast<size_t>(t)] != 0) root_keys.push_back(t);
     }
-    turns = turns_along(straight, detours, root_keys);
+    yaws = yaws_along(straight, detours, root_keys);
   }
   for (int64_t t = 0; t < frames; ++t) {
     const size_t first = Poses::at(t, 0), frame = static_cast<size_t>(t);
@@ -86,7 +86,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       Quaternionf q = local_rotation(keys, pose.from, j);
       if (pose.part > 0) q = q.slerp(pose.part, local_rotation(keys, pose.to, j));
-      if (j == 0 && turns[frame] != 0) q = Eigen::AngleAxisf(static_cast<float>(turns[frame]), Vector3f::UnitY()) * q;
+      if (j == 0 && yaws[frame] != 0) q = Eigen::AngleAxisf(static_cast<float>(yaws[frame]), Vector3f::UnitY()) * q;
       const size_t parent = first + static_cast<size_t>(std::max(0, standard_parents()[static_cast<size_t>(j)]));
       out.poses.rotations[first + static_cast<size_t>(j)] = j == 0 ? q : (out.poses.rotations[parent] * q).normalized();
     }
@@ -102,7 +102,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
   out.targets = torch::zeros({frames, kStandardJoints, 4});
   for (int64_t t = 0; t < frames; ++t)
     for (int64_t j = 0; j < kStandardJoints; ++j)
-      if (whole[static_cast<size_t>(t)] == 0 && given[t][kJointGroups + j] > 0) put_target(out, keys, t, j);
+      if (whole[static_cast<size_t>(t)] == 0 && constrains[t][kJointGroups + j] > 0) put_target(out, keys, t, j);
   return out;
 }
 

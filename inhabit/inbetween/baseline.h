@@ -5,13 +5,13 @@
 
 namespace inhabit::inbetween {
 
-/// How far a frame is from those that are given.
+/// How far a frame is from those that are constrained.
 struct KeyDistance {
-  int before = -1;  ///< frames since the last given one, 0 in a given one; -1: there is none
-  int after = -1;   ///< frames to the next given one, 0 in a given one; -1: there is none
+  int before = -1;  ///< frames since the last constrained one, 0 in one; -1: there is none
+  int after = -1;   ///< frames to the next constrained one, 0 in one; -1: there is none
 
-  /// d d' / (d + d') of the two distances, frames: what the variance of a random walk between two given places is
-  /// proportional to. Where only one side is given, its distance. 0 in given frames.
+  /// d d' / (d + d') of the two distances, frames: what the variance of a random walk between two known places is
+  /// proportional to. Where only one side is constrained, its distance. 0 in constrained frames.
   float bridge() const;
 };
 
@@ -36,9 +36,9 @@ struct KeyNoise {
 
 /// @param keys read in key frames only. @param groups (T, 25) what each frame constrains (keyframes.h): whole poses,
 /// or positions of joints and with the pelvis's the root. The first frame must be a whole key. @param detours (T, 2)
-/// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body turns; undefined:
-/// none. @param noise whole keys that have some are smoothed first (key_smoother.h), which leaves targets at their own
-/// joints
+/// metres along x and z that the root's line is shifted by (obstacle_detours.h), with which the body rotates;
+/// undefined: none. @param noise whole keys that have some are smoothed first (key_smoother.h), which leaves targets at
+/// their own joints
 Baseline baseline_of(const Poses& keys, const torch::Tensor& groups, const torch::Tensor& detours = {},
                      const KeyNoise& noise = {});
 

@@ -17,7 +17,7 @@ DenoiserInput denoiser_input(const Networks& networks, const Conditioning& c) {
   out.local = network->embed_offsets(c.offsets, groups.amin(2));  // offsets need the whole pose
   out.baseline = torch::zeros({}, c.groups.options());
   if (config.from_interpolation) {
-    out.baseline = along_detours(interpolated_baseline(c.given, networks.scale), c.detours, c.given.mask,
+    out.baseline = along_detours(interpolated_baseline(c.constraints, networks.scale), c.detours, c.constraints.mask,
                                  networks.scale.deviation);
     out.local = torch::cat({out.local, out.baseline}, 1);
   }

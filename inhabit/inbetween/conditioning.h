@@ -8,12 +8,12 @@ namespace inhabit::inbetween {
 
 /// What the denoiser is conditioned on, for B windows of T frames.
 struct Conditioning {
-  KeyConstraints given;     ///< hard constraints: key frames and known frames, standardised (B, 201, T)
-  torch::Tensor groups;     ///< (B, T, 25) 1 for the feature groups that are constrained in a frame (keyframes.h)
-  torch::Tensor occupancy;  ///< (B, 24, 48, 48) of scene_occupancy
-  torch::Tensor offsets;    ///< (B, 64, 3, T) metres, basis points of the bodies in key frames; not read elsewhere
-  torch::Tensor shape;      ///< (B, 7) of body_shape_features
-  torch::Tensor detours;    ///< (B, T, 2) metres, of detours_around
+  KeyConstraints constraints;  ///< hard constraints: key frames and known frames, standardised (B, 201, T)
+  torch::Tensor groups;        ///< (B, T, 25) 1 for the feature groups that are constrained in a frame (keyframes.h)
+  torch::Tensor occupancy;     ///< (B, 24, 48, 48) of scene_occupancy
+  torch::Tensor offsets;       ///< (B, 64, 3, T) metres, basis points of the bodies in key frames; not read elsewhere
+  torch::Tensor shape;         ///< (B, 7) of body_shape_features
+  torch::Tensor detours;       ///< (B, T, 2) metres, of detours_around
 };
 
 /// The same as the network's input.

@@ -205,4 +205,8 @@ void validate(const Config& c, const std::string& subject) {
   check_schedule(check, c.training.schedule);
 }
 
+void require_noise_aware(const Config& config, const std::string& file) {
+  if (config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+}
+
 }  // namespace inhabit::inbetween

@@ -138,4 +138,7 @@ void set_fields(Config& config, const std::vector<std::string>& settings);
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
 void validate(const Config& config, const std::string& subject);
 
+/// Throws Error(file, ...) unless the model cleans noisy keys by itself (t_star).
+void require_noise_aware(const Config& config, const std::string& file);
+
 }  // namespace inhabit::inbetween

@@ -33,7 +33,7 @@ struct PathPoint {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< x, z
 };
 
-/// What is given of a motion beside its key poses; nothing where all of it is empty.
+/// What constrains a motion beside its key poses; nothing where all of it is empty.
 struct Controls {
   /// One for each key in [0, 1], of those between the ends. Under 1 the pose is mixed, with that weight, into what
   /// would be there without these keys. Empty: all 1.
@@ -56,7 +56,7 @@ void check(const Controls& controls, size_t keys, double seconds);
 torch::Tensor path_curve(const std::vector<PathPoint>& path, const torch::Tensor& roots,
                          const std::vector<int64_t>& keys, double rate);
 
-/// The clip with its first pose as the last, moved to the last root's place over the floor and turned to its heading.
+/// The clip with its first pose as the last, moved to the last root's place over the floor and rotated to its heading.
 /// @param standard the same clip on the standard skeleton
 Clip with_looped_end(const Clip& clip, const Clip& standard);
 

@@ -25,7 +25,7 @@ constexpr int64_t kDraws = 1000;  // of the bootstrap
 bool succeeds(const Clip& clip, const FillTask& task, const CollisionMeter& meter, const DetourEvaluation& options) {
   if (meter.colliding_frames(clip, {options.tolerance, options.tolerance}).any().item<bool>()) return false;
   const Tensor keys = torch::tensor(task.keys);
-  const Tensor missed = clip.joints.index_select(0, keys) - task.window.given.joints.index_select(0, keys);
+  const Tensor missed = clip.joints.index_select(0, keys) - task.window.conditioning.joints.index_select(0, keys);
   return missed.norm(2, {2}).mean({1}).max().item<double>() <= options.key_error;
 }
 

@@ -14,7 +14,7 @@ namespace inhabit::inbetween {
 
 /// Who goes around what blocks the straight line between two keys (blocked_rooms.h). A run succeeds if in no frame a
 /// vertex of the skin is inside the scene by more than `tolerance`, and the joints of both keys are within `key_error`
-/// of where they were given, in the mean.
+/// of where the key poses have them, in the mean.
 struct DetourEvaluation {
   int64_t seeds = 10;        ///< runs of what depends on a seed, in each room
   uint64_t seed = 1;         ///< what methods draw in each room and run follows from it, and the bootstrap

@@ -47,12 +47,12 @@ DrawnKeys draw_keys(int64_t frames, bool partial, double far, std::mt19937_64& r
   // The same joints in all partial keys of a window, as for a drawn hand path.
   const bool some_partial = partial && chance(random, kPartialKeys);
   const double partial_fraction = chance(random, kAllPartial) ? 1 : uniform(random, 0, 1);
-  Tensor given = torch::zeros({kKeyGroups});
+  Tensor constrained = torch::zeros({kKeyGroups});
   if (some_partial) {
     const int joints = uniform_int(random, 0, 4);
-    for (int j = 0; j < joints; ++j) given[kJointGroups + uniform_int(random, 0, kStandardJoints - 1)] = 1;
-    if (joints == 0 || chance(random, 0.5)) given[kJointGroups] = 1;  // the pelvis
-    given[kRootTranslationGroup] = given[kJointGroups];
+    for (int j = 0; j < joints; ++j) constrained[kJointGroups + uniform_int(random, 0, kStandardJoints - 1)] = 1;
+    if (joints == 0 || chance(random, 0.5)) constrained[kJointGroups] = 1;  // the pelvis
+    constrained[kRootTranslationGroup] = constrained[kJointGroups];
   }
   std::vector<int> inner;
   if (chance(random, far)) {
@@ -64,10 +64,10 @@ DrawnKeys draw_keys(int64_t frames, bool partial, double far, std::mt19937_64& r
     shuffle_first(inner, static_cast<size_t>(std::max(0.0, n * last / count - 2)), random);
   }
   for (const int key : inner)
-    out.groups[key].copy_(some_partial && chance(random, partial_fraction) ? given : torch::ones({kKeyGroups}));
+    out.groups[key].copy_(some_partial && chance(random, partial_fraction) ? constrained : torch::ones({kKeyGroups}));
   if (chance(random, kContinued)) {
     const int known = std::min(last, uniform_int(random, kLeastKnown, kMostKnown));
-    for (Tensor* given_frames : {&out.groups, &out.ends}) given_frames->slice(0, 0, known).fill_(1);
+    for (Tensor* known_frames : {&out.groups, &out.ends}) known_frames->slice(0, 0, known).fill_(1);
   }
   return out;
 }

@@ -5,7 +5,7 @@
 
 namespace inhabit::inbetween {
 
-/// Key frames that a training window is given, drawn at random.
+/// Key frames that a training window is conditioned on, drawn at random.
 struct DrawnKeys {
   torch::Tensor groups;  ///< (T, 25) what each frame constrains (keyframes.h)
   torch::Tensor ends;    ///< (T) 1 at the first and the last key frame, and at frames that are known

@@ -178,7 +178,7 @@ class Measuring {
         }
         // Streams of their own for noise, key frames and the method.
         const uint64_t seed = item_seed(item_seed(options_.seed, r), w);
-        window.given = noisy_keys(window.truth, options_.noise, item_seed(seed, 0));
+        window.conditioning = noisy_keys(window.truth, options_.noise, item_seed(seed, 0));
         const std::string& chosen = row.keyframes.empty() ? options_.keyframes.front() : row.keyframes;
         with.keys = key_frames(chosen, window.truth.frames(), item_seed(seed, 1));
         const FillTask task{window, with.keys, options_.key_joints, options_.noise};
@@ -358,7 +358,7 @@ Table evaluate(const std::vector<Window>& windows, const std::vector<Method>& me
       options.truth && !features.is_empty() && windows.size() > 1 &&
       std::all_of(windows.begin(), windows.end(), [](const auto& w) { return w.truth.frames() == kFeatureFrames; });
 
-  const Method input = {"noisy input", [](const FillTask& task, uint64_t) { return task.window.given; }};
+  const Method input = {"noisy input", [](const FillTask& task, uint64_t) { return task.window.conditioning; }};
   std::vector<Row> rows;
   const auto add = [&](const Method* method, const std::string& name, const std::string& keyframes, int64_t runs) {
     const auto count = static_cast<size_t>(runs);

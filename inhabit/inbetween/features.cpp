@@ -84,18 +84,18 @@ Tensor with_rest_frames_rotated(const Tensor& features, const Tensor& rotations,
   Tensor before = rotations.index_select(0, torch::tensor(parents)).transpose(1, 2).clone();  // A_parent^T
   before[0].copy_(torch::eye(3));  // the root's parent is the world
   bones = torch::matmul(before, bones.unsqueeze(2)).squeeze(2);
-  const Tensor turned = torch::matmul(torch::matmul(before, feature_rotations(features)), rotations);
-  return torch::cat(
-      {features.slice(1, 0, kOrientFeature), matrix_to_rotation6d(turned).flatten(1), features.slice(1, kJointFeature)},
-      1);
+  const Tensor rotated = torch::matmul(torch::matmul(before, feature_rotations(features)), rotations);
+  return torch::cat({features.slice(1, 0, kOrientFeature), matrix_to_rotation6d(rotated).flatten(1),
+                     features.slice(1, kJointFeature)},
+                    1);
 }
 
-Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale) {
+Tensor interpolated_baseline(const KeyConstraints& constraints, const FeatureScale& scale) {
   const Rotations rotations_in{scale};
-  Tensor out = interpolate_keys(given);
+  Tensor out = interpolate_keys(constraints);
   const Tensor arcs =
-      rotations_in.features(between_keys(rotations_in.matrices(given.values), key_neighbours(given.mask)));
-  rotations_of(out).copy_(torch::where((rotations_of(given.mask) > 0).any(2, true), arcs, rotations_of(out)));
+      rotations_in.features(between_keys(rotations_in.matrices(constraints.values), key_neighbours(constraints.mask)));
+  rotations_of(out).copy_(torch::where((rotations_of(constraints.mask) > 0).any(2, true), arcs, rotations_of(out)));
   return out;
 }
 

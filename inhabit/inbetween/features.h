@@ -38,8 +38,8 @@ torch::Tensor with_rest_frames_rotated(const torch::Tensor& features, const torc
 
 /// interpolate_keys (sampler.h) with rotations by slerp over the shorter arc. Linear interpolation of 6D features
 /// degenerates between rotations that are far apart: the result is near zero and stands for an arbitrary rotation.
-/// @param scale what `given` is standardised by.
-torch::Tensor interpolated_baseline(const KeyConstraints& given, const FeatureScale& scale);
+/// @param scale what `constraints` is standardised by.
+torch::Tensor interpolated_baseline(const KeyConstraints& constraints, const FeatureScale& scale);
 
 /// Adds noise of `level` to features (T, 201): normal, with a standard deviation of `level` degrees for every component
 /// of a rotation and `level` centimetres for every component of the root; joints by forward kinematics. The first and

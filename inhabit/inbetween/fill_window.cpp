@@ -36,7 +36,8 @@ const Eigen::Vector3d kPathWidth(0.02, 0.01, 0.02);
 /// What each frame of a window constrains (c.frames, 25).
 Tensor groups_of(const Filling& f, const FillWindow& window) {
   Tensor groups = torch::zeros({f.config().frames, kKeyGroups});
-  groups.slice(0, 0, window.last + 1 - window.first).copy_(f.given.groups.slice(0, window.first, window.last + 1));
+  groups.slice(0, 0, window.last + 1 - window.first)
+      .copy_(f.constraints.groups.slice(0, window.first, window.last + 1));
   groups.slice(0, 0, window.known + 1 - window.first).fill_(1);
   return groups;
 }
@@ -71,12 +72,12 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   const Tensor metres = clip_features(transformed(poses, out.to_canonical)), root = poses.joints[0][0];
   Conditioning& on = out.conditioning;
   on.groups = groups.unsqueeze(0);
-  on.given.values = torch::zeros({1, kFeatureCount, c.frames})
-                        .index_copy_(2, places, f.networks.scale.to_network(metres).t().unsqueeze(0));
-  on.given.mask = feature_mask(groups).t().unsqueeze(0);
-  on.given.always = on.given.mask * always;
-  on.given.t_star = c.t_star;
-  on.given.imposed = false;
+  on.constraints.values = torch::zeros({1, kFeatureCount, c.frames})
+                              .index_copy_(2, places, f.networks.scale.to_network(metres).t().unsqueeze(0));
+  on.constraints.mask = feature_mask(groups).t().unsqueeze(0);
+  on.constraints.always = on.constraints.mask * always;
+  on.constraints.t_star = c.t_star;
+  on.constraints.imposed = false;
   on.shape = f.body_shape;
   if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
   Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
@@ -121,15 +122,15 @@ refine::KeyPoses key_poses(const Filling& f, const FillWindow& window, const Cli
   }
   out.poses = frames_at(f.motion, at);
   const auto height = [&](int64_t frame) { return predicted.joints[frame][0][1].item<double>(); };
-  for (refine::JointTarget target : f.given.contacts) {
+  for (refine::JointTarget target : f.constraints.contacts) {
     if (target.frame <= window.known || target.frame > window.last) continue;
     target.frame -= window.first;
     target.sigma.setConstant(kContact);
     out.targets.push_back(target);
     out.targets.push_back({target.frame, 0, {0, height(target.frame), 0}, {kUnbound, kHeight, kUnbound}});
   }
-  if (f.given.path.defined()) {
-    const auto path = f.given.path.accessor<float, 2>();
+  if (f.constraints.path.defined()) {
+    const auto path = f.constraints.path.accessor<float, 2>();
     for (int64_t frame = window.known + 1; frame <= window.last; ++frame)
       if (path[frame][2] > 0)
         out.targets.push_back(
@@ -144,7 +145,7 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
   const Config& c = f.config();
   const WindowConditioning on = condition(f, window);
   for (const int64_t frame : on.unreached) f.unreached.push_back(window.first + frame);
-  KeyConstraints given = on.conditioning.given;
+  KeyConstraints constraints = on.conditioning.constraints;
   const DenoiserInput in = denoiser_input(f.networks, on.conditioning);
   const auto predict = [&](const Tensor& x, int64_t t) {
     if (c.global_scene)
@@ -153,17 +154,17 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
   };
   Denoise denoise = predict;
   if (!c.keys_seen) {  // inpainting: keys are put into what is predicted, and get the noise of x_t with it
-    const Tensor keyed = given.mask > 0;
-    given.mask = torch::zeros_like(given.mask);
-    given.always = given.mask;
-    denoise = [=, values = given.values](const Tensor& x, int64_t t) {
+    const Tensor keyed = constraints.mask > 0;
+    constraints.mask = torch::zeros_like(constraints.mask);
+    constraints.always = constraints.mask;
+    denoise = [=, values = constraints.values](const Tensor& x, int64_t t) {
       return torch::where(keyed, values, predict(x, t));
     };
   }
   const auto noise = seeded_noise(1, kFeatureCount, c.frames, seed);
   const Tensor sampled = f.options.stage == Stage::baseline
                              ? in.baseline
-                             : sample(f.schedule, f.options.sampler, f.steps, denoise, given, noise, progress);
+                             : sample(f.schedule, f.options.sampler, f.steps, denoise, constraints, noise, progress);
   const Tensor features = f.networks.scale.from_network(sampled[0].t());
   return transformed(clip_of_features(features, f.motion), on.to_canonical.inverse());
 }
@@ -183,7 +184,7 @@ Tensor detours_of_window(const Filling& f, const Poses& keys, const Tensor& grou
   if (f.options.detours == Detours::searched || !f.networks.path)
     return detours_of_poses(keys, groups, f.distances, &unreached);
   std::vector<int64_t> unknown;
-  Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, f.options.temperature, seed, &unknown);
+  Tensor moves = learned_detours(f.networks.path, keys, groups, f.distances, f.temperature, seed, &unknown);
   if (unknown.empty()) return moves;
   const Tensor searched = detours_of_poses(keys, groups, f.distances, &unreached);
   std::erase_if(unreached, [&](int64_t key) { return !std::binary_search(unknown.begin(), unknown.end(), key); });
@@ -193,7 +194,7 @@ Tensor detours_of_window(const Filling& f, const Poses& keys, const Tensor& grou
   return moves;
 }
 
-/// The interpolated keys of a window, the root along the path that is given, else around obstacles.
+/// The interpolated keys of a window, the root along the path of the controls, else around obstacles.
 Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& keys, uint64_t seed) {
   Tensor groups = groups_of(f, window);
   std::vector<int64_t> unreached;
@@ -202,7 +203,7 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
   const KeyNoise noise = noise_of(f, window);
   if (f.options.detours != Detours::straight) moves = detours_of_window(f, poses, groups, seed, unreached);
   for (const int64_t frame : unreached) f.unreached.push_back(window.first + frame);
-  for (const refine::JointTarget& contact : f.given.contacts) {
+  for (const refine::JointTarget& contact : f.constraints.contacts) {
     if (contact.frame <= window.known || contact.frame > window.last) continue;
     const int64_t frame = contact.frame - window.first;
     Eigen::Vector3f place = (contact.place - Eigen::Vector3d(0, f.floor, 0)).cast<float>();
@@ -214,9 +215,9 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
     poses.joints[Poses::at(frame, contact.joint)] = place;
     groups[frame][kJointGroups + contact.joint] = 1;
   }
-  if (f.given.path.defined()) {
+  if (f.constraints.path.defined()) {
     const Baseline straight = baseline_of(poses, groups, {}, noise);
-    const auto path = f.given.path.accessor<float, 2>();
+    const auto path = f.constraints.path.accessor<float, 2>();
     auto move = moves.accessor<float, 2>();
     for (int64_t frame = window.known + 1; frame <= window.last; ++frame) {
       if (path[frame][2] == 0) continue;
@@ -239,7 +240,7 @@ Clip predict_residual(Filling& f, const FillWindow& window, const std::function<
   const Baseline baseline = baseline_of_window(f, window, keys, seed);
   if (f.options.stage == Stage::baseline) return clip_of(baseline.poses, keys, f.floor);
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
-  how.noise = with_temperature(seeded_noise(1, kResidualFeatures, c.frames, seed), f.options.temperature);
+  how.noise = with_temperature(seeded_noise(1, kResidualFeatures, c.frames, seed), f.temperature);
   how.progress = progress;
   return clip_of(sample_residual(f.networks, f.denoiser, baseline, f.distances, how), keys, f.floor);
 }
@@ -258,7 +259,7 @@ void fill_window(Filling& f, const std::vector<FillWindow>& windows, size_t w) {
       c.residual ? predict_residual(f, window, progress, seed) : predict_features(f, window, progress, seed);
   Clip refined = slice(predicted, 0, window.last + 1 - window.first);
   // Residual motion meets whole keys by itself.
-  const bool open = f.options.key_groups.defined() || !f.given.contacts.empty() || f.given.path.defined();
+  const bool open = f.options.key_groups.defined() || !f.constraints.contacts.empty() || f.constraints.path.defined();
   if (f.options.stage == Stage::finished && (open || !c.residual)) {
     refine::GeneratedOptions refining;
     // Noise of dense keys passes through the network as jitter; between sparse ones there is none to be smoothed away.

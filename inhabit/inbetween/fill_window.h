@@ -31,12 +31,13 @@ struct Filling {
   const std::vector<int64_t>& keys;
   bool noisy = false;  ///< keys between the ends are cleaned
   int64_t steps = 1;
+  double temperature = 0;           ///< of Options
   torch::Tensor body_shape;         ///< (1, 7)
   double floor = 0;                 ///< metres, height
   const SceneDistances& distances;  ///< of a model of residual motion: the floor at height 0
-  FrameConstraints given;
-  Clip motion;                     ///< key poses, and what is filled so far
-  std::vector<int64_t> unreached;  ///< keys that no path around obstacles leads to
+  FrameConstraints constraints;     ///< of the whole clip
+  Clip motion;                      ///< key poses, and what is filled so far
+  std::vector<int64_t> unreached;   ///< keys that no path around obstacles leads to
 
   const Config& config() const { return networks.config; }
   int64_t last_frame() const { return motion.frames() - 1; }

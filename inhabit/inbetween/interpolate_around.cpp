@@ -27,14 +27,14 @@ Clip move_around_obstacles(const Clip& interpolated, const Clip& clip, const std
       straight[static_cast<size_t>(t)] =
           begin + static_cast<double>(t - keys[k]) / static_cast<double>(keys[k + 1] - keys[k]) * (end - begin);
   }
-  const std::vector<double> turns = turns_along(straight, aside, keys);
+  const std::vector<double> yaws = yaws_along(straight, aside, keys);
   for (size_t k = 0; k + 1 < keys.size(); ++k) {
     if (keys[k + 1] - keys[k] < 2 || aside.slice(0, keys[k] + 1, keys[k + 1]).abs().max().item<double>() == 0) continue;
     for (int64_t t = keys[k] + 1; t < keys[k + 1]; ++t) {
       const auto frame = static_cast<size_t>(t);
       track.trans[frame].x() = straight[frame].x() + offset[t][0];
       track.trans[frame].z() = straight[frame].y() + offset[t][1];
-      track.at(t, 0) = Eigen::AngleAxisd(turns[frame], Eigen::Vector3d::UnitY()) * track.at(t, 0);
+      track.at(t, 0) = Eigen::AngleAxisd(yaws[frame], Eigen::Vector3d::UnitY()) * track.at(t, 0);
     }
   }
   Clip out = interpolated;

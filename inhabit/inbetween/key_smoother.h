@@ -23,7 +23,7 @@ class KeySmoother {
   /// (T, D); rows that are no keys are not looked at.
   Eigen::MatrixXd places(const Eigen::MatrixXd& values) const;
   /// Of rotations (T), which must change by much less than pi from one frame to the next, as an interpolation of the
-  /// keys does. Gauss-Newton on the rotation vectors by which each frame is turned.
+  /// keys does. Gauss-Newton on the rotation vectors by which each frame is rotated.
   std::vector<Eigen::Quaterniond> rotations(const std::vector<Eigen::Quaterniond>& interpolated) const;
 
  private:

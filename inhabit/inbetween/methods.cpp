@@ -24,20 +24,9 @@ double temperature_named(const std::string& text) {
 
 /// Rows of a model with settings, further ones than all its rows have.
 std::vector<Method> rows_with(const std::string& name, Networks networks, Options options,
-                              std::vector<std::string> settings) {
-  const bool plain = settings.empty();
-  bool other_detours = false;
-  std::erase_if(settings, [&](const std::string& setting) {
-    if (setting.starts_with("temperature=")) {
-      options.temperature = temperature_named(setting.substr(12));
-      return true;
-    }
-    if (!setting.starts_with("detours=")) return false;
-    options.detours = detours_named(setting.substr(8));
-    return other_detours = true;
-  });
-  set_used(networks.config, settings);
-  return model_rows(name, networks, std::move(options), plain || other_detours);
+                              const std::vector<std::string>& settings) {
+  const bool other_detours = take_settings(settings, networks.config, options);
+  return model_rows(name, networks, std::move(options), settings.empty() || other_detours);
 }
 
 }  // namespace
@@ -71,7 +60,7 @@ Method model_method(const std::string& name, const std::shared_ptr<const SceneIn
         own.seed = seed;
         if (model->config().takes_noise()) own.noise = task.noise;
         own.standard = true;
-        return model->run(w.given, w.scene ? *w.scene : floor_scene(), own).motion;
+        return model->run(w.conditioning, w.scene ? *w.scene : floor_scene(), own).motion;
       },
       /*random=*/options.stage != Stage::baseline || (options.detours == Detours::learned && model->has_path_net())};
 }
@@ -79,14 +68,16 @@ Method model_method(const std::string& name, const std::shared_ptr<const SceneIn
 std::vector<Method> interpolation_methods(bool noisy) {
   using Interpolate = Clip (*)(const Clip&, const std::vector<int64_t>&);
   const auto method = [](const std::string& name, Interpolate interpolate) {
-    return Method{name,
-                  [interpolate](const FillTask& task, uint64_t) { return interpolate(task.window.given, task.keys); }};
+    return Method{name, [interpolate](const FillTask& task, uint64_t) {
+                    return interpolate(task.window.conditioning, task.keys);
+                  }};
   };
   const auto around = [](const std::string& name, Interpolate interpolate) {
     return Method{name, [interpolate](const FillTask& task, uint64_t) {
-                    const Clip filled = interpolate(task.window.given, task.keys);
+                    const Clip filled = interpolate(task.window.conditioning, task.keys);
                     if (!task.window.scene || task.window.scene->empty()) return filled;
-                    return move_around_obstacles(filled, task.window.given, task.keys, SceneQuery(*task.window.scene));
+                    return move_around_obstacles(filled, task.window.conditioning, task.keys,
+                                                 SceneQuery(*task.window.scene));
                   }};
   };
   std::vector<Method> out = {method("linear + slerp", &interpolate_linear), method("cubic spline", &interpolate_spline),
@@ -94,7 +85,7 @@ std::vector<Method> interpolation_methods(bool noisy) {
                              around("spline + detour", &interpolate_spline)};
   if (noisy)
     out.push_back({"smoother", [](const FillTask& task, uint64_t) {
-                     return smooth_keys(task.window.given, task.keys, task.noise);
+                     return smooth_keys(task.window.conditioning, task.keys, task.noise);
                    }});
   return out;
 }
@@ -113,15 +104,16 @@ Clip post_processed(const Clip& motion, const FillTask& task) {
       keys.frames.push_back(key);
       keys.exact.push_back(exact ? 1 : 0);
     } else {
-      for (const refine::JointTarget& target : refine::joint_targets(task.window.given, key, key, task.key_joints))
+      for (const refine::JointTarget& target :
+           refine::joint_targets(task.window.conditioning, key, key, task.key_joints))
         keys.targets.push_back(target);
     }
   }
-  keys.poses = frames_at(task.window.given, keys.frames);
+  keys.poses = frames_at(task.window.conditioning, keys.frames);
   refine::GeneratedOptions generated;
   if (task.noise > 0) generated.noise = task.noise;
   Clip met = refine::refine_generated(motion, keys, generated);
-  met.betas = task.window.given.betas;
+  met.betas = task.window.conditioning.betas;
   return refine::refine(met, task.window.scene ? *task.window.scene : Scene{}, options).clip;
 }
 
@@ -163,6 +155,21 @@ OtherSettings other_settings(const std::string& row) {
   return out;
 }
 
+bool take_settings(std::vector<std::string> settings, Config& config, Options& options) {
+  bool other_detours = false;
+  std::erase_if(settings, [&](const std::string& setting) {
+    if (setting.starts_with("temperature=")) {
+      options.temperature = temperature_named(setting.substr(12));
+      return true;
+    }
+    if (!setting.starts_with("detours=")) return false;
+    options.detours = detours_named(setting.substr(8));
+    return other_detours = true;
+  });
+  set_used(config, settings);
+  return other_detours;
+}
+
 std::vector<Method> evaluation_rows(const MeasuredModels& models, bool noisy) {
   std::vector<Method> out;
   if (!models.options.key_groups.defined()) out = interpolation_rows(noisy, models.refine);
@@ -170,7 +177,7 @@ std::vector<Method> evaluation_rows(const MeasuredModels& models, bool noisy) {
     for (Method& row : rows_with(name, networks, models.options, settings)) out.push_back(std::move(row));
   };
   for (auto [file, networks] : models.networks) {
-    if (!models.t_star.empty() && networks.config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+    if (!models.t_star.empty()) require_noise_aware(networks.config, file);
     for (const int t_star : models.t_star.empty() ? std::vector<int>{networks.config.t_star} : models.t_star) {
       networks.config.t_star = t_star;
       const std::string name = row_name(networks.config);

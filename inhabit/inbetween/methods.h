@@ -12,9 +12,9 @@
 
 namespace inhabit::inbetween {
 
-/// A window and the frames of window.given that a method may look at, beside the scene.
+/// A window and the frames of window.conditioning that a method may look at, beside the scene.
 struct FillTask {
-  const Window& window;                  ///< its given poses and its scene; its truth is not to be looked at
+  const Window& window;                  ///< its conditioning and its scene; its truth is not to be looked at
   const std::vector<int64_t>& keys;      ///< key frames, in order, the window's first and last among them
   std::vector<int64_t> key_joints = {};  ///< that keys between the ends constrain; empty: whole poses
   double noise = 0;                      ///< level of noise on the keys between the ends
@@ -62,6 +62,10 @@ struct OtherSettings {
 
 /// Of "NAME: KEY=VALUE ...". Throws Error("--row TEXT", ...) where it is none.
 OtherSettings other_settings(const std::string& row);
+
+/// Sets OtherSettings::settings in a model's configuration and in what its windows are filled with. Throws Error naming
+/// the setting that cannot be. @return whether the detours are set
+bool take_settings(std::vector<std::string> settings, Config& config, Options& options);
 
 /// The models that an evaluation measures, and how.
 struct MeasuredModels {

@@ -79,7 +79,7 @@ MotionAutoencoderImpl::MotionAutoencoderImpl() {
 }
 
 Tensor MotionAutoencoderImpl::standardised(const Tensor& joints) {
-  return (motion_channels(joints) - mean.unsqueeze(1)) / deviation.unsqueeze(1);
+  return FeatureScale{mean, deviation}.to_network(motion_channels(joints).transpose(1, 2)).transpose(1, 2);
 }
 
 Tensor MotionAutoencoderImpl::encode(const Tensor& channels) {

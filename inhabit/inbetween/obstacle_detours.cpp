@@ -99,18 +99,18 @@ Tensor scene_floor(const SceneQuery& scene, const Tensor& root, double yaw, doub
 }
 
 std::vector<RootLeg> root_legs(const Tensor& root, const Tensor& groups) {
-  const Tensor places = root.to(torch::kFloat32).contiguous(), given = groups.to(torch::kFloat32).contiguous(),
-               keys = given.amax(1).contiguous();
-  const auto place = places.accessor<float, 2>(), gives = given.accessor<float, 2>();
+  const Tensor places = root.to(torch::kFloat32).contiguous(), constrains = groups.to(torch::kFloat32).contiguous(),
+               keys = constrains.amax(1).contiguous();
+  const auto place = places.accessor<float, 2>(), constraint = constrains.accessor<float, 2>();
   const auto key = keys.accessor<float, 1>();
   const auto ground = [&](int64_t t) { return Vector2d(place[t][0], place[t][2]); };
-  const auto gives_root = [&](int64_t t) { return gives[t][kRootTranslationGroup] > 0; };
+  const auto has_root = [&](int64_t t) { return constraint[t][kRootTranslationGroup] > 0; };
   std::vector<RootLeg> out;
   int64_t before = -1;
   for (int64_t t = 0; t < root.size(0); ++t) {
     if (key[t] == 0) continue;
     const int64_t from = std::exchange(before, t);
-    if (from < 0 || !gives_root(from) || !gives_root(t)) continue;
+    if (from < 0 || !has_root(from) || !has_root(t)) continue;
     if ((ground(t) - ground(from)).norm() >= 2 * kNearKeys) out.push_back({from, t, ground(from), ground(t)});
   }
   return out;
@@ -176,9 +176,9 @@ Tensor detours_of_poses(const Poses& keys, const Tensor& groups, const SceneDist
   return detours_around(plan, root, groups, unreached);
 }
 
-std::vector<double> turns_along(const std::vector<Vector2d>& straight, const Tensor& detours,
-                                const std::vector<int64_t>& keys) {
-  std::vector<double> turns(straight.size(), 0);
+std::vector<double> yaws_along(const std::vector<Vector2d>& straight, const Tensor& detours,
+                               const std::vector<int64_t>& keys) {
+  std::vector<double> yaws(straight.size(), 0);
   const auto offset = detours.accessor<float, 2>();
   const auto place = [&](int64_t t) -> Vector2d {
     return straight[static_cast<size_t>(t)] + Vector2d(offset[t][0], offset[t][1]);
@@ -190,10 +190,10 @@ std::vector<double> turns_along(const std::vector<Vector2d>& straight, const Ten
     for (int64_t t = from + 1; t < to; ++t) {
       const Vector2d along = place(std::min(to, t + kAlong)) - place(std::max(from, t - kAlong));
       const double near = static_cast<double>(std::min(t - from, to - t)) / kTurning;
-      turns[static_cast<size_t>(t)] = smooth_step(near) * wrapped(inhabit::heading_of(along) - ahead);
+      yaws[static_cast<size_t>(t)] = smooth_step(near) * wrapped(inhabit::heading_of(along) - ahead);
     }
   }
-  return turns;
+  return yaws;
 }
 
 Tensor along_detours(const Tensor& baseline, const Tensor& detours, const Tensor& mask, const Tensor& deviation) {

@@ -69,11 +69,12 @@ torch::Tensor detours_of_clip(const Clip& clip, const torch::Tensor& groups, con
 torch::Tensor detours_of_poses(const Poses& keys, const torch::Tensor& groups, const SceneDistances& scene,
                                std::vector<int64_t>* unreached = nullptr);
 
-/// Radians that somebody turns by to face along a detour instead of along the straight line, (T); nothing in key
-/// frames, and within half a second of them part of it. @param straight (T) x, z metres of the root without detours.
+/// Radians (T) about the vertical by which somebody is rotated who faces along a detour instead of along the straight
+/// line: 0 in key frames, and within half a second of them part of it. @param straight (T) x, z metres of the root
+/// without detours.
 /// @param keys frames that give the root, in order
-std::vector<double> turns_along(const std::vector<Eigen::Vector2d>& straight, const torch::Tensor& detours,
-                                const std::vector<int64_t>& keys);
+std::vector<double> yaws_along(const std::vector<Eigen::Vector2d>& straight, const torch::Tensor& detours,
+                               const std::vector<int64_t>& keys);
 
 /// Moves the interpolated baseline along the detours: root and joint positions of standardised features (B, 201, T) are
 /// shifted by `detours` (B, T, 2), metres. @param mask (B, 201, T) 1 for constrained features, which stay. @param

@@ -10,6 +10,7 @@
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/math/random.h"
+#include "inhabit/motion/canonical.h"
 
 namespace inhabit::inbetween {
 
@@ -158,10 +159,9 @@ void place_joints(Poses& poses, int64_t frame) {
   }
 }
 
-// As headings(), of plain arrays; a frame whose lines are vertical takes another's heading instead of 0.
 float heading_of(const Poses& poses, int64_t frame, float otherwise) {
   const auto joint = [&](int64_t j) -> const Vector3f& { return poses.joints[Poses::at(frame, j)]; };
-  const Vector3f left = joint(1) - joint(2) + joint(16) - joint(17);
+  const Vector3f left = right_to_left(joint(1), joint(2), joint(16), joint(17));
   return std::hypot(left.x(), left.z()) < kLevel ? otherwise : heading_of_left(left.x(), left.z());
 }
 

@@ -98,15 +98,16 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     PoseWindow window = data.window(index, mirrored, most > 0 ? std::exp(uniform(random, -most, most)) : 1);
     const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
     const KeyNoise noise = draw_noise(keys, c, random);
-    const Poses given = key_source(window.poses, noise, random);
-    Baseline baseline = baseline_of(given, keys.groups, {}, noise);
+    const Poses key_poses = key_source(window.poses, noise, random);
+    Baseline baseline = baseline_of(key_poses, keys.groups, {}, noise);
     const bool taken = draws == 1 || blocked(window, baseline);
     if (around && (taken || i == 0) && chance(random, c.training.walked)) {
       // In use the path is free, and to be kept to: the one that was walked.
-      baseline = baseline_of(given, keys.groups, walked_detours(window.poses, keys.groups, window.scene), noise);
+      baseline = baseline_of(key_poses, keys.groups, walked_detours(window.poses, keys.groups, window.scene), noise);
     } else if (around && (taken || i == 0)) {
       // In use the path is settled when it is found: a truth on the other side would teach to cut across.
-      Baseline detour = baseline_of(given, keys.groups, detours_of_poses(given, keys.groups, window.scene), noise);
+      Baseline detour =
+          baseline_of(key_poses, keys.groups, detours_of_poses(key_poses, keys.groups, window.scene), noise);
       if (!on_other_side(window, detour)) baseline = std::move(detour);
     }
     if (taken) return {std::move(window), std::move(baseline)};

@@ -27,7 +27,7 @@ struct Sample {
 struct Window {
   std::string name;                    ///< "clips/000012.npz 30", in errors
   Clip truth;                          ///< on the standard skeleton, with rotations
-  Clip given;                          ///< source of the key frames: the truth, or noisy poses; set by the evaluation
+  Clip conditioning;                   ///< source of the key frames: the truth, or noisy poses; set by the evaluation
   std::shared_ptr<const Scene> scene;  ///< none: nothing to collide with
 };
 

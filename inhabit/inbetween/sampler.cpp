@@ -28,17 +28,18 @@ std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
 
 }  // namespace
 
-Tensor hard_constraints(const KeyConstraints& given) {
-  if (given.t_star == 0) return given.mask;
-  if (given.always.defined()) return given.always;
-  Tensor ends = torch::zeros_like(given.mask);
-  for (const int64_t end : {int64_t{0}, ends.size(2) - 1}) ends.select(2, end).copy_(given.mask.select(2, end));
+Tensor hard_constraints(const KeyConstraints& constraints) {
+  if (constraints.t_star == 0) return constraints.mask;
+  if (constraints.always.defined()) return constraints.always;
+  Tensor ends = torch::zeros_like(constraints.mask);
+  for (const int64_t end : {int64_t{0}, ends.size(2) - 1}) ends.select(2, end).copy_(constraints.mask.select(2, end));
   return ends;
 }
 
-Tensor impute(const Tensor& x, const KeyConstraints& given, const Tensor& steps) {
-  const Tensor inside = (steps >= given.t_star).to(x.scalar_type()).view({-1, 1, 1});
-  return torch::where(torch::maximum(given.mask * inside, hard_constraints(given)) > 0, given.values, x);
+Tensor impute(const Tensor& x, const KeyConstraints& constraints, const Tensor& steps) {
+  const Tensor inside = (steps >= constraints.t_star).to(x.scalar_type()).view({-1, 1, 1});
+  return torch::where(torch::maximum(constraints.mask * inside, hard_constraints(constraints)) > 0, constraints.values,
+                      x);
 }
 
 KeyNeighbours key_neighbours(const Tensor& mask) {
@@ -49,10 +50,10 @@ KeyNeighbours key_neighbours(const Tensor& mask) {
   return {before, after, (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1)};
 }
 
-Tensor interpolate_keys(const KeyConstraints& given) {
-  const auto [before, after, weight] = key_neighbours(given.mask);
-  const Tensor from = given.values.gather(2, before), to = given.values.gather(2, after);
-  return torch::where((given.mask > 0).any(2, true), torch::lerp(from, to, weight), torch::zeros({}));
+Tensor interpolate_keys(const KeyConstraints& constraints) {
+  const auto [before, after, weight] = key_neighbours(constraints.mask);
+  const Tensor from = constraints.values.gather(2, before), to = constraints.values.gather(2, after);
+  return torch::where((constraints.mask > 0).any(2, true), torch::lerp(from, to, weight), torch::zeros({}));
 }
 
 const std::map<std::string, Sampler>& samplers_by_name() {
@@ -92,8 +93,9 @@ NoiseSource with_temperature(NoiseSource noise, double temperature) {
 }
 
 Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
-              const KeyConstraints& given, const NoiseSource& noise, const std::function<void(int64_t)>& progress) {
-  const std::vector<int64_t> steps = sampling_steps(schedule.steps(), count, given.t_star);
+              const KeyConstraints& constraints, const NoiseSource& noise,
+              const std::function<void(int64_t)>& progress) {
+  const std::vector<int64_t> steps = sampling_steps(schedule.steps(), count, constraints.t_star);
   // The schedule of the chosen steps alone, 0 the cleanest: a step of it goes to the chosen one before.
   std::vector<double> betas;
   double before = 1;
@@ -107,11 +109,11 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
   const auto deviation = [&](int64_t i) { return std::sqrt(std::max(0.0, 1 - signal(i) * signal(i))); };
   const auto half_log_ratio = [&](int64_t i) { return std::log(signal(i) / deviation(i)); };
 
-  const Tensor batch_of = torch::zeros({given.mask.size(0)}, given.mask.options().dtype(torch::kInt64));
+  const Tensor batch_of = torch::zeros({constraints.mask.size(0)}, constraints.mask.options().dtype(torch::kInt64));
   Tensor x = noise(count - 1), clean, clean_before;
   for (int64_t i = count - 1; i >= 0; --i) {
     const int64_t t = steps[static_cast<size_t>(count - 1 - i)];
-    clean = denoise(impute(x, given, batch_of + t), t);
+    clean = denoise(impute(x, constraints, batch_of + t), t);
     const size_t at = static_cast<size_t>(i);
     if (sampler == Sampler::ddpm) {
       x = chosen.posterior_mean_x0[at] * clean + chosen.posterior_mean_xt[at] * x;
@@ -129,7 +131,7 @@ Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count,
     }
     if (progress) progress(count - i);
   }
-  return given.imposed ? torch::where(hard_constraints(given) > 0, given.values, x) : x;
+  return constraints.imposed ? torch::where(hard_constraints(constraints) > 0, constraints.values, x) : x;
 }
 
 }  // namespace inhabit::inbetween

@@ -21,11 +21,11 @@ struct KeyConstraints {
 };
 
 /// Mask of the constraints that are imputed at every step (B, F, T).
-torch::Tensor hard_constraints(const KeyConstraints& given);
+torch::Tensor hard_constraints(const KeyConstraints& constraints);
 
 /// Imputation: x' = m s + (1 - m) x_t (3.2, 3.2.1), s the values, m the mask at these steps.
 /// @param x (B, F, T). @param steps (B) int64
-torch::Tensor impute(const torch::Tensor& x, const KeyConstraints& given, const torch::Tensor& steps);
+torch::Tensor impute(const torch::Tensor& x, const KeyConstraints& constraints, const torch::Tensor& steps);
 
 /// For each entry of a mask (B, F, T) the constrained frames before and after it.
 struct KeyNeighbours {
@@ -38,7 +38,7 @@ KeyNeighbours key_neighbours(const torch::Tensor& mask);
 
 /// The interpolated baseline (B, F, T): each feature linear between the frames that constrain it, constant before the
 /// first and after the last. A feature that no frame constrains is 0.
-torch::Tensor interpolate_keys(const KeyConstraints& given);
+torch::Tensor interpolate_keys(const KeyConstraints& constraints);
 
 /// How a denoiser's steps are taken, from noise to motion.
 enum class Sampler {
@@ -71,7 +71,7 @@ NoiseSource with_temperature(NoiseSource noise, double temperature);
 /// 0, else those imputed at every step; none where `imposed` is false. @param progress called after each evaluation
 /// with the number done; may be empty
 torch::Tensor sample(const DiffusionSchedule& schedule, Sampler sampler, int64_t count, const Denoise& denoise,
-                     const KeyConstraints& given, const NoiseSource& noise,
+                     const KeyConstraints& constraints, const NoiseSource& noise,
                      const std::function<void(int64_t)>& progress = {});
 
 }  // namespace inhabit::inbetween

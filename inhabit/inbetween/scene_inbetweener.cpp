@@ -31,6 +31,7 @@ constexpr int64_t kLeastOverlap = 8;    // fewer do not tell how fast everything
 constexpr double kMostNoiseAsked = 10;  // degrees and cm
 constexpr float kWithinReach = 2.5F;    // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's last key stays as noisy as it was
+constexpr int64_t kMostSamples = 1000;
 
 int64_t frame_of(double seconds, double rate, int64_t last) {
   return std::min<int64_t>(last, std::llround(seconds * rate));
@@ -104,7 +105,8 @@ void require_possible(const Config& c, const Options& options) {
   if (options.key_groups.defined() && !c.partial_keys) throw Error("joints", "this model takes whole key poses only");
   if (!c.residual && !(options.controls.contacts.empty() && options.controls.root_path.empty()))
     throw Error("controls", "this model takes neither contacts nor a root path");
-  if (!(options.temperature >= 0 && options.temperature <= 2)) throw Error("temperature", "is not from 0 to 2");
+  if (options.temperature && !(*options.temperature >= 0 && *options.temperature <= 2))
+    throw Error("temperature", "is not from 0 to 2");
   if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
     throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
   if (options.noise > 0 && !c.takes_noise())
@@ -202,6 +204,20 @@ bool SceneInbetweener::has_baseline() const { return config().from_interpolation
 
 bool SceneInbetweener::has_path_net() const { return !impl_->networks.path.is_empty(); }
 
+std::vector<Result> SceneInbetweener::run_samples(const Clip& clip, const Scene& scene, const Options& options,
+                                                  int64_t samples) const {
+  if (samples < 1 || samples > kMostSamples) throw Error("samples", "is not from 1 to " + std::to_string(kMostSamples));
+  Options one = options;
+  if (samples > 1) one.temperature = options.temperature.value_or(1);
+  std::vector<Result> out;
+  for (int64_t i = 0; i < samples; ++i) {
+    one.seed = options.seed + static_cast<uint64_t>(i);
+    one.progress = part_of(options.progress, i, samples);
+    out.push_back(run(clip, scene, one));
+  }
+  return out;
+}
+
 Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options& options) const {
   const torch::NoGradGuard no_gradients;
   const Config& c = config();
@@ -253,6 +269,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
                             passes[pass],
                             noisy,
                             steps,
+                            options.temperature.value_or(0),
                             body_shape,
                             floor,
                             distances,

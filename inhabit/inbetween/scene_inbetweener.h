@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,9 @@ struct Options {
   Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together
   uint64_t seed = 1;                      ///< what the noise follows from that motion begins as
   /// How much of the motion's course is left to the seed, by models of residual motion: 0 the likeliest course, 1 any
-  /// that people take (with_temperature, learned_detours). Other models draw all of the noise.
-  double temperature = 0;
+  /// that people take (with_temperature, learned_detours), at most 2. Nothing: 0, of several samples 1. Other models
+  /// draw all of the noise.
+  std::optional<double> temperature;
   Controls controls;                   ///< for models of residual motion
   bool refine = true;                  ///< feet stand, nobody is inside the scene (refine/)
   Stage stage = Stage::finished;       ///< how far the model's work is done
@@ -104,6 +106,11 @@ class SceneInbetweener {
   /// floor under the feet is assumed. Throws Error where key frames are fewer than two, out of order, outside the clip,
   /// not finite or too far apart for the model, or an option does not fit it.
   Result run(const Clip& clip, const Scene& scene, const Options& options = {}) const;
+
+  /// So many motions between the same keys, with seeds from options.seed on, which differ in their course unless
+  /// Options::temperature says otherwise. options.progress counts the evaluations of all. @param samples 1 to 1000;
+  /// Throws Error("samples", ...) else.
+  std::vector<Result> run_samples(const Clip& clip, const Scene& scene, const Options& options, int64_t samples) const;
 
  private:
   struct Impl;

@@ -41,8 +41,8 @@ struct WindowBatch {
 
   void to(torch::Device device) {
     Conditioning& c = conditioning;
-    for (Tensor* t : {&c.given.values, &c.given.mask, &c.given.always, &c.groups, &c.occupancy, &c.offsets, &c.shape,
-                      &c.detours, &features, &bones, &scene_kept, &steps, &noise})
+    for (Tensor* t : {&c.constraints.values, &c.constraints.mask, &c.constraints.always, &c.groups, &c.occupancy,
+                      &c.offsets, &c.shape, &c.detours, &features, &bones, &scene_kept, &steps, &noise})
       *t = t->to(device);
   }
 };
@@ -69,13 +69,14 @@ WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& 
     const DrawnKeys drawn = draw_keys(c.frames, c.partial_keys, 0, random);
     groups.push_back(drawn.groups);
     ends.push_back(drawn.ends);
-    Tensor given = s.features;
+    Tensor key_values = s.features;
     if (c.t_star > 0)
-      given = torch::where(drawn.ends.unsqueeze(1) > 0, given,
-                           noisy_features(given, s.bones, uniform(random, 0, 1), random));
-    keys.push_back(scale.to_network(given).t());
-    detours.push_back(c.around_obstacles && c.global_scene ? detours_around(s.floor, given.slice(1, 0, 3), drawn.groups)
-                                                           : torch::zeros({c.frames, 2}));
+      key_values = torch::where(drawn.ends.unsqueeze(1) > 0, key_values,
+                                noisy_features(key_values, s.bones, uniform(random, 0, 1), random));
+    keys.push_back(scale.to_network(key_values).t());
+    detours.push_back(c.around_obstacles && c.global_scene
+                          ? detours_around(s.floor, key_values.slice(1, 0, 3), drawn.groups)
+                          : torch::zeros({c.frames, 2}));
     steps.push_back(uniform_int(random, 0, c.diffusion_steps - 1));
     kept.push_back(chance(random, c.training.scene_dropout) ? 0.F : 1.F);
   }
@@ -88,10 +89,10 @@ WindowBatch window_batch(const Data& data, const Config& c, const FeatureScale& 
   out.noise = torch::randn({static_cast<int64_t>(indices.size()), kFeatureCount, c.frames}, generator);
   Conditioning& on = out.conditioning;
   on.groups = torch::stack(groups);
-  on.given.values = torch::stack(keys);
-  on.given.mask = feature_mask(on.groups).transpose(1, 2);
-  on.given.always = on.given.mask * torch::stack(ends).unsqueeze(1);
-  on.given.t_star = c.t_star;
+  on.constraints.values = torch::stack(keys);
+  on.constraints.mask = feature_mask(on.groups).transpose(1, 2);
+  on.constraints.always = on.constraints.mask * torch::stack(ends).unsqueeze(1);
+  on.constraints.t_star = c.t_star;
   on.occupancy = torch::stack(occupancy);
   on.offsets = torch::stack(offsets);
   on.shape = torch::stack(shape);
@@ -112,7 +113,7 @@ Tensor predict(const Networks& networks, const WindowBatch& b, const Tensor& x, 
 
 Losses window_losses(const Networks& networks, const DiffusionSchedule& schedule, const WindowBatch& b, bool bfloat16) {
   const Tensor noisy = diffuse(schedule, b.features, b.steps, b.noise);
-  const Tensor x = networks.config.keys_seen ? impute(noisy, b.conditioning.given, b.steps) : noisy;
+  const Tensor x = networks.config.keys_seen ? impute(noisy, b.conditioning.constraints, b.steps) : noisy;
   return loss_terms(predict(networks, b, x, bfloat16), b.features, b.bones, networks.scale, networks.config);
 }
 

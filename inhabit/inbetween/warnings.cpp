@@ -31,4 +31,11 @@ std::vector<std::string> warnings_of(const Result& result, const std::vector<std
   return out;
 }
 
+std::vector<std::string> notes_of(const Result& result) {
+  if (result.floor_assumed) return {"no scene given: a flat floor under the feet is assumed"};
+  if (!result.scene.meshes.empty()) return {};
+  const std::string& name = result.scene.name;
+  return {(name.empty() ? "scene" : name) + ": is a point cloud: where a body is inside it cannot be told"};
+}
+
 }  // namespace inhabit::inbetween

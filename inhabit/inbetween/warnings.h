@@ -11,4 +11,8 @@ namespace inhabit::inbetween {
 /// reach. @param contacts what each of Controls::contacts is called
 std::vector<std::string> warnings_of(const Result& result, const std::vector<std::string>& contacts);
 
+/// What is to be known of the scene that was looked at, a line each: that a flat floor was assumed, or that it is a
+/// point cloud, which has no inside.
+std::vector<std::string> notes_of(const Result& result);
+
 }  // namespace inhabit::inbetween

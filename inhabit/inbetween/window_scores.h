@@ -51,7 +51,7 @@ torch::Tensor sitting_frames(const Clip& clip);
 struct Compared {
   const Clip& truth;            ///< of the same length
   bool known = true;            ///< the truth is one: else measures that need it have no weight
-  std::vector<int64_t> keys;    ///< frames in which poses were given
+  std::vector<int64_t> keys;    ///< frames with key poses
   std::vector<int64_t> joints;  ///< that keys between the ends gave; empty: all of every key
   torch::Tensor close;          ///< (T) bool: frames in which the truth is close to the scene; undefined: no weight
   torch::Tensor upright;        ///< (T) bool: those of them in which nobody sits; undefined: no weight

@@ -17,9 +17,8 @@ struct Chair {
   /// the way a seated person faces, +X to their left.
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   double seat_height = 0;  ///< metres over the floor
-  /// Seats wider than 1 m can be sat on to the side of that place, too: from here to there along +X, metres. Both are 0
-  /// for others.
-  double right_end = 0, left_end = 0;
+  double right_end = 0;    ///< metres along +X to where one can sit just as well; 0 on seats narrower than 1 m
+  double left_end = 0;     ///< likewise, to the other side; not under right_end
 
   double heading() const;  ///< of a seated person, radians from +Z towards +X
   /// Where the pelvis comes to rest, on the seat's surface: the goal of sitting down.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/kinematics.h"
@@ -12,6 +13,7 @@
 #include "inhabit/interact/fit_contacts.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
+#include "inhabit/interact/standing_place.h"
 #include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
@@ -32,6 +34,15 @@ using torch::Tensor;
 constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
 constexpr float kFeet = 0.12F;          // metres above the floor
+constexpr int64_t kMostSamples = 1000, kMostDraws = 100'000;
+
+/// Throws Error for an option that no person and no scene can make good.
+void require_possible(const Options& options) {
+  if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "are not over 0 and up to 3600");
+  if (!(options.hold > 0)) throw Error("hold", "is not over 0");
+  if (std::isinf(options.hold) && options.then_walk)
+    throw Error("hold", "hands that hold on to the end let nobody walk off");
+}
 
 /// The chair that is meant, in a scene.
 Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
@@ -63,6 +74,18 @@ Chair chosen_chair(const Scene& scene, const Options& o, const Vector3d& from) {
   return *std::min_element(chairs.begin(), chairs.end(), [&](const Chair& a, const Chair& b) {
     return (a.seat() - from).norm() < (b.seat() - from).norm();
   });
+}
+
+/// Where somebody's pelvis is in their last frame.
+Vector3d pelvis_of(const Clip& person) {
+  const Tensor root = person.joints[-1][0].to(torch::kFloat64).contiguous();
+  return Eigen::Map<const Vector3d>(root.data_ptr<double>());
+}
+
+/// The chair of somebody who is yet to be placed before one, whatever their hands are to do.
+Chair chair_nearest_to_origin(const Scene& scene, Options options) {
+  options.contacts.clear();
+  return chosen_chair(scene, options, pelvis_of(standing_clip({0, 0}, 0)));
 }
 
 /// Moves contacts to the chair's surface. Throws Error for one in the air or out of the arms' reach.
@@ -200,6 +223,7 @@ const Engine& ChairInteractor::engine() const { return impl_->engine; }
 std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int64_t count, uint64_t seed) const {
   const torch::NoGradGuard no_gradients;
   ContactNetwork network = impl_->engine.networks().contact;
+  if (count < 0 || count > kMostDraws) throw Error("count", fmt::format("is not from 0 to {}", kMostDraws));
   if (network.is_empty()) throw Error("contacts", "the model has no ContactNet");
   const ChairGrid grid = sense_chair(chair, config());
   Tensor condition = torch::empty({1, config().chair_size()});
@@ -225,22 +249,42 @@ std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int
 }
 
 Chair ChairInteractor::chair_of(const Clip& start, const Scene& scene, const Options& options) const {
-  if (start.frames() < 1) throw Error(options.name, "has no frame");
-  const Tensor root = start.joints[-1][0].to(torch::kFloat64).contiguous();
-  return chosen_chair(scene, options, Eigen::Map<const Vector3d>(root.data_ptr<double>()));
+  if (start.frames() > 0) return chosen_chair(scene, options, pelvis_of(start));
+  const Chair first = chair_nearest_to_origin(scene, options);
+  if (options.contacts.empty()) return first;
+  // Along a sofa contacts decide, but another seat may be nearer to the place before this one: who is placed before a
+  // chair sits on that one.
+  return chosen_chair(scene, options, pelvis_of(standing_clip(on_ground(first.seat()), 0)));
 }
 
 Result ChairInteractor::run(const Clip& start, const Scene& scene, const Options& options) const {
-  return run_on(start, scene, chair_of(start, scene, options), options);
+  return std::move(run_samples(start, scene, options, 1).front());
+}
+
+std::vector<Result> ChairInteractor::run_samples(const Clip& start, const Scene& scene, const Options& options,
+                                                 int64_t samples) const {
+  require_possible(options);
+  if (samples < 1 || samples > kMostSamples) throw Error("samples", fmt::format("is not from 1 to {}", kMostSamples));
+  const Chair chair = chair_of(start, scene, options);
+  Options one = options;
+  Clip placed;
+  if (start.frames() == 0) {
+    placed = standing_before(chair_nearest_to_origin(scene, options), scene);
+    one.name = "the person before the chair";
+  }
+  std::vector<Result> out;
+  for (int64_t i = 0; i < samples; ++i) {
+    one.seed = options.seed + static_cast<uint64_t>(i);
+    one.progress = part_of(options.progress, i, samples);
+    out.push_back(run_on(start.frames() == 0 ? placed : start, scene, chair, one));
+  }
+  return out;
 }
 
 Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chair& chosen,
                                const Options& options) const {
   const torch::NoGradGuard no_gradients;
-  if (!(options.seconds > 0 && options.seconds <= 3600)) throw Error("seconds", "are not over 0 and up to 3600");
-  if (!(options.hold > 0)) throw Error("hold", "is not over 0");
-  if (std::isinf(options.hold) && options.then_walk)
-    throw Error("hold", "hands that hold on to the end let nobody walk off");
+  require_possible(options);
   Result out;
   if (start.frames() < 1) throw Error(options.name, "has no frame");
   out.chair = chosen;

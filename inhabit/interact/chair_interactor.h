@@ -66,21 +66,28 @@ class ChairInteractor {
   /// The networks as they run, for LivePerson.
   const Engine& engine() const;
 
-  /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one.
+  /// @param start a person whose last frame is where they begin, on any skeleton that maps to the standard one. Without
+  /// frames they stand before the chair, 2 m from it or as near to that as there is room (standing_before).
   /// @param scene as read, with the chair. Contacts are moved to the nearest place of the chair's surface. Throws Error
-  /// where the scene has no such chair or seat, a contact is over 10 cm from the chair or farther from the seat than
-  /// arms reach, the person begins inside something, there is no route to the chair or on from it, they are to walk
-  /// over 3 m out of the scene, or the model lacks ContactNet where contacts are to be drawn.
+  /// where an option is out of range, the scene has no such chair or seat, a contact is over 10 cm from the chair or
+  /// farther from the seat than arms reach, the person begins inside something, there is no route to the chair or on
+  /// from it, they are to walk over 3 m out of the scene, or the model lacks ContactNet where contacts are to be drawn.
   Result run(const Clip& start, const Scene& scene, const Options& options) const;
 
-  /// The same on a chair that is known.
+  /// So many motions onto the same chair, with seeds from options.seed on: where contacts are drawn, others each time.
+  /// options.progress counts the frames of all. @param samples 1 to 1000; Throws Error("samples", ...) else.
+  std::vector<Result> run_samples(const Clip& start, const Scene& scene, const Options& options, int64_t samples) const;
+
+  /// One motion onto a chair that is known, from a start that has frames.
   Result run_on(const Clip& start, const Scene& scene, const Chair& chair, const Options& options) const;
 
-  /// The chair that run() takes: to find contacts on it before.
+  /// The chair that run() takes: to find contacts on it before. @param start without frames: the person is to be placed
+  /// before it, so that it is the seat nearest to the scene's origin.
   Chair chair_of(const Clip& start, const Scene& scene, const Options& options) const;
 
   /// Contacts that ContactNet proposes on a chair (sec. 4.4), moved to its surface; those over 10 cm from it or under
-  /// 10 cm above the floor are dropped (appendix 3). @param count draws, one for each numbered seed.
+  /// 10 cm above the floor are dropped (appendix 3). @param count draws, one for each numbered seed, 100,000 at most;
+  /// Throws Error("count", ...) else.
   std::vector<HandContacts> draw_contacts(const Chair& chair, int64_t count, uint64_t seed) const;
 
  private:

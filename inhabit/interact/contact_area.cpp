@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
@@ -75,6 +74,13 @@ Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
     }
   if (!best) throw Error(chair.name, "has no " + area + " on the " + (side == 0 ? "left" : "right"));
   return *best;
+}
+
+std::optional<Vector3d> contact_at(const Chair& chair, const ContactPlace& place, int side) {
+  if (const auto* point = std::get_if<Vector3d>(&place)) return *point;
+  const auto* area = std::get_if<std::string>(&place);
+  if (area == nullptr || *area == "none") return std::nullopt;
+  return contact_on(chair, *area, side);
 }
 
 }  // namespace inhabit::interact

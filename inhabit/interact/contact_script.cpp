@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "inhabit/error.h"
-#include "inhabit/interact/contact_area.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/json_text.h"
 
@@ -43,20 +42,24 @@ ContactScript parse_contact_script(std::string_view text, const std::string& sub
     HandContacts contacts;
     for (int side = 0; side < 2; ++side) {
       const char* name = side == 0 ? "left" : "right";
-      if (!entry.contains(name) || entry[name].is_null() || entry[name] == "none") continue;
-      std::optional<Eigen::Vector3d> point;
+      if (!entry.contains(name)) continue;
       try {
-        point = entry[name].is_string() ? contact_on(chair, entry[name].get<std::string>(), side)
-                                        : three_numbers(entry[name]);
+        contacts[static_cast<size_t>(side)] = contact_at(chair, contact_place(entry[name]), side);
       } catch (const Error& e) {
         throw Error(subject, std::string(name) + ": " + e.what());
       }
-      if (!point) throw Error(subject, std::string(name) + ": neither a part of the chair nor [x, y, z]");
-      contacts[static_cast<size_t>(side)] = point;
     }
     out.contacts.push_back(contacts);
   }
   return out;
+}
+
+ContactPlace contact_place(const nlohmann::json& value) {
+  if (value.is_null()) return {};
+  if (value.is_string()) return value.get<std::string>();
+  const auto point = three_numbers(value);
+  if (!point) throw Error("neither a part of the chair nor [x, y, z]");
+  return *point;
 }
 
 nlohmann::json contacts_json(const std::vector<HandContacts>& contacts) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "inhabit/interact/chair.h"
+#include "inhabit/interact/contact_area.h"
 #include "inhabit/interact/live_person.h"
 
 namespace inhabit::interact {
@@ -24,6 +25,9 @@ ContactScript read_contact_script(const std::string& path, const Chair& chair);
 
 /// The same from memory; `subject` names the source in errors.
 ContactScript parse_contact_script(std::string_view text, const std::string& subject, const Chair& chair);
+
+/// One hand's entry of such a file: null, a part of the chair, or [x, y, z]. Throws Error for anything else.
+ContactPlace contact_place(const nlohmann::json& value);
 
 /// Contacts as such a file has them: points in metres, no entry for a hand that is free.
 nlohmann::json contacts_json(const std::vector<HandContacts>& contacts);

@@ -180,21 +180,6 @@ INHABIT_INLINE void products(const PackedExperts& w, int64_t block, const float*
                                                y_stride);
 }
 
-/// x becomes 1 / (1 + exp(-x)).
-template <int kWidth, class Float>
-INHABIT_INLINE void sigmoid_of(Float& x) {
-  x = -x;
-  nn::vector_exp<kWidth>(x);
-  x = 1.0F / (1.0F + x);
-}
-/// x becomes tanh(x) = 2 sigmoid(2 x) - 1.
-template <int kWidth, class Float>
-INHABIT_INLINE void tanh_of(Float& x) {
-  x = 2.0F * x;
-  sigmoid_of<kWidth>(x);
-  x = 2.0F * x - 1.0F;
-}
-
 template <int kWidth>
 INHABIT_INLINE void units(const float* gates, float* cell, float* hidden) {
   typedef float vec __attribute__((vector_size(kWidth * sizeof(float)), aligned(4), may_alias));
@@ -202,14 +187,14 @@ INHABIT_INLINE void units(const float* gates, float* cell, float* hidden) {
     const auto gate = [&](int which) { return gates + 16 * which + i; };
     vec in = *reinterpret_cast<const vec*>(gate(0)), keep = *reinterpret_cast<const vec*>(gate(1)),
         candidate = *reinterpret_cast<const vec*>(gate(2)), out = *reinterpret_cast<const vec*>(gate(3));
-    sigmoid_of<kWidth>(in);
-    sigmoid_of<kWidth>(keep);
-    tanh_of<kWidth>(candidate);
-    sigmoid_of<kWidth>(out);
+    nn::vector_sigmoid<kWidth>(in);
+    nn::vector_sigmoid<kWidth>(keep);
+    nn::vector_tanh<kWidth>(candidate);
+    nn::vector_sigmoid<kWidth>(out);
     vec& c = *reinterpret_cast<vec*>(cell + i);
     c = keep * c + in * candidate;
     vec shown = c;
-    tanh_of<kWidth>(shown);
+    nn::vector_tanh<kWidth>(shown);
     *reinterpret_cast<vec*>(hidden + i) = out * shown;
   }
 }

@@ -209,6 +209,93 @@ Layout lay_out(const Acclaim& asf, Skeleton& skeleton, const std::string& name) 
   return out;
 }
 
+/// Metres of the .asf's unit of length: as given; else as it says itself where its people are as tall as people are;
+/// else by their size, which is noted.
+void set_unit(SourceMotion& out, const Acclaim& asf, std::optional<double> given, const std::string& name) {
+  const double reach = longest_reach(out.clip.skeleton), stated = 0.0254 / asf.length;
+  if (given) {
+    out.metres_per_unit = *given;
+    out.unit = "units of the given scale";
+  } else if (reach * stated > 0.5 && reach * stated < 2.6) {
+    out.metres_per_unit = stated;
+    out.unit = "ASF units";
+  } else {
+    const LengthUnit unit = guess_length_unit(reach, name);
+    out.metres_per_unit = unit.metres;
+    out.unit = unit.name;
+    out.notes.push_back("lengths taken for " + unit.name + " from the size of the person");
+  }
+}
+
+/// The frames of an .amc, as far as they are read.
+struct AmcFrames {
+  const Acclaim& asf;
+  const std::string& asf_name;
+  const Layout& layout;
+  const Bones rest;         // metres
+  double metres_per_unit;   // of translations
+  double radians_per_unit;  // of angles
+  PoseTrack track;
+  std::vector<int> seen;  // frame in which a bone last stood
+  int frame = -1;
+  bool bones_move = false, bones_stretch = false;
+};
+
+/// Fails where a bone of the present frame, if there is one, is missing.
+void end_frame(const AmcFrames& frames, const TextLines& lines) {
+  for (size_t b = 0; frames.frame >= 0 && b < frames.asf.bones.size(); ++b)
+    if (!frames.asf.bones[b].dof.empty() && frames.seen[b] != frames.frame)
+      lines.fail("frame " + std::to_string(frames.frame + 1) + " lacks bone " + in_quotes(frames.asf.bones[b].name));
+}
+
+/// The line with a frame's number: `number`, and nothing in `words` behind it.
+void begin_frame(AmcFrames& frames, const TextLines& lines, std::string_view number, std::string_view words,
+                 size_t most_rotations) {
+  end_frame(frames, lines);
+  lines.whole(number, 0, 1'000'000'000);
+  if (!next_word(words).empty()) lines.fail("more than a frame's number");
+  ++frames.frame;
+  PoseTrack& track = frames.track;
+  track.trans.emplace_back(Eigen::Vector3d::Zero());
+  track.local.insert(track.local.end(), static_cast<size_t>(track.joints), Eigen::Quaterniond::Identity());
+  track.places.insert(track.places.end(), frames.rest.offsets.begin(), frames.rest.offsets.end());
+  if (track.local.size() > most_rotations) lines.fail("too many bones without a degree of freedom");
+}
+
+/// A line of the present frame: the bone's name, and in `words` a number for each of its degrees of freedom.
+void read_frame_line(AmcFrames& frames, const TextLines& lines, std::string_view name, std::string_view words) {
+  const Acclaim& asf = frames.asf;
+  if (frames.frame < 0) lines.fail("expected the number of the first frame, found " + in_quotes(name));
+  const auto found = asf.by_name.find(name);
+  if (found == asf.by_name.end()) lines.fail("bone " + in_quotes(name) + " is not in " + frames.asf_name);
+  const Bone& bone = asf.bones[found->second];
+  if (frames.seen[found->second] == frames.frame) lines.fail("bone " + in_quotes(name) + " stands twice in one frame");
+  frames.seen[found->second] = frames.frame;
+  Eigen::Vector3d angles = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
+  for (const std::string& dof : bone.dof) {
+    const std::string_view word = next_word(words);
+    if (word.empty()) lines.fail("bone " + in_quotes(name) + " needs " + std::to_string(bone.dof.size()) + " numbers");
+    const double value = lines.real(word);
+    if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
+    if (dof[0] == 'r') angles[dof[1] - 'x'] = value * frames.radians_per_unit;
+    if (dof[0] == 't') moved[dof[1] - 'x'] = value;
+    if (dof[0] == 'l') frames.bones_stretch = true;
+  }
+  if (!next_word(words).empty())
+    lines.fail("bone " + in_quotes(name) + " has more than " + std::to_string(bone.dof.size()) + " numbers");
+  PoseTrack& track = frames.track;
+  const int joint = frames.layout.joint_of_bone[found->second];
+  track.at(frames.frame, joint) = bone.axis * rotation_of(angles, bone.axis_order) * bone.axis.conjugate();
+  if (found->second == 0) {
+    track.at(frames.frame, 0) = rotation_of(angles, bone.axis_order) * bone.axis;
+    track.trans.back() = (asf.place + moved) * frames.metres_per_unit;
+  } else if (moved.norm() > 0) {
+    frames.bones_move = true;
+    track.places[track.places.size() - static_cast<size_t>(track.joints) + static_cast<size_t>(joint)] +=
+        bone.axis * moved * frames.metres_per_unit;
+  }
+}
+
 }  // namespace
 
 SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_name, std::string_view amc_text,
@@ -218,96 +305,43 @@ SourceMotion parse_asf_amc(std::string_view asf_text, const std::string& asf_nam
   const Acclaim asf = parse_asf(asf_text, asf_name);
   SourceMotion out;
   out.clip.rate = 120;
+  out.rate_assumed = true;
   const Layout layout = lay_out(asf, out.clip.skeleton, asf_name);
-  const double reach = longest_reach(out.clip.skeleton);
-  const double stated = 0.0254 / asf.length;
-  if (metres_per_unit) {
-    out.metres_per_unit = *metres_per_unit;
-    out.unit = "units of the given scale";
-  } else if (reach * stated > 0.5 && reach * stated < 2.6) {
-    out.metres_per_unit = stated;
-    out.unit = "ASF units";
-  } else {
-    const LengthUnit unit = guess_length_unit(reach, asf_name);
-    out.metres_per_unit = unit.metres;
-    out.unit = unit.name;
-    out.notes.push_back("lengths taken for " + unit.name + " from the size of the person");
-  }
+  set_unit(out, asf, metres_per_unit, asf_name);
   out.clip.skeleton.offsets *= out.metres_per_unit;
 
   TextLines lines(amc_text, amc_name);
-  double angle = asf.radians ? 1.0 : M_PI / 180;
-  out.rate_assumed = true;
-  bool bones_move = false, bones_stretch = false;
-  PoseTrack track;
-  track.joints = out.clip.skeleton.size();
-  const Bones rest = bones_of(out.clip.skeleton);
-  std::vector<int> seen(asf.bones.size(), -1);  // frame in which a bone last stood
-  int frame = -1;
-  const auto close_frame = [&] {
-    for (size_t b = 0; frame >= 0 && b < asf.bones.size(); ++b)
-      if (!asf.bones[b].dof.empty() && seen[b] != frame)
-        lines.fail("frame " + std::to_string(frame + 1) + " lacks bone " + in_quotes(asf.bones[b].name));
-  };
+  AmcFrames frames{asf,
+                   asf_name,
+                   layout,
+                   bones_of(out.clip.skeleton),
+                   out.metres_per_unit,
+                   asf.radians ? 1.0 : M_PI / 180,
+                   {},
+                   std::vector<int>(asf.bones.size(), -1)};
+  frames.track.joints = out.clip.skeleton.size();
   for (std::string_view line; lines.next_filled(line);) {
     if (line.front() == '#') continue;
     std::string_view words = line;
     const std::string_view first = next_word(words);
     if (first.front() == ':') {
       const std::string key = lower_case(first);
-      if (key == ":degrees") angle = M_PI / 180;
-      if (key == ":radians") angle = 1;
+      if (key == ":degrees") frames.radians_per_unit = M_PI / 180;
+      if (key == ":radians") frames.radians_per_unit = 1;
       if (key == ":samples-per-second") out.clip.rate = lines.real(next_word(words)), out.rate_assumed = false;
-      continue;
-    }
-    if (first.front() >= '0' && first.front() <= '9') {
-      close_frame();
-      lines.whole(first, 0, 1'000'000'000);
-      if (!next_word(words).empty()) lines.fail("more than a frame's number");
-      ++frame;
-      track.trans.emplace_back(Eigen::Vector3d::Zero());
-      track.local.insert(track.local.end(), static_cast<size_t>(track.joints), Eigen::Quaterniond::Identity());
-      track.places.insert(track.places.end(), rest.offsets.begin(), rest.offsets.end());
+    } else if (first.front() >= '0' && first.front() <= '9') {
       // Bones that never rotate need no number in the file: keep them from growing past all measure.
-      if (track.local.size() > amc_text.size() + kMostBones) lines.fail("too many bones without a degree of freedom");
-      continue;
-    }
-    if (frame < 0) lines.fail("expected the number of the first frame, found " + in_quotes(first));
-    const auto found = asf.by_name.find(first);
-    if (found == asf.by_name.end()) lines.fail("bone " + in_quotes(first) + " is not in " + asf_name);
-    const Bone& bone = asf.bones[found->second];
-    if (seen[found->second] == frame) lines.fail("bone " + in_quotes(first) + " stands twice in one frame");
-    seen[found->second] = frame;
-    Eigen::Vector3d angles = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
-    for (const std::string& dof : bone.dof) {
-      const std::string_view word = next_word(words);
-      if (word.empty())
-        lines.fail("bone " + in_quotes(first) + " needs " + std::to_string(bone.dof.size()) + " numbers");
-      const double value = lines.real(word);
-      if (!(std::abs(value) < 1e9)) lines.fail(in_quotes(word) + " is too large");
-      if (dof[0] == 'r') angles[dof[1] - 'x'] = value * angle;
-      if (dof[0] == 't') moved[dof[1] - 'x'] = value;
-      if (dof[0] == 'l') bones_stretch = true;
-    }
-    if (!next_word(words).empty())
-      lines.fail("bone " + in_quotes(first) + " has more than " + std::to_string(bone.dof.size()) + " numbers");
-    track.at(frame, layout.joint_of_bone[found->second]) =
-        bone.axis * rotation_of(angles, bone.axis_order) * bone.axis.conjugate();
-    if (found->second == 0) {
-      track.at(frame, 0) = rotation_of(angles, bone.axis_order) * bone.axis;
-      track.trans.back() = (asf.place + moved) * out.metres_per_unit;
-    } else if (moved.norm() > 0) {
-      bones_move = true;
-      track.places[track.places.size() - static_cast<size_t>(track.joints) +
-                   static_cast<size_t>(layout.joint_of_bone[found->second])] += bone.axis * moved * out.metres_per_unit;
+      begin_frame(frames, lines, first, words, amc_text.size() + kMostBones);
+    } else {
+      read_frame_line(frames, lines, first, words);
     }
   }
-  if (frame < 0) throw Error(amc_name, "holds no frames");
-  close_frame();
-  if (bones_stretch) out.notes.emplace_back("changes of bones' lengths were left out");
-  if (!bones_move) track.places.clear();
-  set_pose(out.clip, track);
-  if (bones_move) set_translations(out.clip, out.clip.translations);
+  if (frames.frame < 0) throw Error(amc_name, "holds no frames");
+  end_frame(frames, lines);
+  if (frames.bones_stretch) out.notes.emplace_back("changes of bones' lengths were left out");
+  if (!frames.bones_move) frames.track.places.clear();
+  set_pose(out.clip, frames.track);
+  if (frames.bones_move) set_translations(out.clip, out.clip.translations);
   validate(out.clip, amc_name);
   return out;
 }

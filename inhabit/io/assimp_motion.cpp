@@ -88,17 +88,17 @@ SourceMotion motion_of(const json& tracks, const std::string& path, std::optiona
     for (size_t j = 0; j < count; ++j) {
       const size_t at = t * count + j;
       const auto place = [&](size_t k) { return Eigen::Map<const Vector3d>(&joints[(t * count + order[k]) * 3]); };
-      const auto turned = [&](size_t k) {
+      const auto rotation = [&](size_t k) {
         return Quaterniond(rotations[t * count + order[k]] * rest[order[k]].conjugate());
       };
       if (j == 0) {
-        track.local[at] = turned(0);
+        track.local[at] = rotation(0);
         roots.emplace_back(place(0));
         continue;
       }
       const auto p = static_cast<size_t>(skeleton.parents[j]);
-      const Quaterniond above = turned(p);
-      track.local[at] = (above.conjugate() * turned(j)).normalized();
+      const Quaterniond above = rotation(p);
+      track.local[at] = (above.conjugate() * rotation(j)).normalized();
       places[at] = above.conjugate() * (place(j) - place(p));
     }
   auto rows = skeleton.offsets.accessor<double, 2>();

@@ -18,7 +18,7 @@ struct CloudSequence {
 /// How point clouds are to be understood.
 struct CloudReadOptions {
   double scale = 1;   ///< metres per unit
-  bool z_up = false;  ///< they are turned by -90 degrees about x, as the motion that they belong to was
+  bool z_up = false;  ///< they are rotated by -90 degrees about x, as the motion that they belong to was
 };
 
 /// The clouds in a folder or in one .npz.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "inhabit/io/json_text.h"
+
 namespace inhabit {
 
 using nlohmann::json;
@@ -38,6 +40,7 @@ json config_object(const std::string& text, const std::string& subject) {
   json root = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (root.is_discarded()) throw Error(subject, "the configuration is no JSON");
   if (!root.is_object()) throw Error(subject, "the configuration is no JSON object");
+  if (nested_too_deep(text)) throw Error(subject, "the configuration has values over 100 deep in each other");
   return root;
 }
 
@@ -47,7 +50,7 @@ std::pair<std::string, json> setting_of(const std::string& setting) {
   const std::string text = setting.substr(at + 1);
   json value = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (value.is_discarded()) value = text;
-  if (value.is_null() || value.is_object()) throw Error(setting, "is no setting: KEY=VALUE");
+  if (value.is_null() || value.is_object() || nested_too_deep(text)) throw Error(setting, "is no setting: KEY=VALUE");
   return {setting.substr(0, at), value};
 }
 

@@ -6,11 +6,32 @@
 
 namespace inhabit {
 
+bool nested_too_deep(std::string_view text) {
+  constexpr int kDeepest = 100;
+  int depth = 0;
+  bool quoted = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"')
+      quoted = !quoted;
+    else if (quoted)
+      i += c == '\\' ? 1 : 0;  // and what it escapes
+    else if (c == '[' || c == '{')
+      ++depth;
+    else if (c == ']' || c == '}')
+      --depth;
+    if (depth > kDeepest) return true;
+  }
+  return false;
+}
+
 template <typename Json>
 Json parse_json(std::string_view text, const std::string& subject) {
   if (text.empty()) throw Error(subject, "is empty, not JSON");
   try {
-    return Json::parse(text.begin(), text.end());
+    Json value = Json::parse(text.begin(), text.end());
+    if (nested_too_deep(text)) throw Error(subject, "has values over 100 deep in each other");
+    return value;
   } catch (const nlohmann::json::parse_error& e) {
     const std::string_view before = text.substr(0, std::min<size_t>(e.byte == 0 ? 0 : e.byte - 1, text.size()));
     // Of a text of one line, which may be one of many of a stream, no line is named.

@@ -14,7 +14,9 @@ std::string_view rest_of(std::string_view line) {
   return line;
 }
 
-void read_colors(std::string_view text, std::map<std::string, std::array<float, 3>>& colors) {
+using Colors = std::map<std::string, std::array<float, 3>>;  // of materials, linear RGB
+
+void read_colors(std::string_view text, Colors& colors) {
   std::string material;
   bool textured = false;
   while (!text.empty()) {
@@ -39,6 +41,23 @@ void read_colors(std::string_view text, std::map<std::string, std::array<float, 
   }
 }
 
+/// The next line, and behind it those that it goes on in by a backslash at its end, which are put together in `joined`.
+/// @param number of the last line that was read, from 1
+std::string_view next_joined_line(std::string_view& text, std::string& joined, int64_t& number) {
+  std::string_view line = next_line(text);
+  ++number;
+  if (line.empty() || line.back() != '\\') return line;
+  joined.clear();
+  while (!line.empty() && line.back() == '\\') {
+    joined += line.substr(0, line.size() - 1);
+    joined += ' ';
+    line = next_line(text);
+    ++number;
+  }
+  joined += line;
+  return joined;
+}
+
 /// The vertex that a corner of a face ("7", "7/1", "7//2", "-1") names.
 bool vertex_of(std::string_view corner, int64_t count, int64_t& index) {
   corner = corner.substr(0, corner.find('/'));
@@ -49,16 +68,46 @@ bool vertex_of(std::string_view corner, int64_t count, int64_t& index) {
   return index >= 0;
 }
 
+/// Faces of one object and material, by numbers of the file's vertices.
+struct Group {
+  std::string name, material;
+  std::vector<int64_t> faces;
+};
+
+/// A mesh of each group that has faces, with the vertices that it uses.
+std::vector<Mesh> meshes_of(const std::vector<Group>& groups, const std::vector<float>& vertices,
+                            const Colors& colors) {
+  std::vector<Mesh> meshes;
+  std::vector<int64_t> local(vertices.size() / 3, -1);  // a vertex's number in the mesh at hand
+  for (const Group& source : groups) {
+    if (source.faces.empty()) continue;
+    std::vector<float> used;
+    std::vector<int64_t> faces;
+    faces.reserve(source.faces.size());
+    for (const int64_t index : source.faces) {
+      int64_t& to = local[static_cast<size_t>(index)];
+      if (to < 0) {
+        to = static_cast<int64_t>(used.size() / 3);
+        used.insert(used.end(), vertices.begin() + 3 * index, vertices.begin() + 3 * index + 3);
+      }
+      faces.push_back(to);
+    }
+    for (const int64_t index : source.faces) local[static_cast<size_t>(index)] = -1;
+    Mesh& mesh = meshes.emplace_back();
+    mesh.name = source.name.empty() ? source.material : source.name;
+    if (const auto color = colors.find(source.material); color != colors.end()) mesh.color = color->second;
+    mesh.vertices = torch::tensor(used).view({-1, 3});
+    mesh.faces = torch::tensor(faces, torch::kInt64).view({-1, 3});
+  }
+  return meshes;
+}
+
 }  // namespace
 
 std::vector<Mesh> parse_obj(std::string_view text, const std::string& subject,
                             const std::function<std::string(const std::string&)>& open) {
   std::vector<float> vertices;
-  std::map<std::string, std::array<float, 3>> colors;
-  struct Group {
-    std::string name, material;
-    std::vector<int64_t> faces;
-  };
+  Colors colors;
   std::vector<Group> groups;
   std::map<std::pair<std::string, std::string>, size_t> known;
   std::string object, material;
@@ -69,19 +118,7 @@ std::vector<Mesh> parse_obj(std::string_view text, const std::string& subject,
   int64_t most_line = 0, number = 0;
   std::string joined;
   while (!text.empty()) {
-    std::string_view line = next_line(text);
-    ++number;
-    if (!line.empty() && line.back() == '\\') {  // goes on in the next line
-      joined.clear();
-      while (!line.empty() && line.back() == '\\') {
-        joined += line.substr(0, line.size() - 1);
-        joined += ' ';
-        line = next_line(text);
-        ++number;
-      }
-      joined += line;
-      line = joined;
-    }
+    std::string_view line = next_joined_line(text, joined, number);
     line = line.substr(0, line.find('#'));
     const std::string_view key = next_token(line);
     const auto place = [&] { return "line " + std::to_string(number) + ": "; };
@@ -130,28 +167,7 @@ std::vector<Mesh> parse_obj(std::string_view text, const std::string& subject,
                              " of " + std::to_string(count));
   }
 
-  std::vector<Mesh> meshes;
-  std::vector<int64_t> local(static_cast<size_t>(count), -1);  // a vertex's number in the mesh at hand
-  for (const Group& source : groups) {
-    if (source.faces.empty()) continue;
-    std::vector<float> used;
-    std::vector<int64_t> faces;
-    faces.reserve(source.faces.size());
-    for (const int64_t index : source.faces) {
-      int64_t& to = local[static_cast<size_t>(index)];
-      if (to < 0) {
-        to = static_cast<int64_t>(used.size() / 3);
-        used.insert(used.end(), vertices.begin() + 3 * index, vertices.begin() + 3 * index + 3);
-      }
-      faces.push_back(to);
-    }
-    for (const int64_t index : source.faces) local[static_cast<size_t>(index)] = -1;
-    Mesh& mesh = meshes.emplace_back();
-    mesh.name = source.name.empty() ? source.material : source.name;
-    if (const auto color = colors.find(source.material); color != colors.end()) mesh.color = color->second;
-    mesh.vertices = torch::tensor(used).view({-1, 3});
-    mesh.faces = torch::tensor(faces, torch::kInt64).view({-1, 3});
-  }
+  std::vector<Mesh> meshes = meshes_of(groups, vertices, colors);
   if (meshes.empty()) throw Error(subject, "holds no faces");
   return meshes;
 }

@@ -18,4 +18,8 @@ FuturesError futures_error(const torch::Tensor& futures, const torch::Tensor& tr
   return with_best(pose_error(futures, truth.unsqueeze(0), 0));
 }
 
+torch::Tensor nearest_future(const torch::Tensor& futures, const torch::Tensor& truth) {
+  return (futures - truth.unsqueeze(1)).norm(2, {4}).mean({2, 3}).argmin(1);
+}
+
 }  // namespace inhabit

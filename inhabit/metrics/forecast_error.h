@@ -22,4 +22,9 @@ FuturesError with_best(const torch::Tensor& each);
 /// @param futures (S, T, 22, 3), truth (T, 22, 3) local poses (motion/local_pose.h), whose root is the origin.
 FuturesError futures_error(const torch::Tensor& futures, const torch::Tensor& truth);
 
+/// Which of several futures in the world is nearest to what happened: (B) int64, the one whose joints are off least in
+/// the mean over frames and joints, the path of the root included.
+/// @param futures (B, K, T, J, 3), truth (B, T, J, 3) world joints
+torch::Tensor nearest_future(const torch::Tensor& futures, const torch::Tensor& truth);
+
 }  // namespace inhabit

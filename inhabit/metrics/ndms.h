@@ -15,10 +15,15 @@ enum class NdmsForm {
 
 /// Normalised directional motion similarity of words (N, kappa, J, 3), metres, with as many others: (N) in [0, 1].
 /// Velocities are frame differences.
-torch::Tensor ndms(const torch::Tensor& words, const torch::Tensor& others, NdmsForm form = NdmsForm::equation);
+/// @param softness metres a frame; over 0 for training, since the score changes without bounds where joints hardly
+/// move: a length l counts as sqrt(l^2 + softness^2), a joint at rest in both words still as 0, and numbers stay of the
+/// words' own type, with finite gradients. 0: the score itself, float64
+torch::Tensor ndms(const torch::Tensor& words, const torch::Tensor& others, NdmsForm form = NdmsForm::equation,
+                   double softness = 0);
 
-/// g of Eq. 10: (N) similarity of each word with the one nearest to it in the database.
-torch::Tensor plausibility(const torch::Tensor& words, const WordIndex& database, NdmsForm form = NdmsForm::equation);
+/// g of Eq. 10: (N) similarity of each word with the one nearest to it in the database, which no gradient goes through.
+torch::Tensor plausibility(const torch::Tensor& words, const WordIndex& database, NdmsForm form = NdmsForm::equation,
+                           double softness = 0);
 
 /// The same in two forms, (N) each, of one search.
 struct WordScores {

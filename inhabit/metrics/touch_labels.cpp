@@ -16,7 +16,7 @@ constexpr int64_t kCapsuleFrames = 256;             // measured at once: samples
 /// The scene without what hands do not touch.
 Scene without_floor(const Scene& scene) {
   Scene solids = scene;
-  const auto floor = [](const Mesh& mesh) { return mesh.name == "floor"; };
+  const auto floor = [](const Mesh& mesh) { return is_floor(mesh.name); };
   if (std::none_of(scene.meshes.begin(), scene.meshes.end(), floor)) return without_ground(solids);
   std::erase_if(solids.meshes, floor);
   return solids;

@@ -16,8 +16,8 @@ class SceneQuery;
 /// the wrist.
 class TouchLabels {
  public:
-  /// `body` must outlive this. A scene without a mesh called "floor" is a scan: hands do not touch what lies under 4 cm
-  /// over y = 0 and looks up (without_ground).
+  /// `body` must outlive this. A scene without a floor by name (is_floor) is a scan: hands do not touch what lies under
+  /// 4 cm over y = 0 and looks up (without_ground).
   TouchLabels(const Scene& scene, const BodyModel& body);
   ~TouchLabels();
   TouchLabels(const TouchLabels&) = delete;

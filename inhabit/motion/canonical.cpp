@@ -38,7 +38,10 @@ GroundTransform GroundTransform::inverse() const {
   return {-yaw, -(back * shift)};
 }
 
-torch::Tensor headings(const torch::Tensor& joints) { return yaw_of_left(to_the_left(joints, {{1, 2}, {16, 17}})); }
+torch::Tensor headings(const torch::Tensor& joints) {
+  const auto joint = [&](int64_t j) { return joints.select(-2, j); };
+  return yaw_of_left(right_to_left(joint(1), joint(2), joint(16), joint(17)));
+}
 
 double heading(const Clip& clip, int64_t frame) {
   std::vector<std::array<int64_t, 2>> pairs;

@@ -14,6 +14,14 @@ struct GroundTransform {
   GroundTransform inverse() const;
 };
 
+/// From the right of a body to its left, which tells its heading (yaw_of_left, heading_of_left): the line between the
+/// hips and that between the shoulders, added. @param left_hip and so on: positions, (..., 3) tensors or vectors.
+template <class Position>
+Position right_to_left(const Position& left_hip, const Position& right_hip, const Position& left_shoulder,
+                       const Position& right_shoulder) {
+  return (left_hip - right_hip) + (left_shoulder - right_shoulder);
+}
+
 /// The yaw (radians) at which the person faces: 0 is +Z, pi/2 is +X. From the line between the hips and that between
 /// the shoulders where the skeleton has such joints (standard names), else from the root's rotation. Throws Error where
 /// it has neither.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "inhabit/math/quantile.h"
+
 namespace inhabit {
 namespace {
 
@@ -21,6 +23,11 @@ double floor_under(const Clip& poses) {
   // Slow is relative where somebody never stands still.
   const double slow = std::max(kStandingSpeed, torch::quantile(speed, 0.15).item<double>());
   return torch::quantile(y.index({speed <= slow}), 0.1).item<double>() - kBallAboveSole;
+}
+
+double floor_under_lowest(std::vector<double> lower_balls) {
+  const size_t low = lower_balls.size() / 20;
+  return nth_smallest(std::move(lower_balls), low) - kBallAboveSole;
 }
 
 }  // namespace inhabit

@@ -84,7 +84,7 @@ int carry_by_root(Clip& clip) {
   const auto place_of = [&](size_t frame, int joint) -> const Eigen::Vector3d& {
     return track.places[frame * joints + static_cast<size_t>(joint)];
   };
-  const auto turned = [&](size_t frame, int joint) -> const Eigen::Quaterniond& {
+  const auto rotation = [&](size_t frame, int joint) -> const Eigen::Quaterniond& {
     return global[frame * joints + static_cast<size_t>(joint)];
   };
   if (extent(clip.joints.select(1, carrier) - clip.joints.select(1, 0)) <= extent(clip.joints.select(1, 0))) return -1;
@@ -104,13 +104,13 @@ int carry_by_root(Clip& clip) {
     const int joint = moved[k], parent = moved[k - 1];
     float* bone = offsets.data_ptr<float>() + 3 * joint;
     if (translates(clip.translations, joint)) {
-      const Eigen::Vector3d up = turned(0, parent).conjugate() * Eigen::Vector3d::UnitY();
+      const Eigen::Vector3d up = rotation(0, parent).conjugate() * Eigen::Vector3d::UnitY();
       std::vector<double> heights(frames);
       for (size_t t = 0; t < frames; ++t) heights[t] = up.dot(place_of(t, joint));
       Eigen::Map<Eigen::Vector3f>(bone, 3) = (up * median(std::move(heights))).cast<float>();
     }
     const Eigen::Vector3d offset(bone[0], bone[1], bone[2]);
-    for (size_t t = 0; t < frames; ++t) root[t] -= turned(t, parent) * offset;
+    for (size_t t = 0; t < frames; ++t) root[t] -= rotation(t, parent) * offset;
     places.select(1, joint).copy_(offsets[joint].expand({track.frames(), 3}));
   }
   clip.file.carrier = carrier;
@@ -131,13 +131,13 @@ int carry_by_root(Clip& clip) {
   for (size_t t = 0; t < frames; ++t) {
     new_at[0] = root[t];
     for (size_t k = 1; k < moved.size(); ++k)
-      new_at[k] = new_at[k - 1] + turned(t, moved[k - 1]) * at(offsets, static_cast<size_t>(moved[k]));
+      new_at[k] = new_at[k - 1] + rotation(t, moved[k - 1]) * at(offsets, static_cast<size_t>(moved[k]));
     for (size_t k = 0; k + 1 < moved.size(); ++k) {
       old_at[k] = at(before, t * joints + static_cast<size_t>(moved[k]));
       for (size_t j = 1; j < joints; ++j) {
         if (clip.skeleton.parents[j] != moved[k] || static_cast<int>(j) == moved[k + 1]) continue;
         const Eigen::Vector3d place =
-            place_of(t, static_cast<int>(j)) + turned(t, moved[k]).conjugate() * (old_at[k] - new_at[k]);
+            place_of(t, static_cast<int>(j)) + rotation(t, moved[k]).conjugate() * (old_at[k] - new_at[k]);
         Eigen::Map<Eigen::Vector3f>(p + 3 * (t * joints + j), 3) = place.cast<float>();
       }
     }

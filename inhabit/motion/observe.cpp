@@ -49,6 +49,7 @@ Clip left_padded(const Clip& clip, int64_t count) {
 }  // namespace
 
 Observed observe(const Clip& clip, int64_t start, double rate, int64_t least, const std::string& name) {
+  if (start < -1) throw Error("start", "is under 0");
   if (start > clip.frames())
     throw Error(name, fmt::format("frame {} is beyond the end ({} frames)", start, clip.frames()));
   const int64_t asked = start < 0 ? clip.frames() : start;

@@ -15,8 +15,8 @@ struct Observed {
 
 /// @param start first frame to forecast, counted in `clip`; -1: its end. @param least frames that must be observed, at
 /// `rate`. A file of fewer frames a second that has them in seconds (15 at 15 a second for 30 at 30) goes back by the
-/// rest as it begins. Throws Error(name, ...) where the skeleton cannot be mapped, `start` is beyond the end, or less
-/// is there.
+/// rest as it begins. Throws Error("start", ...) for other numbers under 0, Error(name, ...) where the skeleton cannot
+/// be mapped, `start` is beyond the end, or less is there.
 Observed observe(const Clip& clip, int64_t start, double rate, int64_t least, const std::string& name);
 
 }  // namespace inhabit

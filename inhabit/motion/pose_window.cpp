@@ -22,7 +22,7 @@ constexpr double kFarthest = 1e4;     // metres
 constexpr double kLatestTime = 1e11;  // seconds: doubles tell apart what is 15 microseconds apart
 constexpr float kUnknown = 1e-9F;     // metres: an offset of zero
 
-Vector3f turned(const Vector3f& p, double yaw) {
+Vector3f rotated_by_yaw(const Vector3f& p, double yaw) {
   const auto c = static_cast<float>(std::cos(yaw)), s = static_cast<float>(std::sin(yaw));
   return {c * p.x() + s * p.z(), p.y(), c * p.z() - s * p.x()};
 }
@@ -113,7 +113,7 @@ void PoseWindow::push(double time, const torch::Tensor& joints) {
   for (int j = 0; j < size; ++j) pose.joints[static_cast<size_t>(j)] = place(j);
   remember(pose);
   if (!seen(pose.joints[0]))
-    pose.joints[0] = 0.5F * (place(hips_[0]) + place(hips_[1])) + turned(root_from_hips_, heading_);
+    pose.joints[0] = 0.5F * (place(hips_[0]) + place(hips_[1])) + rotated_by_yaw(root_from_hips_, heading_);
 }
 
 void PoseWindow::remember(const Pose& pose) {
@@ -123,10 +123,10 @@ void PoseWindow::remember(const Pose& pose) {
     return;
   for (int j = 1; j < skeleton_.size(); ++j) {
     const Vector3f offset = place(j) - place(skeleton_.parents[static_cast<size_t>(j)]);
-    if (seen(offset)) from_parent_[static_cast<size_t>(j)] = turned(offset, -heading_);
+    if (seen(offset)) from_parent_[static_cast<size_t>(j)] = rotated_by_yaw(offset, -heading_);
   }
   const Vector3f from_hips = place(0) - 0.5F * (place(hips_[0]) + place(hips_[1]));
-  if (seen(from_hips)) root_from_hips_ = turned(from_hips, -heading_);
+  if (seen(from_hips)) root_from_hips_ = rotated_by_yaw(from_hips, -heading_);
 }
 
 Clip PoseWindow::clip(double rate, int64_t frames) const {
@@ -162,7 +162,7 @@ Clip PoseWindow::clip(double rate, int64_t frames) const {
   for (int64_t j = 1; j < J; ++j) {
     const int64_t parent = skeleton_.parents[static_cast<size_t>(j)];
     const auto follow = [&](int64_t t, const Vector3f& offset, double heading) {
-      place(t, j) = place(t, parent) + turned(offset, headings[static_cast<size_t>(t)] - heading);
+      place(t, j) = place(t, parent) + rotated_by_yaw(offset, headings[static_cast<size_t>(t)] - heading);
     };
     int64_t first = 0, last_seen = T - 1;
     while (first < T && !seen(place(first, j))) ++first;

@@ -33,7 +33,7 @@ class PoseWindow {
   /// At most `frames` poses at `rate` a second of which the last is the last one pushed: joints alone, on the skeleton.
   /// Between two times at which a joint was seen it goes along a cubic (as resample() does where times are even), and
   /// straight over gaps of more than a quarter of a second. Before and after, it stays where it was from its parent,
-  /// turned with the person. Throws Error where a joint was never seen and the skeleton's offsets do not place it.
+  /// rotated with the person. Throws Error where a joint was never seen and the skeleton's offsets do not place it.
   Clip clip(double rate, int64_t frames) const;
 
  private:

@@ -62,7 +62,7 @@ torch::Tensor linear(const torch::Tensor& values, const Times& times) {
 }
 
 // Axis-angle (T, N, 3) by slerp.
-torch::Tensor turned(const torch::Tensor& axis_angle, const Times& times) {
+torch::Tensor slerped(const torch::Tensor& axis_angle, const Times& times) {
   const torch::Tensor from = axis_angle.to(torch::kCPU, torch::kDouble).contiguous();
   const int64_t n = from.size(1);
   torch::Tensor out = torch::empty({static_cast<int64_t>(times.before.size()), n, 3});
@@ -128,7 +128,7 @@ Clip at_frames(const Clip& clip, const std::vector<double>& frames) {
     Clip posed = clip;
     set_pose(posed, pose_track(clip));
     const torch::Tensor beside = clip.joints.to(torch::kCPU, torch::kFloat) - posed.joints;
-    out.rotations = turned(clip.rotations, times);
+    out.rotations = slerped(clip.rotations, times);
     out.trans = cubic(clip.trans, times);
     if (clip.translations.defined()) out.translations = cubic(clip.translations, times);
     set_pose(out, pose_track(out));
@@ -136,14 +136,14 @@ Clip at_frames(const Clip& clip, const std::vector<double>& frames) {
   } else {
     out.joints = cubic(clip.joints, times);
     if (clip.trans.defined()) out.trans = cubic(clip.trans, times);
-    if (clip.rotations.defined()) out.rotations = turned(clip.rotations, times);
+    if (clip.rotations.defined()) out.rotations = slerped(clip.rotations, times);
   }
   if (clip.action.defined()) out.action = clip.action.index_select(0, times.nearest());
   if (clip.contact.defined()) out.contact = clip.contact.index_select(0, times.nearest());
   if (clip.hand_targets.defined()) out.hand_targets = hand_targets(clip.hand_targets, times);
   if (clip.object_pose.defined())
     out.object_pose =
-        torch::cat({linear(clip.object_pose.slice(2, 0, 3), times), turned(clip.object_pose.slice(2, 3), times)}, 2);
+        torch::cat({linear(clip.object_pose.slice(2, 0, 3), times), slerped(clip.object_pose.slice(2, 3), times)}, 2);
   return out;
 }
 

@@ -95,10 +95,10 @@ struct Posed {
   size_t index(size_t frame, int joint) const {
     return frame * static_cast<size_t>(track.joints) + static_cast<size_t>(joint);
   }
-  const Quaterniond& turned(size_t frame, int joint) const { return global[index(frame, joint)]; }
+  const Quaterniond& rotation(size_t frame, int joint) const { return global[index(frame, joint)]; }
   const Vector3d& place(size_t frame, int joint) const { return at[index(frame, joint)]; }
   Quaterniond followed(size_t frame, const Follower& f) const {
-    return f.low == f.high ? turned(frame, f.low) : turned(frame, f.low).slerp(f.weight, turned(frame, f.high));
+    return f.low == f.high ? rotation(frame, f.low) : rotation(frame, f.low).slerp(f.weight, rotation(frame, f.high));
   }
 };
 
@@ -156,13 +156,14 @@ struct Figure {
   void place_joints() {
     for (size_t j = 0; j < parents.size(); ++j) {
       const int parent = parents[j];
-      pose.rotations[j] = parent < 0 ? local[j] : turned(parent) * local[j];
-      pose.positions[j] = parent < 0 ? Vector3d(trans + places[j]) : Vector3d(at(parent) + turned(parent) * places[j]);
+      pose.rotations[j] = parent < 0 ? local[j] : rotation(parent) * local[j];
+      pose.positions[j] =
+          parent < 0 ? Vector3d(trans + places[j]) : Vector3d(at(parent) + rotation(parent) * places[j]);
     }
   }
   const Vector3d& at(int joint) const { return pose.positions[static_cast<size_t>(joint)]; }
-  const Quaterniond& turned(int joint) const { return pose.rotations[static_cast<size_t>(joint)]; }
-  const Quaterniond& above(int joint) const { return turned(parents[static_cast<size_t>(joint)]); }
+  const Quaterniond& rotation(int joint) const { return pose.rotations[static_cast<size_t>(joint)]; }
+  const Quaterniond& above(int joint) const { return rotation(parents[static_cast<size_t>(joint)]); }
   void set_local(int joint, const Quaterniond& relative) { local[static_cast<size_t>(joint)] = relative.normalized(); }
 
   // Bends a limb, whose joints may have others between them, so that its end comes to `goal`; the end keeps its
@@ -177,9 +178,9 @@ struct Figure {
     const TwoBone solved = solve_two_bone(at(start), upper.norm(), lower.norm(), goal, pole, 0);
     const Quaterniond by_upper = Quaterniond::FromTwoVectors(upper, solved.mid - at(start)),
                       by_lower = Quaterniond::FromTwoVectors(lower, solved.end - solved.mid);
-    set_local(start, above(start).conjugate() * by_upper * turned(start));
-    set_local(mid, (by_upper * above(mid)).conjugate() * by_lower * turned(mid));
-    set_local(end, (by_lower * above(end)).conjugate() * turned(end));
+    set_local(start, above(start).conjugate() * by_upper * rotation(start));
+    set_local(mid, (by_upper * above(mid)).conjugate() * by_lower * rotation(mid));
+    set_local(end, (by_lower * above(end)).conjugate() * rotation(end));
   }
 
   // Rotates a joint that is to stand at `end` by the least that points a joint below it to `goal`.
@@ -188,8 +189,8 @@ struct Figure {
     const Vector3d now = at(tip) - at(joint), wanted = goal - end;
     if ((wanted - now).norm() < kMissed || now.norm() < 1e-6 || wanted.norm() < 1e-6) return end;
     const Quaterniond by = Quaterniond::FromTwoVectors(now, wanted);
-    pose.rotations[static_cast<size_t>(joint)] = by * turned(joint);
-    set_local(joint, above(joint).conjugate() * turned(joint));
+    pose.rotations[static_cast<size_t>(joint)] = by * rotation(joint);
+    set_local(joint, above(joint).conjugate() * rotation(joint));
     return goal - wanted.normalized() * now.norm();
   }
 };
@@ -197,7 +198,7 @@ struct Figure {
 // What poses of the file are off the standard ones, as seen from the standard joints. Rows of one pose.
 struct Alignment {
   size_t followers, limbs;
-  std::vector<Quaterniond> turned;            // followers
+  std::vector<Quaterniond> rotations;         // followers
   std::vector<Vector3d> ends, balls, pelvis;  // limbs, limbs, one
 
   Alignment(const Mapping& mapping, const Posed& from, const Posed& keys)
@@ -205,11 +206,11 @@ struct Alignment {
     const size_t poses = static_cast<size_t>(from.track.frames());
     for (size_t k = 0; k < poses; ++k) {
       for (const Follower& f : mapping.followers)
-        turned.push_back(keys.followed(k, f).conjugate() * from.turned(k, f.joint));
+        rotations.push_back(keys.followed(k, f).conjugate() * from.rotation(k, f.joint));
       const auto off = [&](int joint, int standard, int seen_from) {
-        return joint < 0
-                   ? Vector3d::Zero().eval()
-                   : Vector3d(keys.turned(k, seen_from).conjugate() * (from.place(k, joint) - keys.place(k, standard)));
+        return joint < 0 ? Vector3d::Zero().eval()
+                         : Vector3d(keys.rotation(k, seen_from).conjugate() *
+                                    (from.place(k, joint) - keys.place(k, standard)));
       };
       for (const SourceLimb& limb : mapping.limbs) {
         ends.push_back(off(limb.joints[2], limb.standard.end, limb.standard.mid));
@@ -282,23 +283,24 @@ Clip on_source_skeleton(const Clip& motion, const SourcePoses& poses, int64_t co
         continue;
       }
       const auto i = static_cast<size_t>(follower_of[j]);
-      global[j] = to.followed(t, mapping.followers[i]) *
-                  keyed.turned[b.low * keyed.followers + i].slerp(b.weight, keyed.turned[b.high * keyed.followers + i]);
+      const Quaterniond &low = keyed.rotations[b.low * keyed.followers + i],
+                        &high = keyed.rotations[b.high * keyed.followers + i];
+      global[j] = to.followed(t, mapping.followers[i]) * low.slerp(b.weight, high);
       figure.local[j] = (j == 0 ? global[j] : global[parent].conjugate() * global[j]).normalized();
     }
     figure.trans.setZero();
     figure.place_joints();
-    figure.trans = to.place(t, 0) + to.turned(t, 0) * mixed_place(keyed.pelvis, 1, 0) - figure.at(mapping.pelvis);
+    figure.trans = to.place(t, 0) + to.rotation(t, 0) * mixed_place(keyed.pelvis, 1, 0) - figure.at(mapping.pelvis);
     figure.place_joints();
     for (size_t i = 0; i < keyed.limbs; ++i) {
       const SourceLimb& limb = mapping.limbs[i];
       const auto goal = [&](int joint, int seen_from, const std::vector<Vector3d>& off) {
-        return Vector3d(to.place(t, joint) + to.turned(t, seen_from) * mixed_place(off, keyed.limbs, i));
+        return Vector3d(to.place(t, joint) + to.rotation(t, seen_from) * mixed_place(off, keyed.limbs, i));
       };
       Vector3d end = goal(limb.standard.end, limb.standard.mid, keyed.ends);
       if (limb.ball >= 0)
         end = figure.point(limb.joints[2], end, limb.ball, goal(limb.standard_ball, limb.standard.end, keyed.balls));
-      figure.reach(limb.joints, end, to.turned(t, limb.standard.start) * limb.standard.rest_pole);
+      figure.reach(limb.joints, end, to.rotation(t, limb.standard.start) * limb.standard.rest_pole);
     }
     track.trans.push_back(figure.trans);
     track.local.insert(track.local.end(), figure.local.begin(), figure.local.end());

@@ -9,14 +9,6 @@
 namespace inhabit::nn {
 namespace {
 
-/// x becomes 1 / (1 + exp(-x)).
-template <int kWidth, class Float>
-INHABIT_INLINE void sigmoid(Float& x) {
-  x = -x;
-  vector_exp<kWidth>(x);
-  x = 1.0F / (1.0F + x);
-}
-
 template <int kWidth>
 INHABIT_INLINE void update(int64_t hidden, const float* in, const float* rec, const float* state, float* next) {
   typedef float Float __attribute__((vector_size(kWidth * sizeof(float))));
@@ -31,15 +23,14 @@ INHABIT_INLINE void update(int64_t hidden, const float* in, const float* rec, co
     Float reset = {}, keep = {}, candidate = {}, recurrent = {}, before = {};
     add(reset, in + i);
     add(reset, rec + i);
-    sigmoid<kWidth>(reset);
+    vector_sigmoid<kWidth>(reset);
     add(keep, in + hidden + i);
     add(keep, rec + hidden + i);
-    sigmoid<kWidth>(keep);
+    vector_sigmoid<kWidth>(keep);
     add(candidate, in + 2 * hidden + i);
     add(recurrent, rec + 2 * hidden + i);
-    candidate = 2.0F * (candidate + reset * recurrent);
-    sigmoid<kWidth>(candidate);  // tanh(x) = 2 sigmoid(2 x) - 1
-    candidate = 2.0F * candidate - 1.0F;
+    candidate = candidate + reset * recurrent;
+    vector_tanh<kWidth>(candidate);
     add(before, state + i);
     const Float value = candidate + keep * (before - candidate);
     std::memcpy(next + i, &value, sizeof(value));

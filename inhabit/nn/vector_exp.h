@@ -32,6 +32,22 @@ INHABIT_INLINE void vector_exp(Float& x) {
   x = p * scale;
 }
 
+/// x becomes 1 / (1 + exp(-x)), good to some 2e-7. For kernels only.
+template <int kWidth, class Float>
+INHABIT_INLINE void vector_sigmoid(Float& x) {
+  x = -x;
+  vector_exp<kWidth>(x);
+  x = 1.0F / (1.0F + x);
+}
+
+/// x becomes tanh(x) = 2 sigmoid(2 x) - 1, good to some 4e-7, which near 0 is much of it. For kernels only.
+template <int kWidth, class Float>
+INHABIT_INLINE void vector_tanh(Float& x) {
+  x = 2.0F * x;
+  vector_sigmoid<kWidth>(x);
+  x = 2.0F * x - 1.0F;
+}
+
 /// What mish(x) = x tanh(log(1 + exp(x))) multiplies x with, from e = exp(min(x, 20)): tanh(log(1 + e)) is n / (n + 2)
 /// for n = e (e + 2), and 1 in float from 20 on. For vectors of kWidth and, of 1, single numbers; good to some 4e-7.
 /// For kernels only.

@@ -28,7 +28,7 @@ struct Errors {
   struct Object {
     std::string name;  ///< as ObjectInput has it
     double place = 0;  ///< metres, distance of the middle of its bounding box
-    double yaw = 0;    ///< degrees that it is turned wrong, 0 or more
+    double yaw = 0;    ///< degrees, error of its rotation about the vertical, 0 or more
     double scale = 0;  ///< found over true one, less 1
   };
   std::vector<Object> objects;  ///< one for each of Result::objects

@@ -39,7 +39,7 @@ std::vector<size_t> evenly(size_t all, int64_t most) {
 /// sure and nobody stands, so that errors that differ from frame to frame fade.
 class StandingView {
  public:
-  explicit StandingView(size_t objects) : masks_(objects) {}
+  explicit StandingView(size_t objects) : objects_(objects) {}
 
   /// @param masks (objects) (height, width) bool, undefined where the frame has none
   void add(const View& view, const std::vector<Tensor>& masks) {
@@ -47,18 +47,24 @@ class StandingView {
     const auto count = [&](Tensor& sum, const Tensor& what) { sum = sum.defined() ? sum + what : what.clone(); };
     count(sum_, torch::where(known, view.depth, torch::zeros_like(view.depth)));
     count(frames_, known.to(torch::kFloat32));
-    for (size_t i = 0; i < masks.size(); ++i)
-      if (masks[i].defined()) count(masks_[i], known.logical_and(masks[i]).to(torch::kFloat32));
+    for (size_t i = 0; i < masks.size(); ++i) {
+      if (!masks[i].defined()) continue;
+      count(objects_[i].masked, known.logical_and(masks[i]).to(torch::kFloat32));
+      count(objects_[i].frames, known.to(torch::kFloat32));
+    }
   }
   View view(int64_t frame) const {
     return {frame, sum_ / frames_.clamp_min(1), torch::zeros(sum_.sizes(), torch::kBool)};
   }
-  /// Pixels that are the object's in most of the frames that know their depth.
-  Tensor mask(size_t object) const { return masks_[object].gt(0.5 * frames_); }
+  /// Pixels that are the object's in most of the frames that have a mask of it and know their depth.
+  Tensor mask(size_t object) const { return objects_[object].masked.gt(0.5 * objects_[object].frames); }
 
  private:
+  struct Counts {
+    Tensor masked, frames;
+  };
   Tensor sum_, frames_;
-  std::vector<Tensor> masks_;
+  std::vector<Counts> objects_;
 };
 
 class Reconstruction {

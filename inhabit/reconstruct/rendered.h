@@ -51,7 +51,7 @@ struct Rendered {
 };
 
 /// Renders by rays. The camera stands in a corner or at a wall of the room, from where most of the body is seen, and
-/// looks at the middle of its path. Object meshes are the room's furniture in other units, turned and shifted. Images
+/// looks at the middle of its path. Object meshes are the room's furniture in other units, rotated and shifted. Images
 /// are made when they are read. The same seed gives the same images.
 Rendered render_life(const Room& room, const Clip& life, const RenderOptions& options, uint64_t seed);
 

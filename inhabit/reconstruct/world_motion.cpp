@@ -38,8 +38,8 @@ Clip in_world(const Clip& motion, const Camera& camera, const std::string& subje
     const Eigen::Matrix3d root = axis.norm() > 1e-12
                                      ? Eigen::AngleAxisd(axis.norm(), axis.normalized()).toRotationMatrix()
                                      : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
-    const Eigen::AngleAxisd turned(Eigen::Matrix3d(move.linear() * root));
-    set_row(rotations[t][0], turned.angle() * turned.axis());
+    const Eigen::AngleAxisd rotated(Eigen::Matrix3d(move.linear() * root));
+    set_row(rotations[t][0], rotated.angle() * rotated.axis());
     set_row(trans[t], move * (row_of(trans[t]) + offset) - offset);
   }
   out.joints = joint_positions(out.skeleton, out.rotations, out.trans, out.translations);

@@ -4,9 +4,9 @@
 
 namespace inhabit::reconstruct {
 
-/// The motion in the world that results are in: turned upright, or out of each frame's camera. Annotations of the scene
-/// it came with are left out. Throws Error(subject, ...) for a motion without rotations, and where the camera has poses
-/// for another number of frames.
+/// The motion in the world that results are in: rotated upright, or out of each frame's camera. Annotations of the
+/// scene it came with are left out. Throws Error(subject, ...) for a motion without rotations, and where the camera has
+/// poses for another number of frames.
 Clip in_world(const Clip& motion, const Camera& camera, const std::string& subject);
 
 /// The motion with its root moved by `moved` (keys) metres at frames `keys`, linearly in between.

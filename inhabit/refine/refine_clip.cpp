@@ -16,6 +16,7 @@
 #include "inhabit/error.h"
 #include "inhabit/math/quantile.h"
 #include "inhabit/math/smooth_step.h"
+#include "inhabit/motion/floor.h"
 #include "inhabit/motion/landmarks.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
@@ -102,13 +103,12 @@ torch::Tensor targets_of(const std::vector<GivenContact>& hands, int64_t frames)
   return out;
 }
 
-/// Where no scene says: one floor under the lowest of the feet; y = 0 where that is near. Not floor_under()
-/// (motion/floor.h), which looks where feet are slow: here that is found from the floor.
+/// Where no scene says: one floor under the lowest of the feet, from which it is then found when they stand; y = 0
+/// where that is near.
 double flat_floor(const Poses& poses) {
-  std::vector<double> heights;
-  for (const BonesPose& pose : poses) heights.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));
-  const size_t low = heights.size() / 20;
-  const double floor = nth_smallest(std::move(heights), low) - 0.02;
+  std::vector<double> lower_balls;
+  for (const BonesPose& pose : poses) lower_balls.push_back(std::min(pose.positions[10].y(), pose.positions[11].y()));
+  const double floor = floor_under_lowest(std::move(lower_balls));
   return std::abs(floor) < 0.1 ? 0 : floor;
 }
 

@@ -19,7 +19,7 @@ constexpr int64_t kAtOnce = 128;   // frames, of each of which thousands of vert
 constexpr double kSame = 0.002;    // metres: two rays have met one surface
 constexpr double kCarries = 0.1;   // of a vertex's weights: a joint whose balls it may be over
 constexpr double kStretch = 1.5;   // flesh at a bent joint is no more than so much thicker than at rest
-constexpr double kThrough = -0.5;  // cosine between the faces where a way enters and where it leaves: a board, no edge
+constexpr double kThrough = -0.5;  // cosine between the faces where a segment enters and leaves: a board, no edge
 
 /// A vertex in a frame, and where the flesh under it enters the scene.
 struct Entry {
@@ -41,8 +41,8 @@ RayHits cast(const SceneQuery& solid, const std::vector<Vector3d>& from, const s
   return solid.cast(point_rows(from), point_rows(along), longest);
 }
 
-/// The face's side that looks against `way`.
-Vector3d against(const Vector3d& normal, const Vector3d& way) { return normal.dot(way) > 0 ? -normal : normal; }
+/// The face's side that looks against `segment`.
+Vector3d against(const Vector3d& normal, const Vector3d& segment) { return normal.dot(segment) > 0 ? -normal : normal; }
 
 /// A surface that a limb has gone into, seen from the side that it came from.
 struct Entered {
@@ -53,8 +53,8 @@ struct Entered {
 bool same_bone(const BodyBall& a, const BodyBall& b) { return a.point.front().joint == b.point.front().joint; }
 
 /// Of each ball of an approach, what its limb has gone into. Limbs are followed outward, from each ball to the next:
-/// what a thigh has sunk into lies under it, also where the way out below is the shorter one. Who leaves over an edge
-/// is outside again, who comes out at the back of a board is not.
+/// what a thigh has sunk into lies under it, also where the exit below is nearer. Who leaves over an edge is outside
+/// again, who comes out at the back of a board is not.
 /// @param before of each ball the one that its limb comes from, -1 for none
 std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, const std::vector<BodyBall>& balls,
                              const std::vector<int>& before, const Poses& poses) {
@@ -74,10 +74,10 @@ std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, 
     const BallPlace& at = approach.near[n];
     if (n == 0 || approach.near[n - 1].frame != at.frame) std::fill(limb.begin(), limb.end(), Entered());
     const bool inside = approach.inside[n] != 0, joined = before[at.ball] >= 0;
-    const Vector3d way = to[n] - from[n];
-    const bool crosses = joined && in.hit.data_ptr<bool>()[n] && in.distances.data_ptr<float>()[n] < way.norm();
-    // The face through which it comes out, on its way here, if it has come out.
-    const Vector3d left = -against(row_point(back.normals, n), way);
+    const Vector3d segment = to[n] - from[n];
+    const bool crosses = joined && in.hit.data_ptr<bool>()[n] && in.distances.data_ptr<float>()[n] < segment.norm();
+    // The face through which it comes out before it gets here, if it has come out.
+    const Vector3d left = -against(row_point(back.normals, n), segment);
     Entered& here = limb[at.ball];
     // A shank is no less under the seat for the thigh that has gone through it.
     if (joined && (inside || same_bone(balls[at.ball], balls[static_cast<size_t>(before[at.ball])])))
@@ -85,7 +85,7 @@ std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, 
     if (here.is) {
       if (!inside && crosses && left.dot(here.normal) >= kThrough) here.is = false;
     } else if (crosses) {
-      const Vector3d normal = against(row_point(in.normals, n), way);
+      const Vector3d normal = against(row_point(in.normals, n), segment);
       here = {inside || left.dot(normal) < kThrough, row_point(in.points, n), normal};
     } else if (inside) {
       here = {true, at.surface, (at.surface - at.place).normalized()};
@@ -95,34 +95,34 @@ std::vector<Entered> entered(const SceneQuery& solid, const Approach& approach, 
   return out;
 }
 
-/// Of vertices whose balls are outside, those that are deeper than `least` behind where the way from the ball enters a
-/// surface, with that surface.
-void keep_entering(const SceneQuery& solid, double least, std::vector<Entry>& ways) {
-  if (ways.empty()) return;
+/// Of vertices whose balls are outside, those that are deeper than `least` behind where the segment from the ball
+/// enters a surface, with that surface.
+void keep_entering(const SceneQuery& solid, double least, std::vector<Entry>& segments) {
+  if (segments.empty()) return;
   std::vector<Vector3d> balls, places;
-  for (const Entry& each : ways) balls.push_back(each.ball), places.push_back(each.place);
+  for (const Entry& each : segments) balls.push_back(each.ball), places.push_back(each.place);
   const RayHits hits = cast(solid, balls, places);
   std::vector<Entry> deep;
   balls.clear(), places.clear();
-  for (size_t i = 0; i < ways.size(); ++i) {
-    Entry& each = ways[i];
-    const Vector3d way = each.place - each.ball;
-    if (!hits.hit.data_ptr<bool>()[i] || hits.distances.data_ptr<float>()[i] >= way.norm()) continue;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    Entry& each = segments[i];
+    const Vector3d segment = each.place - each.ball;
+    if (!hits.hit.data_ptr<bool>()[i] || hits.distances.data_ptr<float>()[i] >= segment.norm()) continue;
     each.surface = row_point(hits.points, i);
-    each.normal = against(row_point(hits.normals, i), way);
+    each.normal = against(row_point(hits.normals, i), segment);
     each.depth = each.normal.dot(each.surface - each.place);
     if (each.depth <= least) continue;
     balls.push_back(each.ball), places.push_back(each.place);
     deep.push_back(each);
   }
-  ways.clear();
+  segments.clear();
   if (deep.empty()) return;
   // Back again: a vertex that is inside meets the same surface, one that is outside must have gone through.
   const RayHits back = cast(solid, places, balls);
   for (size_t i = 0; i < deep.size(); ++i) {
     const Vector3d left = against(row_point(back.normals, i), balls[i] - places[i]);
     if ((row_point(back.points, i) - deep[i].surface).norm() < kSame || left.dot(deep[i].normal) < kThrough)
-      ways.push_back(deep[i]);
+      segments.push_back(deep[i]);
   }
 }
 
@@ -191,7 +191,7 @@ std::vector<PlaneTerm> Flesh::planes_of_some(const SceneQuery& solid, const Pose
                                              std::vector<Point>& points) {
   const Approach approach(solid, balls_, poses, 0);
   const std::vector<Entered> limbs = entered(solid, approach, balls_, before_, poses);
-  std::vector<Entry> in, ways;
+  std::vector<Entry> in, segments;
   for (size_t n = 0; n < approach.near.size(); ++n) {
     const BallPlace& at = approach.near[n];
     const Entered& limb = limbs[n];
@@ -202,11 +202,11 @@ std::vector<PlaneTerm> Flesh::planes_of_some(const SceneQuery& solid, const Pose
       if (limb.is)
         in.push_back({n, v, at.place, place, limb.surface, limb.normal, limb.normal.dot(limb.surface - place)});
       else if ((place - at.place).norm() > at.distance)
-        ways.push_back({n, v, at.place, place});
+        segments.push_back({n, v, at.place, place});
     }
   }
-  keep_entering(solid, depth - kMargin, ways);
-  in.insert(in.end(), ways.begin(), ways.end());
+  keep_entering(solid, depth - kMargin, segments);
+  in.insert(in.end(), segments.begin(), segments.end());
   std::erase_if(in, [&](const Entry& each) { return each.depth <= depth - kMargin; });
   std::sort(in.begin(), in.end(), [](const Entry& a, const Entry& b) {
     return a.near != b.near ? a.near < b.near : a.depth != b.depth ? a.depth > b.depth : a.vertex < b.vertex;

@@ -14,7 +14,7 @@ class Flesh {
   Flesh(const BodyModel& body, const torch::Tensor& betas, std::vector<BodyBall> balls);
 
   /// Terms that keep the skin from being deeper than `depth` in a scene, where it is or nearly is: those vertices that
-  /// are deepest, some centimetres apart. A depth is measured from where the way from the ball to the vertex enters a
+  /// are deepest, some centimetres apart. A depth is measured from where the segment from ball to vertex enters a
   /// surface, also where the vertex has come out again behind something thin; where the ball itself is inside, from
   /// the surface that is nearest to it.
   /// @param poses frame by frame, one after the other

@@ -1,6 +1,5 @@
 #include "calls.h"
 #include "inhabit/anticipate/intention_anticipator.h"
-#include "inhabit/error.h"
 #include "results.h"
 
 namespace inhabit::python {
@@ -113,14 +112,14 @@ void add_anticipate(py::module_& m) {
           [](const IntentionAnticipator& anticipator, const Clip& clip, const std::optional<Scene>& scene,
              std::optional<int64_t> start, int64_t samples, double seconds, uint64_t seed, bool standard, bool solve,
              bool refine, const std::string& name) {
-            if (start && *start < 0) throw Error("start", "is under 0");
             const anticipate::Options options{start.value_or(-1), samples, seconds, seed, name,
                                               standard,           solve,   refine};
             return released([&, clip] { return anticipator.run(clip, scene.value_or(Scene()), options); });
           },
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "start"_a = py::none(), "samples"_a = 10, "seconds"_a = 4.0,
           "seed"_a = 1, "standard"_a = false, "solve"_a = false, "refine"_a = false, "name"_a = "motion",
-          "Observes up to two seconds before frame `start` of a clip (left out: its end) and draws `samples` futures "
+          "Observes up to two seconds before frame `start` of a clip (left out, or -1: its end) and draws `samples` "
+          "futures "
           "of\n"
           "`seconds`. The networks see no scene: futures are steered around what stands in it.\n\n"
           "solve: joint rotations are found over all frames together, a second a future. refine: feet stand, and "

@@ -78,7 +78,7 @@ Measured reconstruct_rows(const Asked& asked, Options& options) {
   options.refuse_others();
   const auto [file, model] = asked.networks(&inbetween::load_networks, "inbetween-noisy.safetensors").front();
   asked.one_model();
-  if (model.config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+  inbetween::require_noise_aware(model.config, file);
   const auto rooms = reconstruct::evaluate(inbetween::SceneInbetweener(model), how);
   return rooms.empty() ? Measured() : measured(reconstruct::table_of(rooms), false);
 }

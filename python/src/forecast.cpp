@@ -1,5 +1,4 @@
 #include "calls.h"
-#include "inhabit/error.h"
 #include "inhabit/forecast/contact_forecaster.h"
 
 namespace inhabit::python {
@@ -58,14 +57,14 @@ void add_forecast(py::module_& m) {
           [](const ContactForecaster& forecaster, const Clip& clip, const std::optional<Scene>& scene,
              std::optional<int64_t> start, int64_t points, uint64_t seed, int64_t samples, bool refine, bool standard,
              const std::string& name) {
-            if (start && *start < 0) throw Error("start", "is under 0");
             forecast::Options options{start.value_or(-1), points, seed, refine, name, standard};
             options.samples = samples;
             return released([&, clip] { return forecaster.run(clip, scene.value_or(Scene()), options); });
           },
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "start"_a = py::none(), "points"_a = 0, "seed"_a = 1,
           "samples"_a = 1, "refine"_a = true, "standard"_a = false, "name"_a = "motion",
-          "Observes the second before frame `start` of a clip (left out: its end) on any skeleton that maps to the "
+          "Observes the second before frame `start` of a clip (left out, or -1: its end) on any skeleton that maps to "
+          "the "
           "standard\n"
           "one, at any rate, and predicts what comes.\n\n"
           "scene: left out, a flat floor under the feet is assumed. points: scene points looked at, 0 as the model "

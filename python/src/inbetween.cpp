@@ -30,13 +30,14 @@ Controls controls_of(const std::vector<double>& weights, const std::vector<Joint
   return out;
 }
 
-/// Python's warnings of what the command warns of.
-void warn_of(const inbetween::Result& result, const std::vector<JointContactArgument>& contacts) {
+/// What the command says and warns of, as Python's notes and warnings.
+void tell_of(const inbetween::Result& result, const std::vector<JointContactArgument>& contacts) {
   std::vector<std::string> names;
   for (size_t k = 0; k < contacts.size(); ++k)
     names.push_back("contacts[" + std::to_string(k) + "] ('" + std::get<0>(contacts[k]) + "')");
   for (const std::string& warning : inbetween::warnings_of(result, names))
     if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0) throw py::error_already_set();
+  say(inbetween::notes_of(result));
 }
 
 using Keys = std::variant<std::string, std::vector<int64_t>>;
@@ -56,8 +57,10 @@ constexpr const char* kInbetweenRun =
     "joints: what keys between the ends constrain, such as 'pelvis,left_wrist' (default: whole poses).\n"
     "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it).\n"
     "steps: evaluations of the denoiser, 0: the model's own; sampler: 'dpm', 'ddim' or 'ddpm'; seed of the noise.\n"
+    "samples: so many motions, with seeds from `seed` on: `samples` of the result.\n"
     "temperature: how much of the motion's course is left to the seed, 0 the likeliest course, 1 any that people "
-    "take.\n"
+    "take;\n"
+    "left out, 0, of several samples 1.\n"
     "key_weights: one a key, 1 at the ends: 1 meets the pose, 0 leaves it out.\n"
     "contacts: list of (joint, from, to, (x, y, z)): this joint, by its standard name or the one in the clip's "
     "skeleton, or\n"
@@ -116,7 +119,9 @@ void add_inbetween(py::module_& m) {
           "Metres that each contact is missed by, at most.")
       .def_property_readonly(
           "collides", [](const InbetweenResult& r) { return r.result.collides; },
-          "(T) bool: the motion is inside the scene; None unless collisions=True.");
+          "(T) bool: the motion is inside the scene; None unless collisions=True.")
+      .def_property_readonly("samples", &samples_of<InbetweenResult>,
+                             "All motions that were asked for, of which this is the first: a list for page().");
 
   py::class_<SceneInbetweener>(
       m, "Inbetweener",
@@ -127,7 +132,7 @@ void add_inbetween(py::module_& m) {
             const std::string file =
                 model_file(model, noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
             auto out = released([&] { return std::make_unique<SceneInbetweener>(SceneInbetweener::load(file)); });
-            if (noisy && out->config().t_star == 0) throw Error(file, "was not trained on noisy key frames");
+            if (noisy) inbetween::require_noise_aware(out->config(), file);
             return out;
           }),
           "model"_a = py::none(), py::kw_only(), "noisy"_a = false,
@@ -140,7 +145,7 @@ void add_inbetween(py::module_& m) {
           "run",
           [](const SceneInbetweener& inbetweener, const Clip& clip, const std::optional<Scene>& scene, const Keys& keys,
              const std::string& joints, double noise, int64_t steps, const std::string& sampler, uint64_t seed,
-             double temperature, const std::vector<double>& key_weights,
+             int64_t samples, std::optional<double> temperature, const std::vector<double>& key_weights,
              const std::vector<JointContactArgument>& contacts, const std::vector<PathArgument>& root_path, bool loop,
              bool refine, const std::string& detours, bool collisions, const py::object& progress, bool standard,
              const std::string& name) {
@@ -159,13 +164,16 @@ void add_inbetween(py::module_& m) {
             options.name = name;
             options.standard = standard;
             options.progress = progress_of(progress);
-            InbetweenResult out{released([&, clip] { return inbetweener.run(clip, scene.value_or(Scene()), options); }),
-                                noise > 0 || inbetweener.config().t_star > 0, options.key_groups};
-            warn_of(out.result, contacts);
-            return out;
+            std::vector<inbetween::Result> made = released(
+                [&, clip] { return inbetweener.run_samples(clip, scene.value_or(Scene()), options, samples); });
+            tell_of(made.front(), contacts);
+            std::vector<InbetweenResult> all;
+            for (inbetween::Result& one : made)
+              all.push_back({std::move(one), noise > 0 || inbetweener.config().t_star > 0, options.key_groups, {}});
+            return first_of(std::move(all));
           },
           "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
-          "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "temperature"_a = 0.0,
+          "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "samples"_a = 1, "temperature"_a = py::none(),
           "key_weights"_a = std::vector<double>(), "contacts"_a = std::vector<JointContactArgument>(),
           "root_path"_a = std::vector<PathArgument>(), "loop"_a = false, "refine"_a = true, "detours"_a = "learned",
           "collisions"_a = false, "progress"_a = py::none(), "standard"_a = false, "name"_a = "motion", kInbetweenRun);

@@ -14,16 +14,15 @@ using interact::HandContacts;
 using HandContactArgument = std::variant<std::monostate, std::string, Point>;
 using HandsArgument = std::pair<HandContactArgument, HandContactArgument>;
 
-std::optional<Eigen::Vector3d> contact_of(const HandContactArgument& given, const Chair& chair, int side) {
-  if (const auto* area = std::get_if<std::string>(&given))
-    return *area == "none" ? std::nullopt : std::optional(interact::contact_on(chair, *area, side));
-  if (const auto* p = std::get_if<Point>(&given)) return Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]);
-  return std::nullopt;
-}
-
 std::vector<HandContacts> series_of(const std::vector<HandsArgument>& given, const Chair& chair) {
+  const auto contact_of = [&](const HandContactArgument& hand, int side) {
+    interact::ContactPlace place;
+    if (const auto* area = std::get_if<std::string>(&hand)) place = *area;
+    if (const auto* p = std::get_if<Point>(&hand)) place = Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]);
+    return interact::contact_at(chair, place, side);
+  };
   std::vector<HandContacts> out;
-  for (const auto& [left, right] : given) out.push_back({contact_of(left, chair, 0), contact_of(right, chair, 1)});
+  for (const auto& [left, right] : given) out.push_back({contact_of(left, 0), contact_of(right, 1)});
   return out;
 }
 
@@ -99,18 +98,23 @@ void add_result(py::module_& m) {
           "Pairs (left, right), metres: the palm's closest approach to each contact, None without one.")
       .def_property_readonly(
           "seated", [](const InteractResult& r) { return r.result.seated; },
-          "First frame from which the person sits, to the end or until they leave; None where they do not.");
+          "First frame from which the person sits, to the end or until they leave; None where they do not.")
+      .def_property_readonly("samples", &samples_of<InteractResult>,
+                             "All motions that were asked for, of which this is the first: a list for page().");
 }
 
 constexpr const char* kInteractRun =
-    "Walks from the last frame of `start` (a Clip on any skeleton that maps to the standard one, see standing_clip) to "
-    "a\n"
-    "chair of the scene and sits down, the hands where they are wanted.\n\n"
+    "Walks from the last frame of `start` (a Clip on any skeleton that maps to the standard one, see standing_clip; "
+    "None:\n"
+    "somebody who stands 2 m before the chair) to a chair of the scene and sits down, the hands where they are "
+    "wanted.\n\n"
     "chair: object of the scene; left out, its only or nearest seat. sit_at: (x, y, z, heading), metres and radians, "
     "any\n"
     "place to sit on instead.\n"
     "contacts: pairs (left, right), one after the other; each hand a part of the chair ('armrest', 'front', 'side',\n"
-    "'back'), a point (x, y, z) in metres, or None. draw_contacts: ContactNet draws them from `seed`.\n"
+    "'back'), a point (x, y, z) in metres, or None. draw_contacts: ContactNet draws them from `seed`. samples: so "
+    "many\n"
+    "motions, with seeds from `seed` on: `samples` of the result.\n"
     "hold: seconds that hands stay at each of the contacts; math.inf: at the last to the end.\n"
     "then_walk: (x, z, heading): where they walk in the end. seconds: length of the motion.\n"
     "raw: not fitted to contacts and scene; straight: no route is planned around what stands in the way; force: seats "
@@ -137,10 +141,11 @@ void add_interact(py::module_& m) {
           "The model's configuration.")
       .def(
           "run",
-          [](const ChairInteractor& interactor, const Clip& start, const Scene& scene, const std::string& chair,
-             const std::optional<std::array<double, 4>>& sit_at, const std::vector<HandsArgument>& contacts,
-             double hold, bool draw_contacts, const std::optional<Point>& then_walk, double seconds, uint64_t seed,
-             bool raw, bool straight, bool force, bool standard, const std::string& name) {
+          [](const ChairInteractor& interactor, const std::optional<Clip>& given, const Scene& scene,
+             const std::string& chair, const std::optional<std::array<double, 4>>& sit_at,
+             const std::vector<HandsArgument>& contacts, double hold, bool draw_contacts,
+             const std::optional<Point>& then_walk, double seconds, uint64_t seed, int64_t samples, bool raw,
+             bool straight, bool force, bool standard, const std::string& name) {
             interact::Options options;
             options.chair = chair;
             if (sit_at) options.sit_at = Eigen::Vector4d((*sit_at)[0], (*sit_at)[1], (*sit_at)[2], (*sit_at)[3]);
@@ -154,18 +159,19 @@ void add_interact(py::module_& m) {
             options.seconds = seconds;
             options.seed = seed;
             options.name = name;
-            return InteractResult{released([&, start, scene] {
-                                    if (!contacts.empty())
-                                      options.contacts =
-                                          series_of(contacts, interactor.chair_of(start, scene, options));
-                                    return interactor.run(start, scene, options);
-                                  }),
-                                  scene};
+            std::vector<InteractResult> all;
+            for (interact::Result& one : released([&, start = given.value_or(Clip()), scene] {
+                   if (!contacts.empty())
+                     options.contacts = series_of(contacts, interactor.chair_of(start, scene, options));
+                   return interactor.run_samples(start, scene, options, samples);
+                 }))
+              all.push_back({std::move(one), scene, {}});
+            return first_of(std::move(all));
           },
           "start"_a, "scene"_a, py::kw_only(), "chair"_a = "", "sit_at"_a = py::none(),
           "contacts"_a = std::vector<HandsArgument>(), "hold"_a = interact::kHold, "draw_contacts"_a = false,
-          "then_walk"_a = py::none(), "seconds"_a = 16.0, "seed"_a = 1, "raw"_a = false, "straight"_a = false,
-          "force"_a = false, "standard"_a = false, "name"_a = "start", kInteractRun)
+          "then_walk"_a = py::none(), "seconds"_a = 16.0, "seed"_a = 1, "samples"_a = 1, "raw"_a = false,
+          "straight"_a = false, "force"_a = false, "standard"_a = false, "name"_a = "start", kInteractRun)
       .def(
           "chair_of",
           [](const ChairInteractor& interactor, const Scene& scene, const std::string& chair,
@@ -173,8 +179,8 @@ void add_interact(py::module_& m) {
             interact::Options options;
             options.chair = chair;
             options.force = force;
-            const Clip from = start ? *start : interact::standing_clip({0, 0}, 0);
-            return released([&, scene] { return interactor.chair_of(from, scene, options); });
+            return released(
+                [&, from = start.value_or(Clip()), scene] { return interactor.chair_of(from, scene, options); });
           },
           "scene"_a, "chair"_a = "", py::kw_only(), "start"_a = py::none(), "force"_a = false,
           "The Chair that run sits down on. chair: object of the scene; left out, its only or nearest seat, from the "

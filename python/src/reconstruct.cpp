@@ -21,7 +21,7 @@ std::string text_or_none(const std::optional<Path>& path) { return path ? path->
 inbetween::SceneInbetweener noise_aware(const std::optional<Path>& model) {
   const std::string file = model_file(model, "inbetween-noisy.safetensors");
   auto out = inbetween::SceneInbetweener::load(file);
-  if (out.config().t_star == 0) throw Error(file, "was not trained on noisy key frames");
+  inbetween::require_noise_aware(out.config(), file);
   return out;
 }
 

@@ -28,6 +28,23 @@ class DLPackOnly:
         return self.array.__dlpack_device__()
 
 
+class ForeignArray(DLPackOnly):
+    """As JAX's arrays: DLPack without positional arguments, beside NumPy's protocol, which copies, and a device."""
+
+    def __init__(self, array, device=(1, 0)):
+        super().__init__(array)
+        self.device = device
+
+    def __dlpack__(self, *, stream=None, max_version=None, dl_device=None, copy=None):
+        return self.array.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self.device
+
+    def __array__(self, *args, **kwargs):
+        raise AssertionError("would be a copy")
+
+
 def test_numpy_goes_in_and_out_without_copies():
     given = joints()
     clip = inhabit.Clip(given, rate=25)
@@ -62,14 +79,22 @@ def test_torch_tensors_share_memory():
     assert back.data_ptr() == given.data_ptr()
 
 
-def test_jax_arrays_share_memory():
-    jax = pytest.importorskip("jax")
-    with jax.default_device(jax.devices("cpu")[0]):
-        given = jax.numpy.asarray(joints())
-    clip = inhabit.Clip(given)
-    assert clip.joints.dtype == np.float32 and (clip.joints == np.asarray(given)).all()
-    back = jax.dlpack.from_dlpack(clip.joints)
-    assert back.shape == (5, 22, 3) and (np.asarray(back) == clip.joints).all()
+def test_arrays_of_other_libraries_share_memory():
+    given = joints()
+    clip = inhabit.Clip(ForeignArray(given))
+    assert np.shares_memory(given, clip.joints) and clip.joints.dtype == np.float32
+    back = np.from_dlpack(DLPackOnly(clip.joints))
+    assert back.shape == (5, 22, 3) and np.shares_memory(back, given)
+    del given, clip
+    gc.collect()
+    assert (back == joints()).all()
+    wide = inhabit.Clip(ForeignArray(joints().astype(np.float64)))
+    assert wide.joints.dtype == np.float32 and (wide.joints == joints()).all()
+
+
+def test_arrays_on_other_devices_are_refused():
+    with pytest.raises(inhabit.Error, match="not in the CPU's memory"):
+        inhabit.Clip(ForeignArray(joints(), device=(2, 0)))
 
 
 def test_other_types_layouts_and_read_only_arrays_are_copied():

@@ -60,6 +60,16 @@ def test_inbetween_meets_its_keys_and_reports():
         inhabit.Inbetweener().run(clip, room(), temperature=-1.0)
 
 
+def test_inbetween_in_several_ways():
+    one = inhabit.Inbetweener().run(walk(), room(), keys="ends")
+    several = inhabit.Inbetweener().run(walk(), room(), keys="ends", samples=2)
+    assert len(one.samples) == 1 and len(several.samples) == 2 and len(several.samples[1].samples) == 1
+    first, second = (result.clip.joints for result in several.samples)
+    assert np.array_equal(first, several.clip.joints) and np.abs(first - second).max() > 0.01
+    assert np.array_equal(second, inhabit.Inbetweener().run(walk(), room(), keys="ends", seed=2, temperature=1).clip.joints)
+    assert "sample 2" in inhabit.page(several.samples).html
+
+
 def test_inbetween_warns_of_what_it_cannot_do():
     names = {"left_wrist": "LeftHand"}  # as the file calls it
     clip = inhabit.retarget(walk())
@@ -115,6 +125,17 @@ def test_sitting_down():
     assert result.clip.frames == 240 and result.chair.name == chair.name and result.seated is not None
 
 
+def test_who_is_nowhere_stands_before_the_chair():
+    scene, interactor = inhabit.read_scene(f"{DATA}/sit_room.glb"), inhabit.Interactor()
+    result = interactor.run(None, scene, draw_contacts=True, seconds=1, samples=2, force=True)
+    assert result.chair.name == interactor.chair_of(scene).name and len(result.samples) == 2
+    first, second = (one.clip.joints[0] for one in result.samples)
+    assert np.abs(first - second).max() < 1e-3
+    assert result.samples[0].contacts != result.samples[1].contacts
+    with pytest.raises(inhabit.Error, match="^samples: is not from 1 to 1000"):
+        interactor.run(None, scene, samples=0)
+
+
 def test_refining_takes_noise_away():
     clip = inhabit.retarget(walk())
     noisy = clip.copy()
@@ -143,6 +164,7 @@ def test_queries_of_a_box():
 @pytest.mark.parametrize("call, said", [
     (lambda: inhabit.read_clip("nowhere.bvh"), "^nowhere.bvh: "),
     (lambda: inhabit.Forecaster().run(walk(), start=3), "^motion: "),
+    (lambda: inhabit.Forecaster().run(walk(), start=-5), "^start: is under 0"),
     (lambda: inhabit.Forecaster("nowhere.safetensors"), "nowhere.safetensors"),
     (lambda: inhabit.preset("forecast", "compact", {"nothing": 1}), "nothing"),
     (lambda: inhabit.read_clip("a.bvh", up="x"), "^up: is 'x'"),

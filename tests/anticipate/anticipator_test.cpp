@@ -171,6 +171,12 @@ TEST(IntentionAnticipator, RefusesTooShortAnObservationAndBadNumbers) {
   EXPECT_THAT(refusal(clip, 0), HasSubstr("has 0 frames"));
   EXPECT_THAT(refusal(clip, 31), HasSubstr("frame 31 is beyond the end (30 frames)"));
   EXPECT_THAT(refusal(slice(clip, 0, 5), -1), HasSubstr("has 5 frames"));
+  EXPECT_EQ(refusal(clip, -2), "start: is under 0");
+  for (const int64_t samples : {0, 100'001})
+    EXPECT_THAT(refusal_of([&] {
+                  anticipator.run(clip, {}, {-1, samples, 0.4, 1, "walk.bvh"});
+                }),
+                HasSubstr("samples: must be at "));
   Clip fast = clip;  // 30 frames in a tenth of a second
   fast.rate = 300;
   EXPECT_THAT(refusal(fast, -1), HasSubstr("at least 96 are needed")) << "of the file's own";

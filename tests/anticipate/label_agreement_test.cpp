@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "inhabit/io/npz.h"
 #include "refusal_of.h"
@@ -21,6 +22,9 @@ TEST(NormalisedMutualInformation, HasItsClosedForms) {
                other = torch::tensor({0, 1, 0, 1});
   EXPECT_NEAR(normalised_mutual_information(a, renamed), 1, 1e-12);
   EXPECT_NEAR(normalised_mutual_information(a, other), 0, 1e-12);
+  const int64_t most = std::numeric_limits<int64_t>::max();
+  EXPECT_NEAR(normalised_mutual_information(a, torch::tensor({-1 - most, -1 - most, most, most})), 1, 1e-12)
+      << "labels are names, whatever numbers they are";
   // Halves of halves: I = log 2, H = log 2 and log 4.
   EXPECT_NEAR(normalised_mutual_information(a, torch::arange(4)), 2.0 / 3, 1e-12);
 }
@@ -85,6 +89,23 @@ TEST(LabelAgreement, RefusesLabelsOfOtherRecordings) {
   const std::vector<Tensor> tracks = {torch::tensor({0, 0})};
   EXPECT_THAT(refusal_of([&] { label_agreement(path, {labelled("a", "walk", "test")}, tracks, 30); }),
               ::testing::HasSubstr("labels.npz: has labels of none of the recordings"));
+}
+
+TEST(LabelAgreement, RefusesWhatIsNoListOfWholeNumbers) {
+  const TempFolder folder;
+  const std::string path = folder / "labels.npz";
+  const auto refused = [&](const Tensor& labels) {
+    Npz theirs;
+    theirs.tensors["train/walk/a"] = labels;
+    write_npz(path, theirs);
+    return refusal_of([&] { label_agreement(path, {labelled("a", "walk", "train")}, {torch::tensor({0, 0})}, 30); });
+  };
+  EXPECT_EQ(refused(four_times({-1, 7})), "");
+  EXPECT_EQ(refused(four_times({-1, 7}).to(torch::kFloat32)), "");
+  for (const Tensor& labels : {torch::tensor(3), torch::zeros({8, 2}), torch::full({8}, 0.5), torch::full({8}, NAN),
+                               torch::full({8}, 1e300, torch::kFloat64)})
+    EXPECT_THAT(refused(labels), ::testing::HasSubstr("labels.npz: train/walk/a is no list of whole numbers"))
+        << labels;
 }
 
 }  // namespace

@@ -112,6 +112,7 @@ static inhabit_clip* first_of(const char* name, const inhabit_clip* clip, const 
 static void systems(void) {
   inhabit_clip *walk = inhabit_clip_read(DATA "walk.npz"), *sitter = inhabit_clip_read(DATA "sit.npz"), *out;
   inhabit_scene *room = inhabit_scene_read(DATA "walk_room.glb"), *chairs = inhabit_scene_read(DATA "sit_room.glb");
+  inhabit_system* anticipate;
   const float *before, *after;
   CHECK(walk != NULL && sitter != NULL && room != NULL && chairs != NULL);
   out = first_of("forecast", walk, room, "{\"start\": 60, \"points\": 500}", 1);
@@ -123,7 +124,7 @@ static void systems(void) {
   out = first_of("anticipate", walk, NULL, "{\"samples\": 3, \"seconds\": 1}", 3);
   CHECK(inhabit_clip_frames(out) == 25);
   inhabit_clip_free(out);
-  out = first_of("inbetween", walk, room, "{\"keys\": \"every:45\"}", 1);
+  out = first_of("inbetween", walk, room, "{\"keys\": \"every:45\", \"samples\": 2}", 2);
   CHECK(inhabit_clip_frames(out) == 90);
   inhabit_clip_free(out);
   out = first_of("refine", walk, room, "{\"keep\": \"0\"}", 1);
@@ -133,6 +134,10 @@ static void systems(void) {
                  "{\"chair\": \"armchair_0\", \"seconds\": 2, \"left\": \"armrest\", \"standard\": false}", 1);
   CHECK(inhabit_clip_frames(out) >= 30);
   inhabit_clip_free(out);
+  anticipate = inhabit_system_load("anticipate", NULL);
+  CHECK(inhabit_run(anticipate, walk, NULL, "{\"samples\": 100001}") == NULL && said("samples: must be at most"));
+  CHECK(inhabit_run(anticipate, walk, NULL, "{\"start\": -2}") == NULL && said("start: is under 0"));
+  inhabit_system_free(anticipate);
   CHECK(inhabit_system_load("dance", NULL) == NULL && said("dance"));
   CHECK(inhabit_system_load("forecast", "none.safetensors") == NULL && said("none.safetensors"));
   CHECK(inhabit_system_load(NULL, NULL) == NULL && said("system: is NULL"));

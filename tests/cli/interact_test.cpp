@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "animator.h"
 #include "cli/examples.h"
 #include "cli/refusal.h"
 #include "cli/shards.h"
@@ -14,6 +15,7 @@
 #include "inhabit/io/clip_npz.h"
 #include "inhabit/io/files.h"
 #include "interact/small_networks.h"
+#include "io/plain_kinematics.h"
 
 namespace inhabit {
 namespace {
@@ -146,6 +148,33 @@ TEST(Interact, WhereTheyWalkInTheEndIsCheckedAndAMotionKeepsItsSkeleton) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_EQ(read_clip(out).skeleton.names, read_clip(kWalk).skeleton.names);
   EXPECT_EQ(read_clip(out).frames(), 29) << "what follows on the last pose";
+}
+
+TEST(Interact, AnAnimatorsSkeletonSitsAtItsOwnRateAndUnit) {
+  const TempFolder folder;
+  const std::string in = folder / "walk.bvh", out = folder / "sit.bvh";
+  AnimatorFile below, millimetres;
+  below.world_root = true;
+  millimetres.unit = 10, millimetres.z_up = true, millimetres.order = "XZY";
+  for (const AnimatorFile& file : {below, millimetres}) {
+    const std::string text = file.text();
+    write_atomically(in, text);
+    const CommandResult r = run_command("interact " + in + " --scene " + kSitRoom + " --seconds 1 --force -o " + out +
+                                        " -o " + folder / "sit.npz");
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const std::string own = read_whole_file(out);
+    EXPECT_EQ(hierarchy_of(own), hierarchy_of(text));
+    EXPECT_THAT(own, HasSubstr("Frames: 58\nFrame Time: 0.0166666667")) << "29 at 30 a second follow on the last pose";
+    const Places given = places_in_bvh(text), found = places_in_bvh(own);
+    ASSERT_EQ(found.size(), given.size());
+    for (const auto& [name, path] : given)
+      EXPECT_LT((found.at(name).front() - path.back()).norm(), 15 * file.unit) << name << ", a thirtieth later";
+    const Clip read = read_clip(in), arrays = read_clip(folder / "sit.npz");
+    EXPECT_EQ(arrays.skeleton.names, read.skeleton.names);
+    EXPECT_EQ(arrays.skeleton.parents, read.skeleton.parents);
+    EXPECT_LT((arrays.skeleton.offsets - read.skeleton.offsets).abs().max().item<double>(), 1e-5) << "bones, metres";
+    EXPECT_EQ(arrays.rate, 60);
+  }
 }
 
 TEST(Interact, HandsHoldOnAsLongAsTheyAreTold) {

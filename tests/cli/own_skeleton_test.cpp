@@ -18,19 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Names, channels and end sites of a .bvh, without its numbers of length.
-std::string hierarchy(const std::string& text) {
-  std::istringstream in(text.substr(0, text.find("MOTION")));
-  std::string out, word;
-  while (in >> word) {
-    if (word == "OFFSET")
-      for (int k = 0; k < 3; ++k) in >> word;
-    else
-      out += word + " ";
-  }
-  return out;
-}
-
 double apart(const Places& a, const Places& b, size_t frame_a, size_t frame_b) {
   double most = 0;
   for (const auto& [name, path] : a) most = std::max(most, (path.at(frame_a) - b.at(name).at(frame_b)).norm());
@@ -54,7 +41,7 @@ TEST(OwnSkeleton, InbetweensKeepNamesRateUnitAndAxesAndMeetTheKeys) {
                                         folder / "own.npz -o " + folder / "own.glb -o " + folder / "own.json");
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const std::string own = read_whole_file(folder / "own.bvh");
-    EXPECT_EQ(hierarchy(own), hierarchy(text));
+    EXPECT_EQ(hierarchy_of(own), hierarchy_of(text));
     EXPECT_THAT(own, HasSubstr("Frames: 121\nFrame Time: 0.0166666667"));
     const Places given = places_in_bvh(text), found = places_in_bvh(own);
     double between = 0;
@@ -84,7 +71,7 @@ TEST(OwnSkeleton, RefinedMotionKeepsNamesRateUnitAxesAndWhatIsKept) {
         run_command("refine " + in + " --keep 0,60 -o " + folder / "own.bvh" + " -o " + folder / "own.npz");
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const std::string own = read_whole_file(folder / "own.bvh");
-    EXPECT_EQ(hierarchy(own), hierarchy(text));
+    EXPECT_EQ(hierarchy_of(own), hierarchy_of(text));
     EXPECT_THAT(own, HasSubstr("Frames: 121\nFrame Time: 0.0166666667"));
     const Places given = places_in_bvh(text), found = places_in_bvh(own);
     double between = 0;
@@ -129,7 +116,7 @@ TEST(OwnSkeleton, ForecastsLeaveFromTheLastPose) {
   const Places given = places_in_bvh(text);
   const auto expect_goes_on = [&](const std::string& path, size_t start, size_t frames) {
     const std::string own = read_whole_file(path);
-    EXPECT_EQ(hierarchy(own), hierarchy(text));
+    EXPECT_EQ(hierarchy_of(own), hierarchy_of(text));
     const Places found = places_in_bvh(own);
     EXPECT_EQ(found.at("Hips").size(), frames);
     // A sixtieth of a second: what the fastest joint does in it, and what a network's first frame may be off.
@@ -164,7 +151,7 @@ TEST(OwnSkeleton, PosesOfSeveralFilesAreMetWhereTheirRootsStand) {
     const CommandResult r = run_command("inbetween " + a + " " + b + " --times 0,2 -o " + out);
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const std::string own = read_whole_file(out);
-    EXPECT_EQ(hierarchy(own), hierarchy(high.text()));
+    EXPECT_EQ(hierarchy_of(own), hierarchy_of(high.text()));
     const Places found = places_in_bvh(own);
     EXPECT_LT(apart(places_in_bvh(high.text()), found, 0, 0), 0.01) << frames;
     EXPECT_LT(apart(places_in_bvh(low.text()), found, 0, found.at("Hips").size() - 1), 0.01) << frames;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/examples.h"
 #include "cli/refusal.h"
@@ -152,6 +153,34 @@ TEST(Train, ThePresetsOwnStagesGiveAModelThatForecasts) {
   EXPECT_EQ(e.exit_code, 0) << e.err;
   for (const char* part : {"feet on the floor", "all others", "left_wrist", "L = 12", "precision"})
     EXPECT_THAT(e.out, ::testing::HasSubstr(part));
+}
+
+/// As `torchrun` starts them; that their weights are those of one process is protected by tests/train.
+TEST(Train, TwoProcessesMakeOneModel) {
+  const TempFolder folder;
+  const std::string data = make_tiny_rooms(folder), model = folder / "model.safetensors",
+                    port = std::to_string(20000 + ::getpid() % 20000),
+                    train = std::string(command_at_hand()) +
+                            " train forecast --stage contact --set decoder=recurrent training.contact_steps=2"
+                            " training.motion_steps=1 training.adapt_steps=1 training.contact_batch=1"
+                            " training.motion_batch=1 --data " +
+                            data + " --out " + model;
+  const CommandResult r =
+      run_program("sh -c 'export WORLD_SIZE=2 MASTER_PORT=" + port + "; RANK=1 " + train + " & other=$!; RANK=0 " +
+                  train + "; echo rank 0 ended with $?; wait $other; echo rank 1 ended with $?'");
+  EXPECT_THAT(r.out, ::testing::HasSubstr("rank 0 ended with 0")) << r.err;
+  EXPECT_THAT(r.out, ::testing::HasSubstr("rank 1 ended with 0")) << r.err;
+  const std::string said = r.out + r.err, wrote = "wrote " + model;
+  EXPECT_NE(said.find(wrote), std::string::npos) << said;
+  EXPECT_EQ(said.find(wrote), said.rfind(wrote)) << "one of them writes";
+  std::set<std::string> left;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path)) left.insert(entry.path().filename());
+  EXPECT_EQ(left, (std::set<std::string>{"model.safetensors", "model.safetensors.log.jsonl", "rooms"}));
+  EXPECT_GT(of_network(read_safetensors(model), "contact_net.").size(), 10U);
+  std::vector<int64_t> steps;
+  for (const json& line : log_of(model))
+    if (line.contains("losses")) steps.push_back(line.at("step"));
+  EXPECT_EQ(steps, (std::vector<int64_t>{1, 2})) << "one of them logs";
 }
 
 /// Resuming itself is protected by tests/forecast/train_test.cpp; here, what a shell is told.

@@ -81,6 +81,17 @@ TEST(Dataset, ComesBackAsItWasWritten) {
   }
 }
 
+TEST(Dataset, IsSummedUpInALine) {
+  Dataset d;
+  d.folder = "rooms";
+  d.rate = 30;
+  d.clips = {{"clips/0.npz", "", "train", 900, ""}, {"clips/1.npz", "", "test", 2250, ""}};
+  EXPECT_EQ(summary(d), "rooms: 2 clips, 1.8 minutes; train 1, val 0, test 1");
+  d.shard = {2, 8};
+  d.whole = false;
+  EXPECT_EQ(summary(d), "rooms: shard 2-of-8, 2 clips; the others are still to come");
+}
+
 TEST(Dataset, ScenesKeepNamesAndPlaces) {
   const TempFolder folder;
   write_small(folder / "d");

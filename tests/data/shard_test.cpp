@@ -1,4 +1,4 @@
-// Protects the words of --shard, and that a part's damaged list is named.
+// Protects the words of --shard, and that damaged lists of what other parts and earlier runs made are named.
 #include "inhabit/data/shard.h"
 
 #include <gmock/gmock.h>
@@ -6,6 +6,7 @@
 
 #include "inhabit/data/dataset_items.h"
 #include "inhabit/io/atomic_file.h"
+#include "inhabit/version.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
 
@@ -27,10 +28,33 @@ TEST(Shard, IsIOfN) {
 TEST(Shard, ADamagedListOfAnotherPartIsNamed) {
   const TempFolder folder;
   Dataset part = create_dataset(folder / "d", {}, {1, 2});
-  for (const char* damaged : {"[{\"item\": 1}]", "{}1", "[{\"item\": \"x\", \"facts\": 1, \"clips\": []}]", "[1]"}) {
+  const std::string deep =
+      "[{\"item\": 1, \"clips\": [], \"facts\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}]";
+  for (const std::string& damaged :
+       {std::string("[{\"item\": 1}]"), std::string("{}1"),
+        std::string("[{\"item\": \"x\", \"facts\": 1, \"clips\": []}]"), std::string("[1]"), deep}) {
     write_atomically(folder / "d/shards/2-of-2.json", damaged);
-    EXPECT_THAT(refusal_of([&] { gather_items(part, {}); }), testing::HasSubstr("2-of-2.json")) << damaged;
+    EXPECT_THAT(refusal_of([&] { gather_items(part, {}); }), testing::HasSubstr("2-of-2.json"))
+        << damaged.substr(0, 100);
   }
+}
+
+TEST(UnfinishedItems, ADamagedLineIsSaidAndOneThatWasCutIsNot) {
+  const TempFolder folder;
+  Dataset dataset = create_dataset(folder / "d", {});
+  const std::string kept = folder / "d/unfinished.jsonl";
+  write_atomically(folder / "d/clips/a.npz", "whole");
+  const auto items_after = [&](const std::string& lines) {
+    write_atomically(kept, nlohmann::json{{"version", INHABIT_VERSION}, {"job", "walks"}}.dump() + "\n" + lines);
+    return make_items(dataset, "walks", {}, {}, {});
+  };
+  const std::string whole = "{\"item\": 3, \"clips\": [[\"clips/a.npz\", \"\", \"train\", 9, \"\"]], \"facts\": 0}\n";
+  EXPECT_EQ(items_after(whole + "{\"item\": 4, \"cl").count(3), 1);
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  for (const std::string& damaged : {std::string(), std::string("{"), std::string("[]"), std::string("{\"item\": 4}"),
+                                     "{\"item\": 4, \"clips\": [], \"facts\": " + deep + "}"})
+    EXPECT_EQ(refusal_of([&] { items_after(whole + damaged + "\n"); }), kept + ": is damaged; remove " + dataset.folder)
+        << damaged.substr(0, 100);
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {
   torch::NoGradGuard no_grad;
   const Config c = small_articulated();
   const Tensor past = some_past();
-  const MotionForecast f = stirred(c)->forward(past, torch::rand({2, 60, 22, 4}), contacts_given(2, true, false));
+  const MotionForecast f = stirred(c)->forward(past, torch::rand({2, 60, 22, 4}), contact_conditioning(2, true, false));
   const Tensor joints = forecast_joints(f, 0);
   ASSERT_EQ(joints.sizes(), (torch::IntArrayRef{2, 60, 22, 3}));
   EXPECT_GT(largest_difference(joints, past.slice(1, 29).expand_as(joints)), 0.3);  // it moves
@@ -93,7 +93,7 @@ TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {
 TEST(ArticulatedNetwork, LeavesFromTheLastPoseAtItsVelocity) {
   torch::NoGradGuard no_grad;
   const Config c = small_articulated();
-  const Tensor past = some_past(), none = torch::zeros({2, 60, 22, 4}), given = contacts_given(2, false, false);
+  const Tensor past = some_past(), none = torch::zeros({2, 60, 22, 4}), given = contact_conditioning(2, false, false);
   const Tensor last = past.select(1, 29), step = last - past.select(1, 28);
   const Tensor untrained = forecast_joints(ArticulatedNetwork(c)->forward(past, none, given), 0);
   const Tensor error = (untrained.select(1, 0) - last - step).norm(2, {-1});
@@ -121,7 +121,7 @@ TEST(ArticulatedNetwork, IsToldWhatItsContactPointsAre) {
   const Tensor real = motion_of(model, Contacts::real)(past, points);
   EXPECT_GT(largest_difference(real, motion_of(model, Contacts::predicted)(past, points)), 1e-4);
   EXPECT_TRUE(torch::equal(motion_of(model, Contacts::none)(past, points), motion_of(model, Contacts::none)(past, {})));
-  EXPECT_THROW(model.articulated->forward(past.slice(1, 1), points, contacts_given(2, true, true)), Error);
+  EXPECT_THROW(model.articulated->forward(past.slice(1, 1), points, contact_conditioning(2, true, true)), Error);
 }
 
 TEST(ArticulatedNetwork, IsWrittenAndReadAgain) {
@@ -168,7 +168,7 @@ TEST(ArticulatedLosses, HaveGradientsThatDifferencesConfirm) {
   ArticulatedNetwork network = stirred(c);
   const Tensor past = some_past(), points = torch::rand({2, 60, 22, 4}), future = torch::randn({2, 60, 22, 3});
   const auto loss = [&] {
-    return articulated_losses(network->forward(past, points, contacts_given(2, true, false)), past.select(1, 29),
+    return articulated_losses(network->forward(past, points, contact_conditioning(2, true, false)), past.select(1, 29),
                               future, points, c)
         .total;
   };

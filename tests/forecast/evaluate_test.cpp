@@ -95,14 +95,15 @@ TEST(EvaluateForecast, EveryNetworkThatIsThereGivesItsRow) {
     for (const double v : row.pose) EXPECT_GT(v, 0) << row.method;
   }
   EXPECT_EQ(methods, (std::vector<std::string>{"last pose held", "constant velocity", "LTD", "HisRep", "DMGNN", "SLT*",
-                                               "w/o contact", "predicted contact", "w/ true contact"}));
+                                               "w/o contact", "predicted contact", "w/ true of feet",
+                                               "w/ true of others", "w/ true contact"}));
   const std::string text = table_text(table);
   for (const std::string& method : methods) EXPECT_THAT(text, ::testing::HasSubstr(method));
   EXPECT_THAT(text, ::testing::HasSubstr("Path Error (mm)"));
   const nlohmann::json json = table_json(table);
-  EXPECT_EQ(json["rows"].size(), 9U);
+  EXPECT_EQ(json["rows"].size(), 11U);
   EXPECT_EQ(json["rows"][0]["path_error"]["2.0s"], table.rows[0].path[3]);
-  EXPECT_EQ(json["rows"][8]["pose_error"]["mean"], table.rows[8].pose[4]);
+  EXPECT_EQ(json["rows"][10]["pose_error"]["mean"], table.rows[10].pose[4]);
 }
 
 }  // namespace

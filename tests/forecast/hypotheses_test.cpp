@@ -41,11 +41,11 @@ struct Model {
   ArticulatedNetworkImpl::Seen see(const Tensor& past) {
     const torch::NoGradGuard no_gradients;
     const Tensor points = torch::zeros({past.size(0), config.future, kStandardJoints, 4});
-    return articulated->see(past, points, contacts_given(past.size(0), false, false));
+    return articulated->see(past, points, contact_conditioning(past.size(0), false, false));
   }
   Tensor forecast(const Tensor& past) {
     const Tensor points = torch::zeros({past.size(0), config.future, kStandardJoints, 4});
-    return forecast_joints(articulated->forward(past, points, contacts_given(past.size(0), false, false)), 0);
+    return forecast_joints(articulated->forward(past, points, contact_conditioning(past.size(0), false, false)), 0);
   }
 };
 

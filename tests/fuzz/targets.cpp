@@ -12,19 +12,26 @@
 
 #include "folder_of_bytes.h"
 #include "inhabit/anticipate/config.h"
+#include "inhabit/anticipate/label_agreement.h"
 #include "inhabit/anticipate/model_file.h"
 #include "inhabit/body/body_model.h"
 #include "inhabit/data/dataset_items.h"
 #include "inhabit/data/import_clip.h"
 #include "inhabit/data/import_set.h"
+#include "inhabit/data/import_state.h"
+#include "inhabit/data/measured_parts.h"
 #include "inhabit/data/motion_set.h"
 #include "inhabit/data/native.h"
+#include "inhabit/data/vposer.h"
 #include "inhabit/error.h"
 #include "inhabit/forecast/config.h"
 #include "inhabit/forecast/model_file.h"
 #include "inhabit/inbetween/config.h"
+#include "inhabit/inbetween/control_text.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/methods.h"
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/motion_autoencoder.h"
 #include "inhabit/interact/config.h"
 #include "inhabit/interact/contact_script.h"
 #include "inhabit/interact/model_file.h"
@@ -50,10 +57,13 @@
 #include "inhabit/motion/pose_stream.h"
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
+#include "inhabit/nn/parameters.h"
 #include "inhabit/reconstruct/camera.h"
+#include "inhabit/refine/refine_clip.h"
 #include "inhabit/scene/shapes.h"
 #include "inhabit/serve/message.h"
 #include "inhabit/train/checkpoint.h"
+#include "inhabit/version.h"
 #include "inhabit/view/charts.h"
 
 namespace {
@@ -204,6 +214,43 @@ bool fuzz_shard(const uint8_t* data, size_t size) {
     gather_items(dataset, {});
   });
 }
+/// What a run that was ended has made: its lines but the first, which names the library's version. Clips and scenes are
+/// those of two files that are there.
+bool fuzz_unfinished(const uint8_t* data, size_t size) {
+  static const std::string folder = [] {
+    const std::string path = own_folder() + "/unfinished";
+    for (const char* file : {"clips/a.npz", "scenes/a.glb"}) {
+      std::filesystem::create_directories(std::filesystem::path(path + "/" + file).parent_path());
+      write_file(path + "/" + file, "whole");
+    }
+    return path;
+  }();
+  return survive(data, size, [](std::string_view lines) {
+    const nlohmann::json head = {{"version", INHABIT_VERSION}, {"job", "fuzz"}};
+    write_file(folder + "/unfinished.jsonl", head.dump() + "\n" + std::string(lines));
+    Dataset dataset;
+    dataset.folder = folder;
+    if (make_items(dataset, "fuzz", {}, {}, {}).empty()) throw Error("fuzz", "holds no item");
+  });
+}
+/// What an import keeps to go on later.
+bool fuzz_import_state(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    std::filesystem::create_directories(own_folder() + "/imported");
+    write_file(own_folder() + "/imported/import.json", bytes);
+    ImportState(own_folder() + "/imported", "prox");
+  });
+}
+/// What another of two processes measured for an evaluation of four items.
+bool fuzz_measured_part(const uint8_t* data, size_t size) {
+  return survive(data, size, [](std::string_view bytes) {
+    const std::string table = own_folder() + "/table.json";
+    write_file(table + ".2-of-2.part", bytes);
+    std::map<std::string, torch::Tensor> measured = {{"error", torch::zeros({4, 2})},
+                                                     {"frames", torch::zeros({4}, torch::kInt64)}};
+    MeasuredParts({1, 2}, table, "fuzz").complete({0, 1, 2, 3}, measured);
+  });
+}
 /// One recording of a set of actions, up to the clip that training is given.
 bool fuzz_motion_set(const uint8_t* data, size_t size) {
   return survive(data, size, [](std::string_view bytes) {
@@ -277,6 +324,87 @@ bool fuzz_keyframes(const uint8_t* data, size_t size) {
     const size_t cut = std::min(text.find('\n'), text.size());
     inbetween::key_frames(std::string(text.substr(0, cut)), 100);
     inbetween::key_groups(std::string(text.substr(std::min(cut + 1, text.size()))));
+  });
+}
+/// Options whose texts have a form of their own, one a line: "--keep every:30,head".
+bool fuzz_option_text(const uint8_t* data, size_t size) {
+  static const Clip clip = [] {
+    Clip out;
+    out.skeleton = expmap_skeleton(ExpmapSkeleton::cmu);
+    out.joints = torch::zeros({100, out.skeleton.size(), 3});
+    return out;
+  }();
+  const auto read_option = [](std::string_view name, const std::string& text) {
+    if (name == "--keep") {
+      refine::Options options;
+      refine::add_kept(text, clip, options);
+    } else if (name == "--row") {
+      inbetween::Config config;
+      inbetween::Options options;
+      inbetween::take_settings(inbetween::other_settings(text).settings, config, options);
+    } else if (name == "--contact") {
+      inbetween::parse_contact(text, clip.skeleton);
+    } else if (name == "--target") {
+      inbetween::parse_target(text, clip.skeleton);
+    } else if (name == "--root-path") {
+      inbetween::parse_path_point(text);
+    } else if (name == "--shard") {
+      parse_shard(text);
+    } else {
+      throw Error("fuzz", "is no such option");
+    }
+  };
+  return survive(data, size, [&](std::string_view text) {
+    std::optional<Error> refused;
+    if (text.empty()) refused = Error("fuzz", "holds no option");
+    while (!text.empty()) {
+      const std::string_view line = next_line(text);
+      const size_t cut = std::min(line.find(' '), line.size());
+      try {
+        read_option(line.substr(0, cut), std::string(line.substr(std::min(cut + 1, line.size()))));
+      } catch (const Error& error) {
+        refused = error;
+      }
+    }
+    if (refused) throw *refused;
+  });
+}
+/// The labels of `intentions --compare`: an archive, or its arrays as pieces.
+bool fuzz_labels(const uint8_t* data, size_t size) {
+  static const std::vector<anticipate::Sequence> recordings = [] {
+    std::vector<anticipate::Sequence> out(2);
+    out[0].name = "a", out[0].action = "walk", out[0].split = "train";
+    out[1].name = "b", out[1].action = "wave", out[1].split = "test";
+    return out;
+  }();
+  return survive(data, size, [](std::string_view bytes) {
+    const std::string path = own_folder() + "/labels.npz";
+    write_file(path, bytes.substr(0, 2) == "PK" ? std::string(bytes) : stored_zip(pieces_of(bytes)));
+    anticipate::label_agreement(path, recordings, {torch::arange(6), torch::zeros({5}, torch::kInt64)}, 30);
+  });
+}
+bool fuzz_vposer(const uint8_t* data, size_t size) {
+  return survive_file(data, size, [](const std::string& path) { read_vposer(path).decode(torch::zeros({2, 32})); });
+}
+/// A file of motion features: its header and, after a zero byte, what its two megabytes of numbers are over and over.
+bool fuzz_motion_features(const uint8_t* data, size_t size) {
+  static const size_t bytes_of_numbers = [] {
+    SafeTensors all;
+    nn::collect_parameters(*inbetween::MotionAutoencoder(), "", all);
+    size_t sum = 0;
+    for (const auto& [name, tensor] : all.tensors) sum += tensor.nbytes();
+    return sum;
+  }();
+  return survive(data, size, [](std::string_view bytes) {
+    const auto [header, pattern] = two_files(bytes);
+    std::string file;
+    for (int k = 0; k < 8; ++k) file += static_cast<char>(uint64_t{header.size()} >> (8 * k) & 0xFF);
+    file += header;
+    const size_t whole = file.size() + bytes_of_numbers;
+    while (file.size() < whole) file += pattern.empty() ? std::string_view("\0", 1) : pattern;
+    file.resize(whole);
+    write_file(own_folder() + "/features.safetensors", file);
+    inbetween::load_motion_autoencoder(own_folder() + "/features.safetensors");
   });
 }
 /// A series of contacts on a chair with a back rest.
@@ -365,6 +493,9 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"safetensors", fuzz_safetensors},
       {"dataset", fuzz_dataset},
       {"shard", fuzz_shard},
+      {"unfinished", fuzz_unfinished},
+      {"import_state", fuzz_import_state},
+      {"measured_part", fuzz_measured_part},
       {"motion_set", fuzz_motion_set},
       {"import", fuzz_import},
       {"retarget", fuzz_retarget},
@@ -375,6 +506,10 @@ const std::vector<FuzzTarget>& fuzz_targets() {
       {"interact_model", fuzz_interact_model},
       {"checkpoint", fuzz_checkpoint},
       {"keyframes", fuzz_keyframes},
+      {"option_text", fuzz_option_text},
+      {"labels", fuzz_labels},
+      {"vposer", fuzz_vposer},
+      {"motion_features", fuzz_motion_features},
       {"contact_script", fuzz_contact_script},
       {"camera", fuzz_camera},
       {"mask_png", fuzz_mask_png},

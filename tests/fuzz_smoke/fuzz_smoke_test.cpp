@@ -58,7 +58,7 @@ TEST_P(FuzzSmoke, SeedsAndTheirMutationsEndInAValueOrAnError) {
   const std::string folder = INHABIT_SOURCE_DIR "/tests/fuzz/seeds/" + target.name;
   std::vector<std::string> seeds, refused;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const bool bad = entry.path().filename().string().rfind("bad_", 0) == 0;  // once brought a reader down
+    const bool bad = entry.path().filename().string().rfind("bad_", 0) == 0;  // must be refused
     (bad ? refused : seeds).push_back(inhabit::read_whole_file(entry.path().string()));
   }
   std::sort(seeds.begin(), seeds.end());

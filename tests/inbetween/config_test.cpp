@@ -34,6 +34,14 @@ TEST(Config, PresetsAreThePapersAndACompactOne) {
   EXPECT_THAT(refusal_of([] { preset("huge"); }), HasSubstr("'huge'"));
 }
 
+TEST(Config, SaysWhichModelWasNotTrainedOnNoisyKeys) {
+  Config c = preset("features");
+  EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }),
+            "m.safetensors: was not trained on noisy key frames");
+  c.t_star = 20;
+  EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
+}
+
 TEST(Config, RefusesWhatCannotBeBuilt) {
   const auto refusal = [](const std::string& text) { return refusal_of([&] { config_from_json(text, "here"); }); };
   EXPECT_EQ(refusal("{}"), "");

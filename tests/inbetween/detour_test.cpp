@@ -33,7 +33,7 @@ Tensor depth(const Clip& clip, const Scene& scene) {
 Method moved(const std::string& name, const std::function<Tensor(const FillTask&, uint64_t)>& shift, bool random) {
   return {name,
           [shift](const FillTask& task, uint64_t seed) {
-            Clip out = task.window.given;
+            Clip out = task.window.conditioning;
             out.trans = out.trans + shift(task, seed);
             out.joints = joint_positions(out.skeleton, out.rotations, out.trans);
             return out;
@@ -101,9 +101,9 @@ TEST(BlockedRooms, FollowFromTheSeed) {
 
 TEST(Detour, CountsWhoGetsThroughAndMeetsTheKeys) {
   const std::vector<BlockedRoom>& rooms = ten_rooms();
-  const auto none = [](const FillTask& task, uint64_t) { return torch::zeros({task.window.given.frames(), 3}); };
-  const auto over = [](const FillTask& task, uint64_t) { return over_all(task.window.given.frames(), 1); };
-  const auto off_keys = [](const FillTask& task, uint64_t) { return over_all(task.window.given.frames(), 0); };
+  const auto none = [](const FillTask& task, uint64_t) { return torch::zeros({task.window.conditioning.frames(), 3}); };
+  const auto over = [](const FillTask& task, uint64_t) { return over_all(task.window.conditioning.frames(), 1); };
+  const auto off_keys = [](const FillTask& task, uint64_t) { return over_all(task.window.conditioning.frames(), 0); };
   const auto even_seeds = [&](const FillTask& task, uint64_t seed) {
     return seed % 2 == 0 ? over(task, seed) : none(task, seed);
   };

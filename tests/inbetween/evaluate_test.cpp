@@ -200,7 +200,7 @@ TEST(EvaluateInbetween, RunsSeedsWhereTheyMatterAndGivesAllMethodsTheSame) {
     return Method{name,
                   [&seen, name](const FillTask& task, uint64_t seed) {
                     const Window& w = task.window;
-                    seen[name].given.emplace_back(task.keys, w.given.joints);
+                    seen[name].given.emplace_back(task.keys, w.conditioning.joints);
                     seen[name].seeds.insert(seed);
                     Clip out = w.truth;
                     out.trans = out.trans + static_cast<float>(seed % 100) * 1e-3F;

@@ -58,6 +58,15 @@ TEST(MotionAutoencoder, LearnsToReconstructAndItsFileGivesTheSameFeatures) {
   const Tensor train_joints = joints_of(walking_windows(32, 1)), validation = joints_of(walking_windows(12, 2));
   TrainTask task = motion_autoencoder_task(network, train_joints, validation);
   EXPECT_EQ(task.samples, 32);
+  {
+    const torch::NoGradGuard no_gradients;
+    const Tensor seen = network->standardised(train_joints);
+    ASSERT_EQ(seen.sizes(), (torch::IntArrayRef{32, 154, 121}));
+    EXPECT_TRUE(seen.mean(torch::IntArrayRef{0, 2}).allclose(torch::zeros({154}), 0, 1e-3));
+    EXPECT_NEAR(seen.select(1, 2).std(/*unbiased=*/false).item<double>(), 1, 1e-3) << "the root ahead";
+    const Tensor again = seen * network->deviation.unsqueeze(1) + network->mean.unsqueeze(1);
+    EXPECT_TRUE(again.allclose(motion_channels(train_joints), 0, 1e-5));
+  }
   network->eval();
   double before = 0;
   {

@@ -137,7 +137,7 @@ TEST(ObstacleDetours, TheBodyTurnsWithItsPath) {
     straight.emplace_back(0, 0.01 * static_cast<double>(t));
     detours[t][0] = 0.01 * static_cast<double>(std::min(t, 100 - t));
   }
-  const std::vector<double> turns = turns_along(straight, detours, {0, 100});
+  const std::vector<double> turns = yaws_along(straight, detours, {0, 100});
   EXPECT_EQ(turns[0], 0);
   EXPECT_EQ(turns[100], 0);
   EXPECT_NEAR(turns[30], M_PI / 4, 1e-6) << "+Z turns towards +X";
@@ -145,7 +145,7 @@ TEST(ObstacleDetours, TheBodyTurnsWithItsPath) {
   EXPECT_NEAR(turns[70], -M_PI / 4, 1e-6);
   EXPECT_GT(turns[8], 0.05);
   EXPECT_LT(turns[8], M_PI / 4) << "near a key part of it";
-  const std::vector<double> none = turns_along(straight, torch::zeros({101, 2}), {0, 100});
+  const std::vector<double> none = yaws_along(straight, torch::zeros({101, 2}), {0, 100});
   EXPECT_EQ(*std::max_element(none.begin(), none.end()), 0);
 }
 

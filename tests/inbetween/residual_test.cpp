@@ -9,6 +9,7 @@
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyframes.h"
 #include "inhabit/math/random.h"
+#include "inhabit/motion/canonical.h"
 #include "largest.h"
 
 namespace inhabit::inbetween {
@@ -44,6 +45,16 @@ TEST(Poses, GoToClipsAndBack) {
   EXPECT_LT(largest_difference(back.joints, clip.joints), 1e-5);
   EXPECT_LT(largest_difference(back.rotations, clip.rotations), 1e-4);
   EXPECT_LT(largest_difference(back.trans, clip.trans), 1e-5);
+}
+
+TEST(Poses, FaceAsTheirClipDoesUnlessTheyLie) {
+  const Clip clip = someone();
+  Poses poses = poses_of(clip);
+  const Tensor expected = headings(clip.joints);
+  for (const int64_t t : {0, 60, 120})
+    EXPECT_NEAR(heading_of(poses, t, 9), expected[t].item<double>(), 1e-5) << "frame " << t;
+  for (const int64_t j : {1, 2, 16, 17}) poses.joints[Poses::at(60, j)] = Vector3f(0, static_cast<float>(j), 0);
+  EXPECT_EQ(heading_of(poses, 60, 9), 9) << "the lines between hips and shoulders are vertical";
 }
 
 TEST(Poses, AMirrorShowsTheOtherSide) {

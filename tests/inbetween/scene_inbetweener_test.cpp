@@ -310,6 +310,41 @@ TEST(SceneInbetweener, OfResidualMotionPassesThroughItsKeys) {
   EXPECT_GT(largest_difference(inbetweener.run(clip, floor_scene(), r).motion.joints, filled.joints), 1e-3);
 }
 
+TEST(SceneInbetweener, SamplesHaveTheNextSeedsAndDifferInTheirCourse) {
+  const SceneInbetweener inbetweener(residual_networks());
+  const Clip clip = walker(61, 1, 0, 1);
+  Options r = request("ends", 61), alone = r;
+  r.refine = alone.refine = false;
+  r.seed = 3;
+  int64_t told = 0, all_told = 0;
+  r.progress = [&](int64_t done, int64_t all) {
+    EXPECT_GT(done, told);
+    told = done;
+    all_told = all;
+  };
+  const std::vector<Result> varied = inbetweener.run_samples(clip, floor_scene(), r, 2);
+  EXPECT_EQ(told, all_told);
+  EXPECT_EQ(all_told, 2 * r.steps) << "evaluations of both";
+  r.progress = {};
+  const auto run = [&](uint64_t seed, std::optional<double> temperature) {
+    alone.seed = seed;
+    alone.temperature = temperature;
+    return inbetweener.run(clip, floor_scene(), alone).motion.joints;
+  };
+  ASSERT_EQ(varied.size(), 2U);
+  for (const uint64_t i : {0, 1}) EXPECT_TRUE(torch::equal(varied[i].motion.joints, run(3 + i, 1))) << i;
+  EXPECT_TRUE(torch::equal(run(3, {}), run(3, 0))) << "of one the likeliest course";
+  EXPECT_FALSE(torch::equal(run(3, {}), run(3, 1)));
+  EXPECT_TRUE(torch::equal(inbetweener.run_samples(clip, floor_scene(), r, 1)[0].motion.joints, run(3, 0)));
+  r.temperature = 0;
+  EXPECT_TRUE(torch::equal(inbetweener.run_samples(clip, floor_scene(), r, 2)[1].motion.joints, run(4, 0)));
+  for (const int64_t samples : {-1, 0, 1001})
+    EXPECT_EQ(refusal_of([&] { inbetweener.run_samples(clip, floor_scene(), r, samples); }),
+              "samples: is not from 1 to 1000");
+  for (const double temperature : {-0.1, 2.1, std::nan("")})
+    EXPECT_EQ(refusal_of([&] { run(1, temperature); }), "temperature: is not from 0 to 2");
+}
+
 TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
   const SceneInbetweener inbetweener(residual_networks());
   const Clip clip = walker(161, 1.1, 0.8, 1, 2, -1);  // of two windows

@@ -23,6 +23,17 @@ TEST(InbetweenWarnings, NothingIsSaidOfAMotionThatIsAsItWasAskedFor) {
   EXPECT_THAT(warnings_of(r, {"the chair"}), IsEmpty());
 }
 
+TEST(InbetweenWarnings, AFloorThatIsAssumedAndASceneWithoutAnInsideAreNoted) {
+  Result r = result();
+  r.scene = floor_scene();
+  EXPECT_THAT(notes_of(r), IsEmpty());
+  r.floor_assumed = true;
+  EXPECT_THAT(notes_of(r), ElementsAre("no scene given: a flat floor under the feet is assumed"));
+  r.floor_assumed = false;
+  r.scene = {"scan.ply", {}, torch::zeros({4, 3})};
+  EXPECT_THAT(notes_of(r), ElementsAre("scan.ply: is a point cloud: where a body is inside it cannot be told"));
+}
+
 TEST(InbetweenWarnings, TheDeepestKeysAreNamedFirst) {
   Result r = result();
   r.key_immersions = {{30, 0.02, "table_0"}, {90, 0.17, "sofa_1"}};

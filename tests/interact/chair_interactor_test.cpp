@@ -6,9 +6,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "at_once.h"
 #include "chair_scene.h"
 #include "inhabit/interact/contact_area.h"
+#include "inhabit/interact/standing_place.h"
+#include "inhabit/math/heading.h"
 #include "inhabit/scene/query.h"
 #include "largest.h"
 #include "refusal_of.h"
@@ -75,6 +79,71 @@ TEST(ChairInteractor, BonesKeepTheirLengthsAndTheSameIsTheSame) {
   EXPECT_TRUE(torch::equal(interactor().run(start, scene, options).motion.joints, result.motion.joints));
 }
 
+TEST(ChairInteractor, SomebodySeatedStaysSeatedForMinutes) {
+  const auto shipped = ChairInteractor::load(INHABIT_SOURCE_DIR "/models/interact-compact.safetensors");
+  const Chair chair = find_chair(armchair_scene(), "armchair_0");
+  for (const double hold : {1.0, std::numeric_limits<double>::infinity()}) {
+    Options options = on_chair({});
+    if (hold > 1) options.contacts = {{contact_on(chair, "armrest", 0), contact_on(chair, "armrest", 1)}};
+    options.hold = hold;
+    options.seconds = 150;
+    options.raw = options.standard = true;
+    const Result result = shipped.run({}, armchair_scene(), options);
+    ASSERT_TRUE(result.seated && *result.seated < 12 * 30);
+    const Tensor height = result.motion.joints.select(1, 0).select(1, 1).slice(0, *result.seated + 30);
+    EXPECT_LT((height.max() - height.min()).item<double>(), 0.08) << "nobody rises unasked, hold " << hold;
+  }
+}
+
+TEST(ChairInteractor, SamplesAreRunsOfTheNextSeedsOnOneChair) {
+  const Scene scene = armchair_scene();
+  const Clip start = standing_clip({1.9, 1.1}, 2);
+  Options options = on_chair({});
+  options.contacts.clear();
+  options.draw_contacts = true;
+  options.force = true;  // contacts of no training may be out of reach
+  options.seed = 4;
+  options.seconds = 0.5;
+  int64_t told = 0;
+  options.progress = [&](int64_t done, int64_t all) {
+    EXPECT_EQ(done, ++told);
+    EXPECT_EQ(all, 30) << "frames of both";
+  };
+  const std::vector<Result> samples = interactor().run_samples(start, scene, options, 2);
+  EXPECT_EQ(told, 30);
+  options.progress = {};
+  ASSERT_EQ(samples.size(), 2U);
+  for (const Result& sample : samples) {
+    const Result alone = interactor().run(start, scene, options);
+    EXPECT_TRUE(torch::equal(sample.motion.joints, alone.motion.joints)) << options.seed;
+    EXPECT_EQ(sample.contacts, alone.contacts) << options.seed;
+    ++options.seed;
+  }
+  for (const int64_t count : {-1, 0, 1001})
+    EXPECT_EQ(refusal_of([&] { interactor().run_samples(start, scene, options, count); }),
+              "samples: is not from 1 to 1000");
+}
+
+// Another seat may be nearer to the place before the chair than the chair itself.
+TEST(ChairInteractor, WhoIsNowhereIsPlacedBeforeTheSeatNearestToTheOrigin) {
+  std::mt19937_64 random(5);
+  Furniture armchair = make_armchair(random), stool = make_stool(random, 0.45);
+  const Chair alone = find_chair(scene_of({armchair}), "armchair_0");
+  const Eigen::Vector2d ahead = on_ground(alone.seat()) + 3.2 * ahead_of(alone.heading());
+  stool.place(ahead.x(), ahead.y(), 0);
+  const Scene scene = scene_of({armchair, stool});
+  Options options;
+  options.seconds = 0.2;
+  const Clip placed = standing_before(find_chair(scene, "armchair_0"), scene);
+  ASSERT_EQ(interactor().chair_of(placed, scene, options).name, "stool_0");
+  EXPECT_EQ(interactor().chair_of({}, scene, options).name, "armchair_0");
+  const Result result = interactor().run({}, scene, options);
+  EXPECT_EQ(result.chair.name, "armchair_0");
+  EXPECT_LT(largest(result.motion.joints[0] - placed.joints[0]), 1e-4);
+  options.contacts = {{std::nullopt, contact_on(alone, "front", 1)}};
+  EXPECT_EQ(interactor().chair_of({}, scene, options).name, "armchair_0");
+}
+
 TEST(ChairInteractor, ServesSeveralThreadsAtOnce) {
   const Scene scene = armchair_scene();
   const Clip start = standing_clip({1.9, 1.1}, 2);
@@ -138,6 +207,8 @@ TEST(ChairInteractor, ContactNetsContactsAreOnTheSurface) {
       EXPECT_LT(surface.closest(point).distances.item<double>(), 1e-3);
     }
   EXPECT_EQ(drawn[4], interactor().draw_contacts(chair, 5, 3)[4]) << "a draw depends on its number alone";
+  for (const int64_t count : {-1, 100'001})
+    EXPECT_EQ(refusal_of([&] { interactor().draw_contacts(chair, count, 3); }), "count: is not from 0 to 100000");
 }
 
 TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
@@ -159,6 +230,15 @@ TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
   Furniture stool = make_stool(random);
   const Chair plain = find_chair(scene_of({stool}), "stool_0");
   EXPECT_THAT(refusal_of([&] { contact_on(plain, "armrest", 0); }), HasSubstr("no armrest on the left"));
+}
+
+TEST(ContactArea, APlaceIsNowhereAPartOrAPoint) {
+  const Chair chair = find_chair(armchair_scene(), "armchair_0");
+  EXPECT_FALSE(contact_at(chair, {}, 0));
+  EXPECT_FALSE(contact_at(chair, "none", 0));
+  EXPECT_EQ(contact_at(chair, "front", 1), contact_on(chair, "front", 1));
+  EXPECT_EQ(contact_at(chair, Vector3d(1, 2, 3), 1), Vector3d(1, 2, 3));
+  EXPECT_THAT(refusal_of([&] { contact_at(chair, "lid", 0); }), HasSubstr("'lid' is no part of a chair"));
 }
 
 }  // namespace

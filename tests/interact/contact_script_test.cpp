@@ -38,6 +38,15 @@ TEST(ContactScript, ReadsWhatContactsAreWrittenAs) {
   EXPECT_FALSE(script.contacts[0][1] || script.contacts[1][0] || script.contacts[1][1]);
 }
 
+TEST(ContactScript, AHandsEntryIsNullAPartOrAPoint) {
+  const auto place = [](const char* text) { return contact_place(nlohmann::json::parse(text)); };
+  EXPECT_EQ(place("null"), ContactPlace());
+  EXPECT_EQ(place("\"armrest\""), ContactPlace("armrest"));
+  EXPECT_EQ(place("[1, 2.5, -3]"), ContactPlace(Eigen::Vector3d(1, 2.5, -3)));
+  for (const char* wrong : {"3", "[1, 2]", "[1, 2, \"x\"]", "{}", "true"})
+    EXPECT_EQ(refusal_of([&] { place(wrong); }), "neither a part of the chair nor [x, y, z]") << wrong;
+}
+
 TEST(ContactScript, SaysWhatIsWrong) {
   const Chair chair = find_chair(seat_scene(), "chair_0");
   const auto said = [&](const char* text) { return refusal_of([&] { parse_contact_script(text, "s.json", chair); }); };

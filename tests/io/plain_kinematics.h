@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/io/npz.h"
 
 // Where joints are according to a file, worked out from its text or arrays by the definition of its format and by
@@ -174,4 +176,126 @@ inline Places places_in_json(const std::string& text) {
     return file[name][f][j][axis];
   };
   return places_in_arrays(names, parents, file["trans"].size(), number, file.contains("translations"));
+}
+
+/// Exponential-map text in metres: a row is the root's translation, then an axis-angle for each joint, whose rotation
+/// is the opposite one. @param skeleton the data set's, in metres. @param unit metres, of the root's columns. @param
+/// steps the root's columns are what it did since the row before, seen from where it was then (Human3.6M); else where
+/// it is
+inline Places places_in_expmap_text(const std::string& text, const inhabit::Skeleton& skeleton, double unit,
+                                    bool steps) {
+  Places out;
+  Eigen::Matrix3d root = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream row(line);
+    Eigen::Vector3d move, w;
+    row >> move[0] >> move[1] >> move[2];
+    place = steps ? Eigen::Vector3d(place + root * move * unit) : Eigen::Vector3d(move * unit);
+    std::vector<Eigen::Matrix3d> rotations;
+    std::vector<Eigen::Vector3d> places;
+    for (int j = 0; j < skeleton.size(); ++j) {
+      row >> w[0] >> w[1] >> w[2];
+      // Rodrigues' formula of -w.
+      const double angle = w.norm();
+      Eigen::Matrix3d cross, rotation = Eigen::Matrix3d::Identity();
+      cross << 0, w[2], -w[1], -w[2], 0, w[0], w[1], -w[0], 0;
+      if (angle > 0)
+        rotation += std::sin(angle) / angle * cross + (1 - std::cos(angle)) / (angle * angle) * cross * cross;
+      const int parent = skeleton.parents[static_cast<size_t>(j)];
+      if (parent < 0) {
+        root = steps ? Eigen::Matrix3d(root * rotation) : rotation;
+        rotations.push_back(root);
+        places.push_back(place);
+      } else {
+        const auto above = static_cast<size_t>(parent);
+        Eigen::Vector3d bone;
+        for (int k = 0; k < 3; ++k) bone[k] = skeleton.offsets[j][k].item<double>();
+        places.push_back(places[above] + rotations[above] * bone);
+        rotations.push_back(rotations[above] * rotation);
+      }
+      out[skeleton.names[static_cast<size_t>(j)]].push_back(places.back());
+    }
+  }
+  return out;
+}
+
+/// Acclaim's pair in its unit of length, angles in degrees: a joint is where its bone begins, moved by what the bone
+/// translates, and "NAME_end" where it ends. A bone's rotation is C M C^-1, C of its axes and M of its degrees of
+/// freedom.
+inline Places places_in_acclaim(const std::string& asf, const std::string& amc) {
+  struct Bone {
+    std::string parent;
+    Eigen::Vector3d tip = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+    std::vector<std::string> channels;
+    bool ends = true;
+  };
+  const auto about = [](char axis, double degrees) {
+    return Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d::Unit(axis - 'x')).toRotationMatrix();
+  };
+  std::map<std::string, Bone> bones;
+  std::vector<std::string> order = {"root"};  // parents before their children
+  std::string name, section;
+  std::istringstream lines(asf);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string key, word;
+    words >> key;
+    if (key[0] == ':') section = key;
+    if (section == ":root" && key == "order") {
+      while (words >> word)
+        bones["root"].channels.push_back(
+            {static_cast<char>(std::tolower(word[0])), static_cast<char>(std::tolower(word[1]))});
+    } else if (section == ":bonedata") {
+      if (key == "name") words >> name;
+      Eigen::Vector3d v = Eigen::Vector3d::Zero();
+      if (key == "direction") words >> v[0] >> v[1] >> v[2], bones[name].tip = v;
+      if (key == "length") words >> v[0], bones[name].tip *= v[0];
+      if (key == "axis")
+        words >> v[0] >> v[1] >> v[2], bones[name].axes = about('z', v[2]) * about('y', v[1]) * about('x', v[0]);
+      while (key == "dof" && words >> word) bones[name].channels.push_back(word);
+    } else if (section == ":hierarchy" && bones.count(key) != 0) {
+      bones[key].ends = false;
+      while (words >> word) bones[word].parent = key, order.push_back(word);
+    }
+  }
+  Places out;
+  std::map<std::string, std::vector<double>> numbers;
+  const auto end_frame = [&] {
+    std::map<std::string, Eigen::Affine3d> world;
+    for (const std::string& bone_name : order) {
+      const Bone& bone = bones[bone_name];
+      Eigen::Vector3d move = Eigen::Vector3d::Zero();
+      Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+      for (size_t k = 0; k < bone.channels.size(); ++k) {
+        const double value = numbers.at(bone_name).at(k);
+        const char axis = bone.channels[k][1];
+        if (bone.channels[k][0] == 't')
+          move[axis - 'x'] = value;
+        else
+          rotation = about(axis, value) * rotation;
+      }
+      const Eigen::Vector3d begin = bone.parent.empty() ? Eigen::Vector3d(0, 0, 0) : bones[bone.parent].tip;
+      const Eigen::Affine3d above = bone.parent.empty() ? Eigen::Affine3d::Identity() : world.at(bone.parent);
+      world[bone_name] = above * Eigen::Translation3d(begin + bone.axes * move) *
+                         Eigen::Affine3d(bone.axes * rotation * bone.axes.transpose());
+      out[bone_name].push_back(world[bone_name].translation());
+      if (bone.ends) out[bone_name + "_end"].push_back(world[bone_name] * bone.tip);
+    }
+  };
+  std::istringstream motion(amc);
+  for (std::string line; std::getline(motion, line);) {
+    std::istringstream words(line);
+    words >> name;
+    if (bones.count(name) == 0) {
+      if (!numbers.empty()) end_frame(), numbers.clear();
+      continue;
+    }
+    for (double value = 0; words >> value;) numbers[name].push_back(value);
+  }
+  end_frame();
+  return out;
 }

@@ -9,6 +9,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/bvh.h"
 #include "inhabit/io/clip_npz.h"
+#include "inhabit/io/expmap_text.h"
 #include "inhabit/io/files.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/resample.h"
@@ -243,10 +244,12 @@ TEST(RoundTrip, AcclaimBonesMayTranslateToo) {
       " begin\n name thigh\n direction 0 -1 0\n length 8\n axis 0 0 90 XYZ\n dof rx\n end\n"
       " begin\n name shin\n direction 0 -1 0\n length 8\n axis 0 90 0 XYZ\n dof rx tx\n end\n"
       ":hierarchy\n begin\n root back thigh\n thigh shin\n end\n";
+  const std::string motion =
+      ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 16 2 0 0 0\nback 0 0 0 0 0 0\nthigh 0\nshin 0 0\n"
+      "2\nroot 1 17 4 0 90 0\nback 0 0 0 1 2 3\nthigh 90\nshin 0 2\n"
+      "3\nroot 1 17 5 10 80 -5\nback 15 -25 35 1 2 3\nthigh 40\nshin 30 1\n";
   write_atomically(folder / "a.asf", bones);
-  write_atomically(folder / "a.amc",
-                   ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 16 2 0 0 0\nback 0 0 0 0 0 0\nthigh 0\nshin 0 0\n"
-                   "2\nroot 1 17 4 0 90 0\nback 0 0 0 1 2 3\nthigh 90\nshin 0 2\n");
+  write_atomically(folder / "a.amc", motion);
   const Clip clip = read_clip(folder / "a.amc");
   const double unit = 0.0254 / 0.45;
   const auto expect_at = [&](const char* joint, double x, double y, double z) {
@@ -258,7 +261,8 @@ TEST(RoundTrip, AcclaimBonesMayTranslateToo) {
   // The thigh rotates by as much about its own x, which is the world's y: 180 degrees with the root's. The shin's own x
   // is -z at rest, which that takes to z.
   expect_at("shin", 1, 17 - 8, 4 + 2);
-  const Places truth = clip_places(clip);
+  const Places truth = scaled(places_in_acclaim(bones, motion), unit);
+  EXPECT_LT(farthest(truth, clip_places(clip)), 1e-4);
   for (const std::string one : {"bvh", "npz", "json", "glb"}) {
     write_clip(folder / ("one." + one), clip);
     EXPECT_LT(farthest(truth, scaled(places_in(folder / ("one." + one)), one == "bvh" ? 0.01 : 1)), 1e-4) << one;
@@ -267,19 +271,23 @@ TEST(RoundTrip, AcclaimBonesMayTranslateToo) {
 
 TEST(RoundTrip, ExponentialMapsKeepTheirTravel) {
   const TempFolder folder;
-  std::string text;
-  for (int t = 0; t < 12; ++t) {
-    for (int k = 0; k < 99; ++k)
-      text += (k ? "," : "") + std::to_string(k < 3 ? (k == 2 ? 20.0 : 0.0) : 0.1 * std::sin(0.3 * t + k));
-    text += "\n";
-  }
-  write_atomically(folder / "walk.txt", text);
-  const Clip clip = read_clip(folder / "walk.txt");
-  const Places truth = clip_places(clip);
-  EXPECT_GT(travelled(truth.begin()->second), 0.1);
-  for (const std::string one : {"bvh", "npz", "json", "glb"}) {
-    write_clip(folder / ("one." + one), clip);
-    EXPECT_LT(farthest(truth, scaled(places_in(folder / ("one." + one)), one == "bvh" ? 0.01 : 1)), 1e-4) << one;
+  for (const ExpmapSkeleton kind : {ExpmapSkeleton::h36m, ExpmapSkeleton::cmu}) {
+    const bool steps = kind == ExpmapSkeleton::h36m;
+    const double unit = steps ? 0.001 : 0.0254 / 0.45;
+    const Skeleton& skeleton = expmap_skeleton(kind);
+    std::string text;
+    for (int t = 0; t < 12; ++t) {
+      // Ahead by 2 cm in each row, upright but for a little.
+      const double ahead = 0.02 / unit * (steps ? 1 : t), tilt = 0.02 * std::sin(0.9 * t);
+      const double root[] = {0, 0, ahead, tilt, 0.1 * std::sin(0.3 * t), -tilt};
+      for (int k = 0; k < 3 + 3 * skeleton.size(); ++k)
+        text += (k ? "," : "") + std::to_string(k < 6 ? root[k] : 0.1 * std::sin(0.3 * t + k));
+      text += "\n";
+    }
+    write_atomically(folder / "walk.txt", text);
+    const Places truth = places_in_expmap_text(text, skeleton, unit, steps);
+    EXPECT_GT(travelled(truth.at("Hips")), 0.2);
+    expect_kept_everywhere(folder, folder / "walk.txt", truth, "");
   }
 }
 

@@ -31,5 +31,29 @@ TEST(FuturesError, IsOverTheJointsButTheRootAndTheBestIsOneFuture) {
   EXPECT_TRUE(torch::allclose(error.best, torch::tensor({0.1F, 0.1F, 0.F, 0.F}))) << "0.05 in the mean over time";
 }
 
+TEST(FuturesError, OfOneFutureIsItsPoseError) {
+  torch::manual_seed(2);
+  torch::Tensor truth = torch::randn({5, 22, 3}), future = torch::randn({1, 5, 22, 3});
+  truth.select(1, 0).zero_();
+  future.select(2, 0).zero_();
+  const FuturesError error = futures_error(future, truth);
+  EXPECT_TRUE(torch::allclose(error.best, pose_error(future, truth.unsqueeze(0), 0)[0]));
+  EXPECT_TRUE(torch::allclose(error.best, (future[0] - truth).norm(2, {2}).sum(1) / 21));
+}
+
+TEST(NearestFuture, IsOfJointsInTheWorldMeanOverFramesAndJoints) {
+  torch::Tensor truth = torch::zeros({2, 4, 5, 3}), futures = torch::zeros({2, 3, 4, 5, 3});
+  // First window: the whole body 10 cm off; the right path with one of five joints 40 cm off, 8 cm in the mean; nearly
+  // right until it leaves by 1 m in the last frame.
+  futures[0][0].select(2, 0).fill_(0.1);
+  futures[0][1].select(1, 3).select(1, 1).fill_(-0.4);
+  futures[0][2][3].select(1, 2).fill_(1);
+  // Second window, elsewhere: the last one is as it was.
+  truth[1].select(2, 0).fill_(5);
+  futures[1][2].select(2, 0).fill_(5);
+  EXPECT_EQ(nearest_future(futures, truth)[0].item<int64_t>(), 1);
+  EXPECT_EQ(nearest_future(futures, truth)[1].item<int64_t>(), 2);
+}
+
 }  // namespace
 }  // namespace inhabit

@@ -54,6 +54,46 @@ TEST(Ndms, AJointAtRestHasNoMagnitudeInEquation12AndHalfAScoreInThePackage) {
   EXPECT_NEAR(ndms(still, moving, NdmsForm::package).item<double>(), 0, 1e-6);
 }
 
+TEST(Ndms, SoftLengthsGiveTheScoreOfMotionAndABoundedOneNearRest) {
+  torch::manual_seed(1);
+  const Tensor words = 0.1 * torch::randn({6, 8, 12, 3}), others = words + 0.05 * torch::randn({6, 8, 12, 3});
+  const Tensor soft = ndms(words, others, NdmsForm::equation, 1e-6);
+  EXPECT_EQ(soft.scalar_type(), torch::kFloat32);
+  EXPECT_TRUE(soft.to(torch::kFloat64).allclose(ndms(words, others), 0, 1e-4));
+  // As long as the softness: lengths count as sqrt(2) and sqrt(5) of it, 1/2 (1 + 2 / sqrt(10)) sqrt(2 / 5).
+  const double s = 1e-3, expected = 0.5 * (1 + 2 / std::sqrt(10)) * std::sqrt(2 / 5.0);
+  EXPECT_NEAR(ndms(word({{1e-3F, 0, 0}}), word({{2e-3F, 0, 0}}), NdmsForm::equation, s).item<double>(), expected, 1e-6);
+  // At rest in both words: still nothing; in one of them: nearly a half near rest, nothing of what goes fast.
+  const Tensor still = word({{0, 0, 0}});
+  EXPECT_EQ(ndms(still, still, NdmsForm::equation, s).item<double>(), 0);
+  EXPECT_NEAR(ndms(still, word({{1e-5F, 0, 0}}), NdmsForm::equation, s).item<double>(), 0.5, 1e-3);
+  EXPECT_NEAR(ndms(still, word({{1, 0, 0}}), NdmsForm::equation, s).item<double>(), 0, 1e-3);
+}
+
+TEST(Ndms, SoftLengthsHaveFiniteGradientsWhereNobodyMoves) {
+  torch::manual_seed(2);
+  for (const Tensor& others : {torch::rand({2, 8, 12, 3}), torch::zeros({2, 8, 12, 3})}) {
+    const Tensor still = torch::zeros({2, 8, 12, 3}).requires_grad_(true);
+    ndms(still, others, NdmsForm::equation, 5e-4).sum().backward();
+    EXPECT_TRUE(still.grad().isfinite().all().item<bool>());
+  }
+}
+
+TEST(Ndms, SoftLengthsPassGradientsToTheWordsThatADatabaseIsAskedFor) {
+  const WordIndex database(motion_words(swing(200, 6), 8));
+  const Tensor walk = swing(40, 5).clone().requires_grad_(true);
+  const auto score = [&](const Tensor& motion) {
+    return plausibility(motion_words(motion, 8), database, NdmsForm::equation, 5e-4).to(torch::kFloat64).mean();
+  };
+  score(walk).backward();
+  torch::manual_seed(3);
+  const Tensor direction = torch::randn({40, 12, 3});
+  const torch::NoGradGuard no_gradients;
+  const double step = 2e-5,
+               change = (score(walk + step * direction) - score(walk - step * direction)).item<double>() / (2 * step);
+  EXPECT_NEAR((walk.grad() * direction).sum().item<double>(), change, 0.05 * std::abs(change) + 1e-3);
+}
+
 TEST(Ndms, TheAuthorsCodeTakesAlignmentForGrantedWhereVelocitiesDifferInTheNegative) {
   // Half the length at a right angle: 1/2 (1 + 0) 1/2. As coded the cosine is 1 where x - y sums to less than 0.
   const Tensor slow = word({{0, 0.5, 0}}), fast = word({{1, 0, 0}});

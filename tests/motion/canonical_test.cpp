@@ -4,6 +4,7 @@
 
 #include "inhabit/body/kinematics.h"
 #include "inhabit/error.h"
+#include "inhabit/math/heading.h"
 #include "inhabit/motion/pose_track.h"
 
 using namespace inhabit;
@@ -65,6 +66,20 @@ TEST(Canonical, WhatBelongsToThePersonMovesAlong) {
                              {back.rotations, clip.rotations},
                              {back.object_pose, clip.object_pose}})
     EXPECT_TRUE(torch::allclose(a, b, 0, 1e-5));
+}
+
+TEST(Canonical, HipsAndShouldersTellTheHeadingOfTensorsAsOfVectors) {
+  using Eigen::Vector3f;
+  // Hips face +Z and shoulders, twice as wide, 90 degrees to the left (+X): the line between both.
+  const std::array<Vector3f, 4> at = {Vector3f(0.1F, 1, 0), Vector3f(-0.1F, 1, 0), Vector3f(0, 1.4F, -0.2F),
+                                      Vector3f(0, 1.5F, 0.2F)};
+  const Vector3f left = right_to_left(at[0], at[1], at[2], at[3]);
+  EXPECT_LT((left - Vector3f(0.2F, -0.1F, -0.4F)).norm(), 1e-6F);
+  EXPECT_NEAR(heading_of_left(left.x(), left.z()), std::atan2(0.4, 0.2), 1e-6);
+  torch::Tensor joints = torch::zeros({1, 22, 3});
+  const std::array<int64_t, 4> rows = {1, 2, 16, 17};
+  for (size_t i = 0; i < 4; ++i) std::copy_n(at[i].data(), 3, joints[0][rows[i]].data_ptr<float>());
+  EXPECT_NEAR(headings(joints)[0].item<double>(), std::atan2(0.4, 0.2), 1e-6);
 }
 
 TEST(Canonical, OtherSkeletonsFaceAsTheirRoot) {

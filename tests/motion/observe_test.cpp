@@ -29,6 +29,12 @@ TEST(Observe, FifteenFramesAtFifteenHertzAreOneSecond) {
   }
 }
 
+TEST(Observe, AStartUnderZeroIsTheEndOrRefused) {
+  const Clip walk = walker(60, 1.2);
+  EXPECT_EQ(observe(walk, -1, 30, 30, "walk").start, 60);
+  EXPECT_EQ(refusal_of([&] { observe(walk, -2, 30, 30, "walk"); }), "start: is under 0");
+}
+
 TEST(Observe, EnoughFramesAreTakenAsTheyAre) {
   const Clip walk = walker(60, 1.2);
   const Observed observed = observe(walk, 45, 30, 30, "walk");

@@ -71,16 +71,23 @@ TrainOptions options_in(const TempFolder& folder, const std::string& name) {
   return o;
 }
 
+/// What those who start ranks call a rank and how many there are.
+struct RankVariables {
+  const char *rank, *size;
+};
+constexpr RankVariables kTorchrun = {"RANK", "WORLD_SIZE"}, kOpenMpi = {"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"};
+
 /// Runs `rank_main(rank)` in a process each and returns their exit codes. They start over from the program's beginning
 /// (exec), as LibTorch's threads do not survive a fork.
-std::vector<int> run_ranks(const std::string& filter, const TempFolder& folder, int port) {
+std::vector<int> run_ranks(const std::string& filter, const TempFolder& folder, int port,
+                           const RankVariables& variables = kTorchrun) {
   std::vector<pid_t> children;
   for (int rank = 0; rank < 2; ++rank) {
     const pid_t child = fork();
     if (child == 0) {
       setenv("INHABIT_TEST_RANK_FOLDER", (folder / "").c_str(), 1);
-      setenv("RANK", std::to_string(rank).c_str(), 1);
-      setenv("WORLD_SIZE", "2", 1);
+      setenv(variables.rank, std::to_string(rank).c_str(), 1);
+      setenv(variables.size, "2", 1);
       setenv("MASTER_PORT", std::to_string(port).c_str(), 1);
       setenv("OMP_NUM_THREADS", "1", 1);
       const std::string only = "--gtest_filter=" + filter;
@@ -134,24 +141,30 @@ void DataParallelRank::TestBody() {
   write_safetensors(std::string(rank_folder()) + std::to_string(ranks->rank()) + ".safetensors", out);
 }
 
-TEST(DataParallel, TwoRanksAreOneWithTwiceTheBatch) {
-  const TempFolder folder;
-  EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(0)), ::testing::ElementsAre(0, 0));
+TEST(DataParallel, TwoRanksAreOneWithTwiceTheBatchWhoeverStartsThem) {
+  const TempFolder alone;
   Fit one(3);
-  TrainOptions o = options_in(folder, "one");
+  TrainOptions o = options_in(alone, "one");
   o.batch = 16;
   train(one.task, o);
-  for (const char* rank : {"0.safetensors", "1.safetensors"}) {
-    const Tensor weights = read_safetensors(folder / rank).tensors.at("weights");
-    EXPECT_LT((weights - one.weights()).abs().max().item<double>(), 1e-5) << rank;
+  int port = 0;
+  for (const RankVariables& variables : {kTorchrun, kOpenMpi}) {
+    const TempFolder folder;
+    EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(port++), variables),
+                ::testing::ElementsAre(0, 0))
+        << variables.size;
+    for (const char* rank : {"0.safetensors", "1.safetensors"}) {
+      const Tensor weights = read_safetensors(folder / rank).tensors.at("weights");
+      EXPECT_LT((weights - one.weights()).abs().max().item<double>(), 1e-5) << variables.size << " " << rank;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "two.checkpoint.safetensors"));
   }
-  EXPECT_FALSE(std::filesystem::exists(folder / "two.checkpoint.safetensors"));
 }
 
 TEST(DataParallel, ASignalToOneStopsAllAtTheSameStep) {
   const TempFolder folder;
   setenv("INHABIT_TEST_STOP", "1", 1);
-  EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(1)), ::testing::ElementsAre(0, 0));
+  EXPECT_THAT(run_ranks("DataParallelRank.Trains", folder, free_port(2)), ::testing::ElementsAre(0, 0));
   unsetenv("INHABIT_TEST_STOP");
   EXPECT_EQ(read_safetensors_metadata(folder / "two.checkpoint.safetensors").at("step"), "7");
   EXPECT_TRUE(torch::equal(read_safetensors(folder / "0.safetensors").tensors.at("weights"),
@@ -161,16 +174,26 @@ TEST(DataParallel, ASignalToOneStopsAllAtTheSameStep) {
 TEST(DataParallel, OneProcessIsNoGroupAndNonsenseIsRefused) {
   torch::Device device = torch::kCPU;
   EXPECT_EQ(DataParallel::from_environment(device), nullptr);
-  setenv("WORLD_SIZE", "two", 1);
-  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("WORLD_SIZE: is 'two'"));
-  setenv("WORLD_SIZE", "2", 1);
-  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
-  setenv("RANK", "2", 1);
-  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
-  setenv("RANK", "0", 1);
-  setenv("MASTER_PORT", "70000", 1);
-  EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("MASTER_PORT: must be from 1"));
-  for (const char* name : {"RANK", "WORLD_SIZE", "MASTER_PORT"}) unsetenv(name);
+  for (const auto& [rank, size] : {kTorchrun, kOpenMpi}) {
+    setenv(size, "1", 1);
+    EXPECT_EQ(DataParallel::from_environment(device), nullptr) << size;
+    setenv(size, "two", 1);
+    EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }),
+                HasSubstr(std::string(size) + ": is 'two'"));
+    setenv(size, "2", 1);
+    EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
+    setenv(rank, "2", 1);
+    EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("RANK: must be from 0 to 1"));
+    setenv(rank, "0", 1);
+    setenv("MASTER_PORT", "70000", 1);
+    EXPECT_THAT(refusal_of([&] { DataParallel::from_environment(device); }), HasSubstr("MASTER_PORT: must be from 1"));
+    for (const char* name : {rank, size, "MASTER_PORT"}) unsetenv(name);
+  }
+  // Under both, torchrun's count.
+  setenv(kOpenMpi.size, "2", 1);
+  setenv(kTorchrun.size, "1", 1);
+  EXPECT_EQ(DataParallel::from_environment(device), nullptr);
+  for (const char* name : {kOpenMpi.size, kTorchrun.size}) unsetenv(name);
 }
 
 }  // namespace
