@@ -140,7 +140,7 @@ void add_fit(CLI::App& synth) {
   verb->add_flag(
       "--decoys", given->options.decoys,
       "Rooms of validation and testing tell less of where people go: seats and tables that they pass by, one "
-      "like each that they use, no wall within 1 m and nothing on straight lines");
+      "more near each that they use, no wall within 1 m and nothing on straight lines");
   verb->add_option(
           "--on-chord", given->options.chords.tried,
           "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")

@@ -89,17 +89,21 @@ class Observations {
         fractions_(torch::full({count, kMostMethods, labels}, Scores::kNone, torch::kDouble)),
         expected_(torch::full({count, labels}, Scores::kNone, torch::kDouble)) {}
 
-  /// @param expected fractions of labels (C) by the recordings' transitions
-  void expect(int64_t row, const Tensor& expected) { expected_[row].narrow(0, 0, expected.size(0)).copy_(expected); }
+  /// @param expected fractions of labels (C) by the recordings' transitions. @param first column of the fold's labels,
+  /// which are no other fold's
+  void expect(int64_t row, const Tensor& expected, int64_t first) {
+    expected_[row].fill_(0).narrow(0, first, expected.size(0)).copy_(expected);
+  }
 
-  /// @param fractions of labels (C)
+  /// @param fractions of labels (C), undefined where nothing is expected. @param first as above
   void put(int64_t row, const FutureMethod& method, const Scores& scores, const Tensor& spectrum,
-           const Tensor& fractions) {
+           const Tensor& fractions, int64_t first) {
     double* out = scores_[row][column(method)].data_ptr<double>();
     visit_curves([&](auto curve) { out = std::copy((scores.*curve).begin(), (scores.*curve).end(), out); });
     for (const auto number : kNumbers) *out++ = scores.*number;
     spectra_[row][column(method)].narrow(0, 0, spectrum.size(0)).copy_(spectrum);
-    if (fractions.defined()) fractions_[row][column(method)].narrow(0, 0, fractions.size(0)).copy_(fractions);
+    if (fractions.defined())
+      fractions_[row][column(method)].fill_(0).narrow(0, first, fractions.size(0)).copy_(fractions);
   }
 
   /// A method's place, the next one where it is new: the same in every part, for all go through all folds.
@@ -174,10 +178,12 @@ std::set<std::string> actions_of(const std::vector<Fold>& folds) {
   return out;
 }
 
-/// Adds one fold's windows of an action. @param windows of the action. @param first row of them
+/// Adds one fold's windows of an action. @param windows of the action. @param first row of them. @param first_label
+/// column of the fold's labels
 void collect(const Fold& fold, const std::string& action, const std::vector<Cut>& windows,
              const std::vector<FutureMethod>& methods, const std::vector<double>& horizons, const Evaluation& options,
-             const std::function<void()>& done, int64_t first, Observations& observations, Collected& out) {
+             const std::function<void()>& done, int64_t first, int64_t first_label, Observations& observations,
+             Collected& out) {
   const Config& c = fold.networks.config;
   const WordIndex database(action_database(fold.test, action, c.kappa, options.words));
   Mean speed;
@@ -206,7 +212,8 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
     const Tensor past = observation(features, windows[w].now, c.observed);
     out.real_step.add(seam_step(past, features.slice(0, windows[w].now).unsqueeze(0)));
     if (transitions.defined())
-      observations.expect(out.rows.back(), expected_fractions(transitions, last_label(past, clusters), frames));
+      observations.expect(out.rows.back(), expected_fractions(transitions, last_label(past, clusters), frames),
+                          first_label);
   }
   const Measure by{database, horizons, c, options.words, speed.value()};
   for (const FutureMethod& method : methods) {
@@ -221,7 +228,7 @@ void collect(const Fold& fold, const std::string& action, const std::vector<Cut>
       const uint64_t seed = item_seed(options.seed, window.sequence * 1000003 + static_cast<uint64_t>(window.now));
       const Tensor futures = method.run(past, seed);
       observations.put(row, method, measure(past, futures, truth, by), spectrum_terms(futures, truth, c.rate),
-                       labelled ? label_fractions(past, futures, clusters) : Tensor());
+                       transitions.defined() ? label_fractions(past, futures, clusters) : Tensor(), first_label);
       done();
     }
   }
@@ -280,11 +287,11 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
       ++count;
     }
   int64_t labels = 0;
-  for (const Fold& fold : folds) labels = std::max<int64_t>(labels, fold.networks.config.labels);
+  for (const Fold& fold : folds) labels += fold.networks.config.labels;
   Observations observations(count, table.horizons, options.samples, labels);
   std::map<std::string, Collected> found;
   bool compared = false;
-  int64_t mine = 0, done = 0, all = 0, first = 0;
+  int64_t mine = 0, done = 0, all = 0, first = 0, first_label = 0;
   for (int64_t row = 0; row < count; ++row) mine += options.parts.shard().has(row) ? 1 : 0;
   const auto one_more = [&] {
     if (options.progress) options.progress(++done, all);
@@ -296,9 +303,11 @@ Table evaluate(const std::vector<Fold>& folds, const Evaluation& options) {
     compared = compared || !fold.training.empty();
     all = mine * static_cast<int64_t>(methods.size());  // the same in all folds
     for (const auto& [action, own] : windows[f]) {
-      collect(fold, action, own, methods, table.horizons, options, one_more, first, observations, found[action]);
+      collect(fold, action, own, methods, table.horizons, options, one_more, first, first_label, observations,
+              found[action]);
       first += static_cast<int64_t>(own.size());
     }
+    first_label += fold.networks.config.labels;
   }
   if (!observations.complete(options.parts)) {
     Table waits;

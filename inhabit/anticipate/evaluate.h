@@ -31,7 +31,7 @@ struct Scores {
   double sequence_apd = kNone;     ///< Table 5: metres, of whole futures of 4 s
   double speed_ratio = kNone;      ///< mean joint speed of 4 s to the end over that of the real motion
   double late_ratio = kNone;       ///< mean of `ratio` from 1.6 s on
-  double seam = kNone;             ///< mm, mean step of the joints from the last observed frame to the first future one
+  double seam = kNone;             ///< mm, mean step of the joints of local poses from the last observed frame on
   double intentions = kNone;       ///< by how much intentions are not as often as the transitions of other
                                    ///< recordings of the action have them from the windows' last labels on: half of
                                    ///< the summed differences, 0 to 1

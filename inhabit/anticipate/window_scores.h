@@ -39,7 +39,8 @@ WordScores future_scores(const torch::Tensor& past, const torch::Tensor& futures
 /// Mean joint speed (m/s) of local poses (..., T, 22, 3).
 double joint_speed(const torch::Tensor& poses, double rate);
 
-/// Millimetres: mean step of the joints from the last frame of past (t, F) to the first one of futures (S, T, F).
+/// Millimetres: mean step of the joints of local poses from the last frame of past (t, F) to the first one of futures
+/// (S, T, F).
 double seam_step(const torch::Tensor& past, const torch::Tensor& futures);
 
 /// How often each intention label follows each other one from frame to frame of recordings: (C, C) double, rows sum to

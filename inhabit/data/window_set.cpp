@@ -49,9 +49,10 @@ std::vector<std::pair<std::string, std::vector<int64_t>>> WindowSet::by_set() co
   std::vector<std::pair<std::string, std::vector<int64_t>>> out;
   int32_t last = -1;
   for (int64_t i = 0; i < size(); ++i) {
-    if (place(i).set != last)
-      out.emplace_back(std::filesystem::path(dataset(i).folder).lexically_normal().filename().string(),
-                       std::vector<int64_t>());
+    if (place(i).set != last) {
+      const auto folder = std::filesystem::absolute(dataset(i).folder + "/.").lexically_normal();  // "rooms/" too
+      out.emplace_back(folder.parent_path().filename().string(), std::vector<int64_t>());
+    }
     last = place(i).set;
     out.back().second.push_back(i);
   }

@@ -61,8 +61,8 @@ void correct_goals(const float* in, const GoalWeights& weights, const Place& roo
   }
 }
 
-/// Whether somebody has sat for all of the past second, and goes on: then the phase rests at a whole number, as
-/// recordings have it, and is not carried on by what little the network adds each frame, until it rises.
+/// Whether somebody has sat for all of the past second and stays. The phase then rests at a whole number, as in
+/// recordings: else the little that the network adds in each frame would make them rise.
 bool rests(const State& state, float advance) {
   constexpr size_t kSitting = 2;  // of the actions
   constexpr float kSure = 0.8F, kNearWhole = 0.2F, kSlow = 0.2F;

@@ -183,7 +183,6 @@ double facing(const Scene& scene, const Mesh& mesh, const TopView& view, const L
   return best;
 }
 
-/// Throws Error(name, ...) saying why an object is no chair.
 /// The chair with its ends.
 Chair with_ends(Chair chair) {
   constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08, kGap = 0.1;  // metres
@@ -210,6 +209,7 @@ Chair with_ends(Chair chair) {
   return chair;
 }
 
+/// Throws Error(name, ...) saying why an object is no chair.
 Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double highest, bool force) {
   const TopView view = view_from_above(mesh);
   const std::vector<LevelArea> areas = level_areas(view, force ? 0.05 : lowest, force ? 2.0 : highest);
@@ -241,7 +241,7 @@ double Chair::heading() const { return heading_of(on_ground(frame.linear().col(2
 Vector3d Chair::seat() const { return frame * Vector3d(0, seat_height, 0); }
 Vector3d Chair::off(const Vector3d& pelvis) const {
   const Vector3d own = frame.inverse() * pelvis;
-  // Who sits nearer to an end than others would is at no fault.
+  // The place itself counts where it lies beyond an end.
   const double aside = std::clamp(own.x(), std::min(0.0, right_end), std::max(0.0, left_end));
   return own - Vector3d(aside, seat_height, 0);
 }

@@ -14,7 +14,8 @@ struct Sample {
   Eigen::Vector3f goal = Eigen::Vector3f::Zero();  ///< world, metres
   Eigen::Vector2f goal_facing{0, 1};               ///< unit, (x, z)
   std::array<float, kActions> goal_action{};       ///< what to do there
-  float phase = 0;                                 ///< cycles, never falling; its fraction is the global phase
+  float phase = 0;  ///< cycles; its fraction is the global phase. Falls only, by less than 0.2,
+                    ///< when somebody seated comes to rest
   std::array<Eigen::Vector3f, 2> hand{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< palms; future: as planned
   std::array<float, 2> hand_phase{};                                                      ///< of reaching a contact
 

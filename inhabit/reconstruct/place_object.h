@@ -29,7 +29,7 @@ struct PlacedObject {
 
 /// An object as it is seen: its mask in some views.
 struct ObjectViews {
-  std::vector<const View*> views;    ///< frames that there is a mask of, with their metric depth
+  std::vector<const View*> views;    ///< frames that there is a mask of, or the mean of a standing camera's; metric
   std::vector<torch::Tensor> masks;  ///< (views) (height, width) bool
 };
 

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 constexpr size_t kPast = 75;         // frames that are remembered: 2.5 s
 constexpr int kBlend = 10;           // frames in which a motion takes over
 constexpr double kBeforeSeat = 0.9;  // metres before a seat that people stand up to
-constexpr double kOnSeat = 0.3;      // metres from the middle of a seat, aside and up: a pelvis that is on it
+constexpr double kOnSeat = 0.3;      // metres from the nearest place of a seat, aside and up: a pelvis that is on it
 constexpr int kStop = 16;            // frames in which somebody who walks comes to stand
 constexpr double kThere = 0.06, kPassed = 0.6;  // metres from a place: there; where walking past it is noticed
 constexpr double kMoves = 0.05;                 // metres ahead: of who walks at all
@@ -210,7 +210,7 @@ void Character::reach() {
 
 bool Character::seated() const {
   if (contacts_.chair.empty() || frame_.action != kSits) return false;
-  const Eigen::Vector3d off = live_->state().position[0].cast<double>() - world_->seat(contacts_.chair).chair.seat();
+  const Eigen::Vector3d off = world_->seat(contacts_.chair).chair.off(live_->state().position[0].cast<double>());
   return on_ground(off).norm() < kOnSeat && off.y() < kOnSeat;
 }
 

@@ -253,8 +253,8 @@ void add_near_path(Layout& layout, const Motion& m, std::mt19937_64& random) {
 }
 
 // Seats and tables that could be used from a path that passes them, with free floor before them, so that a seat in
-// reach does not say that somebody sits down: two to five along the path, and one like each of `used` within 2.5 m of
-// it. Returns how many fit.
+// reach does not say that somebody sits down: two to five along the path, and one more within 2.5 m of each of `used`,
+// where they fit. Returns how many do.
 int add_decoys(Layout& layout, const Motion& m, const std::vector<Vector2d>& used, std::mt19937_64& random) {
   constexpr double kFreeDepth = 0.5;  // metres of floor that somebody needs to sit down or to stand at a table
   int added = 0;

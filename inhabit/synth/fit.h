@@ -35,7 +35,7 @@ struct FittedRoom {
 /// What a room tells of where the person in it goes.
 enum class Furnishing {
   around,  ///< furniture stands around the path, on chords of it too, and walls may be close
-  decoys,  ///< seats and tables to be used stand along all of the path with free floor before them, another like each
+  decoys,  ///< seats and tables to be used stand along all of the path with free floor before them, another near each
            ///< that is used; walls are at least 1 m away, and nothing is put on chords
 };
 

@@ -229,6 +229,11 @@ TEST(EvaluateAnticipate, EveryRowSaysHowFarItsIntentionsAreFromTheRecordings) {
       EXPECT_LE(row.intentions, 1) << row.method;
     }
   }
+  // Labels of another fold are others: two folds with labels of their own differ as one does.
+  const Fold fold{untrained(), people(70), people(60)};
+  const Table twice = evaluate({fold, fold}, {3, 2, 0.8, 5});
+  for (const char* method : {"retrieval", "last pose held"})
+    EXPECT_NEAR(row_of(twice, "walk", method)->intentions, row_of(table, "walk", method)->intentions, 1e-9) << method;
   const Scores* none = row_of(evaluate_one(untrained(), people(70), {3, 2, 0.8, 5}), "walk", "ours");
   EXPECT_TRUE(std::isnan(none->intentions)) << "without other recordings there is nothing to compare with";
   EXPECT_FALSE(std::isnan(none->seam));

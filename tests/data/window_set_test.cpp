@@ -28,6 +28,18 @@ TEST(WindowSet, HasTheWindowsOfASplitsClipsInRooms) {
             "split: 'tran' is none of train, val, test and all");
 }
 
+TEST(WindowSet, WindowsOfASetGoByItsFoldersName) {
+  const TempFolder folder;
+  const std::string a = write_walkers(folder / "a"), b = write_walkers(folder / "b");
+  const WindowSet windows({a, b + "/"}, "all", 60, 30, 30, [](const Dataset&) {});
+  const auto sets = windows.by_set();
+  ASSERT_EQ(sets.size(), 2U);
+  EXPECT_EQ(sets[0].first, "a");
+  EXPECT_EQ(sets[1].first, "b") << "a slash behind it is none of its name";
+  EXPECT_EQ(sets[0].second.size() + sets[1].second.size(), static_cast<size_t>(windows.size()));
+  EXPECT_EQ(sets[1].second.front(), static_cast<int64_t>(sets[0].second.size()));
+}
+
 TEST(WindowSet, WithoutAWindowCannotBeMeasured) {
   const TempFolder folder;
   const std::vector<std::string> folders = {write_walkers(folder / "walkers")};
