@@ -65,11 +65,11 @@ TEST(EvaluateContacts, SeveralDataSetsHaveTheirRowsAndCellsIntervals) {
     EXPECT_EQ(both.rows[i].labels[2], one.rows[row].labels[1]);
     for (size_t c = 0; c < one.columns.size(); ++c) {
       const auto mean = [&](const ScoreTable::Row& r) { return r.cells[c].mean; };
-      const double a = mean(both.rows[one.rows.size() + row]), b = mean(both.rows[2 * one.rows.size() + row]);
-      if (std::isnan(a) || std::isnan(b)) continue;
-      EXPECT_EQ(a, mean(one.rows[row])) << "a set's row is that of the set alone";
-      EXPECT_GE(mean(both.rows[row]), std::min(a, b) - 1e-9) << "ratios of sums lie between those of the parts";
-      EXPECT_LE(mean(both.rows[row]), std::max(a, b) + 1e-9);
+      const double first = mean(both.rows[one.rows.size() + row]), second = mean(both.rows[2 * one.rows.size() + row]);
+      if (std::isnan(first) || std::isnan(second)) continue;
+      EXPECT_EQ(first, mean(one.rows[row])) << "a set's row is that of the set alone";
+      EXPECT_GE(mean(both.rows[row]), std::min(first, second) - 1e-9) << "ratios of sums lie between those of the parts";
+      EXPECT_LE(mean(both.rows[row]), std::max(first, second) + 1e-9);
     }
   }
   // Of so many windows twice the uncertainty is smaller by about the root of two.
