@@ -68,7 +68,8 @@ TEST(EvaluateContacts, SeveralDataSetsHaveTheirRowsAndCellsIntervals) {
       const double first = mean(both.rows[one.rows.size() + row]), second = mean(both.rows[2 * one.rows.size() + row]);
       if (std::isnan(first) || std::isnan(second)) continue;
       EXPECT_EQ(first, mean(one.rows[row])) << "a set's row is that of the set alone";
-      EXPECT_GE(mean(both.rows[row]), std::min(first, second) - 1e-9) << "ratios of sums lie between those of the parts";
+      EXPECT_GE(mean(both.rows[row]), std::min(first, second) - 1e-9)
+          << "ratios of sums lie between those of the parts";
       EXPECT_LE(mean(both.rows[row]), std::max(first, second) + 1e-9);
     }
   }
