@@ -144,14 +144,21 @@ class Observations {
     out.npss = npss_of(spectra_.select(1, column)
                            .index_select(0, torch::tensor(rows))
                            .narrow(1, 0, samples_[static_cast<size_t>(column)]));
-    const Tensor of_rows = torch::tensor(rows);
-    const Tensor apart = fractions_.select(1, column).index_select(0, of_rows).nanmean(0) -
-                         expected_.index_select(0, of_rows).nanmean(0);
-    out.intentions = apart.isnan().all().item<bool>() ? Scores::kNone : apart.abs().nansum().item<double>() / 2;
+    out.intentions = intentions_apart(column, torch::tensor(rows));
     return out;
   }
 
  private:
+  /// Half the sum of what the mean fractions of labels are off those expected, over the folds that have the method.
+  double intentions_apart(int64_t column, const Tensor& rows) const {
+    Tensor found = fractions_.select(1, column).index_select(0, rows), expected = expected_.index_select(0, rows);
+    const Tensor known = found.isnan().any(1).logical_or(expected.isnan().any(1)).logical_not().nonzero().flatten();
+    if (known.numel() == 0) return Scores::kNone;
+    found = found.index_select(0, known);
+    expected = expected.index_select(0, known);
+    return (found.mean(0) - expected.mean(0)).abs().sum().item<double>() / 2;
+  }
+
   static constexpr std::array kNumbers = {&Scores::sequence_apd, &Scores::speed_ratio, &Scores::seam};
 
   int64_t horizons_;

@@ -59,16 +59,17 @@ double joint_speed(const Tensor& poses, double rate) {
 }
 
 double seam_step(const Tensor& past, const Tensor& futures) {
-  const Tensor last = feature_poses(past.slice(0, past.size(0) - 1)), first = feature_poses(futures.select(1, 0));
-  return (first - last).norm(2, {-1}).mean().item<double>() * 1000;
+  const Tensor last = feature_poses(past.slice(0, past.size(0) - 1)), first = feature_poses(futures.slice(1, 0, 1));
+  // Two frames a millisecond apart have their step in mm as their speed in m/s.
+  return joint_speed(torch::cat({last.expand_as(first), first}, 1), 1000);
 }
 
 Tensor label_transitions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters) {
   Tensor counts = torch::zeros({clusters.count(), clusters.count()}, torch::kDouble);
   for (const Sequence& s : recordings) {
     const Tensor labels = intention_labels(intention_poses(s.features), clusters);
-    const int64_t* label = labels.data_ptr<int64_t>();
-    for (int64_t t = 1; t < labels.size(0); ++t) counts[label[t - 1]][label[t]] += 1;
+    const Tensor pairs = labels.slice(0, 0, -1) * clusters.count() + labels.slice(0, 1);
+    counts += pairs.bincount({}, counts.numel()).view_as(counts);
   }
   const Tensor sums = counts.sum(1, true);
   // A label that no recording leaves stays.

@@ -183,10 +183,9 @@ double facing(const Scene& scene, const Mesh& mesh, const TopView& view, const L
   return best;
 }
 
-/// The chair with its ends.
-Chair with_ends(Chair chair) {
+/// The chair with its ends. @param view of its mesh
+Chair with_ends(Chair chair, const TopView& view) {
   constexpr double kWide = 1.0, kFromEnd = 0.35, kSame = 0.08, kGap = 0.1;  // metres
-  const TopView view = view_from_above(chair.mesh);
   const Vector2d seat = on_ground(chair.seat()), left = left_of(chair.heading());
   const auto seat_at = [&](const Vector2d& p) {
     const Vector2d cell = (p - view.origin) / view.cell;
@@ -203,6 +202,7 @@ Chair with_ends(Chair chair) {
     return last;
   };
   const double leftmost = reach(1), rightmost = -reach(-1);
+  chair.right_end = chair.left_end = 0;
   if (leftmost - rightmost < kWide) return chair;
   chair.right_end = rightmost + kFromEnd;
   chair.left_end = leftmost - kFromEnd;
@@ -232,7 +232,8 @@ Chair chair_from(const Scene& scene, const Mesh& mesh, double lowest, double hig
   if (around.upside_down && !force) throw Error(mesh.name, "stands upside down: its legs are in the air");
   const double heading = facing(scene, mesh, view, seat, middle, axis, around.back);
   return with_ends(
-      {mesh.name, mesh, seat_frame(resting_place(seat, middle, heading, view.cell), view.floor, heading), seat.height});
+      {mesh.name, mesh, seat_frame(resting_place(seat, middle, heading, view.cell), view.floor, heading), seat.height},
+      view);
 }
 
 }  // namespace
@@ -307,7 +308,7 @@ Chair chair_at(const Scene& scene, const Vector3d& point, double heading, bool f
   if (!force && (chair.seat_height < kLowestSeat || chair.seat_height > kHighestSeat))
     throw Error("seat at " + where, fmt::format("{} is {:.2f} m high there, seats are {} to {} m", name,
                                                 chair.seat_height, kLowestSeat, kHighestSeat));
-  return with_ends(chair);
+  return with_ends(chair, view_from_above(chair.mesh));
 }
 
 std::optional<Chair> chair_of(const Clip& clip, const Scene& scene) {
@@ -321,8 +322,7 @@ std::optional<Chair> chair_of(const Clip& clip, const Scene& scene) {
     const double yaw = pose.data_ptr<double>()[4];
     if (std::abs(wrapped(yaw - stay.heading)) > 0.8) break;  // sat on from another side, as beds and stools are
     chair.frame.linear() = Eigen::AngleAxisd(yaw, Vector3d::UnitY()).toRotationMatrix();
-    chair.right_end = chair.left_end = 0;
-    chair = with_ends(chair);
+    chair = with_ends(chair, view_from_above(chair.mesh));
   }
   return chair;
 }

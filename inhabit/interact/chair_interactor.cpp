@@ -88,6 +88,13 @@ Chair chair_nearest_to_origin(const Scene& scene, Options options) {
   return chosen_chair(scene, options, pelvis_of(standing_clip({0, 0}, 0)));
 }
 
+/// The chair of somebody who was placed before the `first` one. Along a sofa contacts decide, but another seat may be
+/// nearer to the place before this one: who is placed before a chair sits on that one.
+Chair chair_of_placed(const Chair& first, const Scene& scene, const Options& options) {
+  if (options.contacts.empty()) return first;
+  return chosen_chair(scene, options, pelvis_of(standing_clip(on_ground(first.seat()), 0)));
+}
+
 /// Moves contacts to the chair's surface. Throws Error for one in the air or out of the arms' reach.
 void settle_contacts(const Chair& chair, const Skeleton& skeleton, bool force, HandContacts& contacts) {
   const SceneQuery surface(Scene{chair.name, {chair.mesh}, {}});
@@ -250,11 +257,7 @@ std::vector<HandContacts> ChairInteractor::draw_contacts(const Chair& chair, int
 
 Chair ChairInteractor::chair_of(const Clip& start, const Scene& scene, const Options& options) const {
   if (start.frames() > 0) return chosen_chair(scene, options, pelvis_of(start));
-  const Chair first = chair_nearest_to_origin(scene, options);
-  if (options.contacts.empty()) return first;
-  // Along a sofa contacts decide, but another seat may be nearer to the place before this one: who is placed before a
-  // chair sits on that one.
-  return chosen_chair(scene, options, pelvis_of(standing_clip(on_ground(first.seat()), 0)));
+  return chair_of_placed(chair_nearest_to_origin(scene, options), scene, options);
 }
 
 Result ChairInteractor::run(const Clip& start, const Scene& scene, const Options& options) const {
@@ -265,18 +268,22 @@ std::vector<Result> ChairInteractor::run_samples(const Clip& start, const Scene&
                                                  int64_t samples) const {
   require_possible(options);
   if (samples < 1 || samples > kMostSamples) throw Error("samples", fmt::format("is not from 1 to {}", kMostSamples));
-  const Chair chair = chair_of(start, scene, options);
   Options one = options;
-  Clip placed;
-  if (start.frames() == 0) {
-    placed = standing_before(chair_nearest_to_origin(scene, options), scene);
+  Chair chair;
+  Clip placed = start;
+  if (start.frames() > 0) {
+    chair = chosen_chair(scene, options, pelvis_of(start));
+  } else {
+    const Chair first = chair_nearest_to_origin(scene, options);
+    chair = chair_of_placed(first, scene, options);
+    placed = standing_before(first, scene);
     one.name = "the person before the chair";
   }
   std::vector<Result> out;
   for (int64_t i = 0; i < samples; ++i) {
     one.seed = options.seed + static_cast<uint64_t>(i);
     one.progress = part_of(options.progress, i, samples);
-    out.push_back(run_on(start.frames() == 0 ? placed : start, scene, chair, one));
+    out.push_back(run_on(placed, scene, chair, one));
   }
   return out;
 }

@@ -1,6 +1,5 @@
 #include "inhabit/motion/canonical.h"
 
-#include <array>
 #include <cmath>
 
 #include "inhabit/error.h"
@@ -24,13 +23,6 @@ torch::Tensor rotated(const torch::Tensor& axis_angle, double yaw) {
       .to(axis_angle.dtype());
 }
 
-/// From the right of a body to its left: the sum over pairs of joints, left and right, of joints (..., J, 3).
-torch::Tensor to_the_left(const torch::Tensor& joints, const std::vector<std::array<int64_t, 2>>& pairs) {
-  torch::Tensor left = torch::zeros_like(joints.select(-2, 0));
-  for (const auto& [l, r] : pairs) left = left + (joints.select(-2, l) - joints.select(-2, r));
-  return left;
-}
-
 }  // namespace
 
 GroundTransform GroundTransform::inverse() const {
@@ -44,12 +36,12 @@ torch::Tensor headings(const torch::Tensor& joints) {
 }
 
 double heading(const Clip& clip, int64_t frame) {
-  std::vector<std::array<int64_t, 2>> pairs;
+  const torch::Tensor joints = clip.joints[frame].to(torch::kDouble);
+  torch::Tensor left = torch::zeros({3}, torch::kDouble);
   for (const std::string part : {"hip", "shoulder"}) {
     const int l = clip.skeleton.find("left_" + part), r = clip.skeleton.find("right_" + part);
-    if (l >= 0 && r >= 0) pairs.push_back({l, r});
+    if (l >= 0 && r >= 0) left = left + (joints[l] - joints[r]);
   }
-  const torch::Tensor left = to_the_left(clip.joints[frame].to(torch::kDouble), pairs);
   if (std::hypot(left[0].item<double>(), left[2].item<double>()) > 1e-6) return yaw_of_left(left).item<double>();
   if (!clip.rotations.defined())
     throw Error("motion",

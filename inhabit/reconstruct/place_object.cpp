@@ -18,8 +18,9 @@ using Eigen::Vector3d;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-constexpr double kPointCell = 0.02;  // metres
-constexpr size_t kFewestPoints = 25, kMostPoints = 1500, kCoarsePoints = 250;
+constexpr double kPointCell = 0.02;                          // metres
+constexpr size_t kFewestPoints = 50, kFewestOfOneView = 25;  // that tell where an object is
+constexpr size_t kMostPoints = 1500, kCoarsePoints = 250;
 constexpr int64_t kMostSurface = 800, kCoarseSurface = 250;
 constexpr int kYaws = 24, kCoarseRounds = 12, kFineRounds = 40;
 constexpr double kStands = 0.3;         // metres above the floor: an object may begin there and still stand on it
@@ -293,7 +294,7 @@ PlacedObject place_object(const std::string& name, const std::vector<Mesh>& mesh
     grid.add(*seen.views[v], used.back(), camera, name);
   }
   const std::vector<Vector3d> points = grid.points(1);
-  if (points.size() < kFewestPoints)
+  if (points.size() < (seen.views.size() > 1 ? kFewestPoints : kFewestOfOneView))
     throw Error(name, "only " + std::to_string(points.size()) + " points of it are seen in its masks");
   int64_t faces = 0;
   double extent = 0;

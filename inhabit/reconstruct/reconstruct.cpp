@@ -150,6 +150,7 @@ class Reconstruction {
         if (object.masks.index_of(frame) >= 0) own.push_back(frame);
       if (own.empty()) throw Error(object.masks.name, "no mask is of a frame with a depth map");
       object_frames_.emplace_back();
+      if (!inputs_.camera.moves()) continue;  // all frames are one view
       for (const size_t i : evenly(own.size(), kObjectViews)) object_frames_.back().insert(own[i]);
       view_frames_.insert(object_frames_.back().begin(), object_frames_.back().end());
     }
@@ -195,7 +196,7 @@ class Reconstruction {
         masks.back() = object.masks.read(static_cast<size_t>(k));
         rest = rest.logical_and(dilated(masks.back(), kBesideObject).logical_not());
       }
-      if (!inputs_.camera.moves()) standing_.add(view, masks);
+      if (!inputs_.camera.moves() && !masks.empty()) standing_.add(view, masks);
       grid_.add(view, rest, inputs_.camera, inputs_.depth.name);
       const auto key = std::lower_bound(keys_.begin(), keys_.end(), view.frame);
       if (key != keys_.end() && *key == view.frame)
@@ -210,15 +211,18 @@ class Reconstruction {
                                                         inputs_.camera, kSeenThrough);
     out.floor = floor_height(points, feet_, kFloorReach);
     const bool moves = inputs_.camera.moves();
-    const View whole = moves ? View() : standing_.view(inputs_.depth.frames.front());
+    const View whole = moves || inputs_.objects.empty() ? View() : standing_.view(inputs_.depth.frames.front());
     for (size_t i = 0; i < inputs_.objects.size(); ++i) {
       const ObjectInput& object = inputs_.objects[i];
       ObjectViews seen;
-      if (!moves) seen = {{&whole}, {standing_.mask(i)}};
-      for (const View& view : views_) {
-        if (!moves || object_frames_[i].count(view.frame) == 0) continue;
-        seen.views.push_back(&view);
-        seen.masks.push_back(object.masks.read(static_cast<size_t>(object.masks.index_of(view.frame))));
+      if (moves) {
+        for (const View& view : views_) {
+          if (object_frames_[i].count(view.frame) == 0) continue;
+          seen.views.push_back(&view);
+          seen.masks.push_back(object.masks.read(static_cast<size_t>(object.masks.index_of(view.frame))));
+        }
+      } else {
+        seen = {{&whole}, {standing_.mask(i)}};
       }
       out.objects.push_back(place_object(object.name, object.meshes, seen, inputs_.camera, out.floor));
       out.scene.meshes.insert(out.scene.meshes.end(), out.objects.back().meshes.begin(),
@@ -275,7 +279,7 @@ class Reconstruction {
   std::vector<int64_t> keys_;
   std::vector<refine::DepthCloud> clouds_;  ///< (keys)
   std::set<int64_t> view_frames_;
-  std::vector<std::set<int64_t>> object_frames_;  ///< (objects)
+  std::vector<std::set<int64_t>> object_frames_;  ///< (objects) of a camera that moves
   std::vector<View> views_;
   StandingView standing_;
   PointGrid grid_{options_.cell};

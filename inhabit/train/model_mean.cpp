@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "inhabit/error.h"
+#include "inhabit/io/json_text.h"
 
 namespace inhabit {
 
@@ -18,6 +19,7 @@ namespace {
 nlohmann::json sizes_of(const SafeTensors& model) {
   const auto config = model.metadata.find("config");
   if (config == model.metadata.end()) return {};
+  if (nested_too_deep(config->second)) return nlohmann::json(nlohmann::json::value_t::discarded);
   auto fields = nlohmann::json::parse(config->second, nullptr, /*allow_exceptions=*/false);
   if (fields.is_object()) fields.erase("training");
   return fields;

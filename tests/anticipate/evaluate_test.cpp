@@ -234,6 +234,11 @@ TEST(EvaluateAnticipate, EveryRowSaysHowFarItsIntentionsAreFromTheRecordings) {
   const Table twice = evaluate({fold, fold}, {3, 2, 0.8, 5});
   for (const char* method : {"retrieval", "last pose held"})
     EXPECT_NEAR(row_of(twice, "walk", method)->intentions, row_of(table, "walk", method)->intentions, 1e-9) << method;
+  // A fold that lacks a method says nothing of it, and its recordings are not expected of it.
+  Fold without = fold;
+  without.networks.seq2seq = nullptr;
+  EXPECT_NEAR(row_of(evaluate({fold, without}, {3, 2, 0.8, 5}), "walk", "seq2seq")->intentions,
+              row_of(table, "walk", "seq2seq")->intentions, 1e-9);
   const Scores* none = row_of(evaluate_one(untrained(), people(70), {3, 2, 0.8, 5}), "walk", "ours");
   EXPECT_TRUE(std::isnan(none->intentions)) << "without other recordings there is nothing to compare with";
   EXPECT_FALSE(std::isnan(none->seam));

@@ -76,6 +76,8 @@ TEST(Average, RefusesModelsThatHaveNone) {
     };
   };
   refused(changed("config.safetensors", with("", "rate", 7)), {"config.safetensors", "another configuration"});
+  refused(changed("deep.safetensors", [](SafeTensors& m) { m.metadata["config"] = std::string(100'000, '['); }),
+          {"deep.safetensors", "another configuration"});
   const std::string tuned = changed("tuned.safetensors", with("training", "batch", 7));
   EXPECT_EQ(run_command("average " + a + " " + tuned + " -o " + (folder / "m.safetensors")).exit_code, 0)
       << "trained in another way, the same networks";

@@ -93,9 +93,10 @@ TEST(ArticulatedNetwork, KeepsThePersonsBonesWhateverItsWeights) {
 TEST(ArticulatedNetwork, LeavesFromTheLastPoseAtItsVelocity) {
   torch::NoGradGuard no_grad;
   const Config c = small_articulated();
-  const Tensor past = some_past(), none = torch::zeros({2, 60, 22, 4}), given = contact_conditioning(2, false, false);
+  const Tensor past = some_past(), none = torch::zeros({2, 60, 22, 4}),
+               conditioning = contact_conditioning(2, false, false);
   const Tensor last = past.select(1, 29), step = last - past.select(1, 28);
-  const Tensor untrained = forecast_joints(ArticulatedNetwork(c)->forward(past, none, given), 0);
+  const Tensor untrained = forecast_joints(ArticulatedNetwork(c)->forward(past, none, conditioning), 0);
   const Tensor error = (untrained.select(1, 0) - last - step).norm(2, {-1});
   EXPECT_LT(error.mean().item<double>(), 0.2 * step.norm(2, {-1}).mean().item<double>());
   // Half a second later half of the root's velocity is gone, exponentially.
@@ -103,7 +104,7 @@ TEST(ArticulatedNetwork, LeavesFromTheLastPoseAtItsVelocity) {
   const double left = frames * (1 - std::exp(-15 / frames));
   EXPECT_LT(largest_difference(untrained.select(1, 14).select(1, 0), step.select(1, 0) * left), 1e-4);
   // The network's own part comes in through a gate that has slope 0.
-  const Tensor own = (forecast_joints(stirred(c)->forward(past, none, given), 0) - untrained)
+  const Tensor own = (forecast_joints(stirred(c)->forward(past, none, conditioning), 0) - untrained)
                          .norm(2, {-1})
                          .mean(at::IntArrayRef{0, 2});
   EXPECT_LT(own[0].item<double>(), 0.25 * own[5].item<double>());
