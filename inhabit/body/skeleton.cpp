@@ -49,4 +49,8 @@ const std::vector<int>& standard_parents() {
   return parents;
 }
 
+torch::Tensor foot_positions(const torch::Tensor& joints) {
+  return joints.index_select(-2, torch::tensor(at::IntArrayRef(kFootJoints), joints.device()));
+}
+
 }  // namespace inhabit

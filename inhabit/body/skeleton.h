@@ -1,6 +1,7 @@
 #pragma once
 #include <torch/types.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -32,5 +33,10 @@ inline constexpr int kStandardJoints = 22;
 const std::vector<std::string>& standard_joint_names();
 /// The parent of each standard joint, an index that is lower than the joint's; -1 for the pelvis.
 const std::vector<int>& standard_parents();
+
+/// Of the standard skeleton's joints those that stand on floors: left_ankle, right_ankle, left_foot, right_foot.
+inline constexpr std::array<int64_t, 4> kFootJoints = {7, 8, 10, 11};
+/// (..., 4, 3) kFootJoints of standard joints (..., 22, 3).
+torch::Tensor foot_positions(const torch::Tensor& joints);
 
 }  // namespace inhabit

@@ -151,7 +151,7 @@ Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Conf
 
 Tensor foot_joints() {
   Tensor out = torch::zeros({kStandardJoints}, torch::kBool);
-  for (const int64_t joint : {7, 8, 10, 11}) out[joint] = true;
+  for (const int64_t joint : kFootJoints) out[joint] = true;
   return out;
 }
 

@@ -18,7 +18,7 @@ std::vector<std::pair<std::string, Tensor>> loss_terms(const Tensor& predicted, 
   const Tensor there = in_units(truth).slice(2, kJointFeature).reshape(here.sizes());
   const Tensor moved = (there - here) / kUnit;
   const auto steps_of_feet = [&](const Tensor& joints) {  // (B, T - 1, 4, 3)
-    return joints.index_select(2, torch::tensor({7, 8, 10, 11}, joints.device())).diff(1, 1);
+    return foot_positions(joints).diff(1, 1);
   };
   const Tensor standing = steps_of_feet(there).norm(2, 3, true) < kStill;
   const Tensor joints = moved.square().mean();               // Eq. 2

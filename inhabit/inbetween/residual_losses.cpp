@@ -50,12 +50,9 @@ Joints joints_of(const ResidualBatch& b, const Tensor& predicted) {
   return out;
 }
 
-/// Ankles and balls of the feet (B, T, 4, 3).
-Tensor feet_of(const Tensor& joints) { return joints.index_select(2, torch::tensor({7, 8, 10, 11}, joints.device())); }
-
 /// Speed of feet that stand in truth, squared.
 Tensor feet_loss(const Joints& j) {
-  const auto steps = [](const Tensor& joints) { return feet_of(joints).diff(1, 1); };
+  const auto steps = [](const Tensor& joints) { return foot_positions(joints).diff(1, 1); };
   const Tensor standing = (steps(j.there).norm(2, 3) < kStanding).to(torch::kFloat32) * j.moving;
   return mean_over(steps(j.here).square().sum(3), standing) / (kMoveUnit * kMoveUnit);
 }
@@ -100,7 +97,7 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
 }
 
 Tensor sliding_loss(const Tensor& joints, const Tensor& moving) {
-  const Tensor feet = feet_of(joints);
+  const Tensor feet = foot_positions(joints);
   const Tensor height = torch::minimum(feet.slice(1, 1), feet.slice(1, 0, -1)).select(3, 1);
   const Tensor low = torch::sigmoid((kLow - height) / kLowUnit);
   const Tensor fast = ((feet.diff(1, 1).square().sum(3) + 1e-8).sqrt() - kStanding).clamp_min(0);
@@ -109,7 +106,7 @@ Tensor sliding_loss(const Tensor& joints, const Tensor& moving) {
 }
 
 Tensor swinging_loss(const Tensor& joints, const Tensor& truth, const Tensor& moving) {
-  const auto speed = [](const Tensor& of) { return (feet_of(of).diff(1, 1).square().sum(3) + 1e-8).sqrt(); };
+  const auto speed = [](const Tensor& of) { return (foot_positions(of).diff(1, 1).square().sum(3) + 1e-8).sqrt(); };
   const Tensor limit = speed(truth).amax({1, 2}, true).clamp_min(kLeastSwing);  // (B, 1, 1)
   const Tensor beyond = robust((speed(joints) - limit).clamp_min(0).square(), kMoveUnit);
   return mean_over(beyond, moving.expand_as(beyond));

@@ -94,9 +94,11 @@ ReseatFit measure_fit(const Clip& before, const Scene& scene, const Insides& cha
     for (const size_t joint : {3, 6, 9, 12, 15})
       fit.bent = std::max(fit.bent, old[t].local[joint].angularDistance(fresh[t].local[joint]));
   for (size_t t = 0; t < is.size(); ++t)
-    for (const size_t joint : {7, 8, 10, 11})
-      if (before.contact[static_cast<int64_t>(t)][static_cast<int64_t>(joint)].item<float>() > 0.5F)
-        fit.slide = std::max(fit.slide, (is[t].positions[joint] - was[t].positions[joint]).norm());
+    for (const int64_t joint : kFootJoints) {
+      const auto j = static_cast<size_t>(joint);
+      if (before.contact[static_cast<int64_t>(t)][joint].item<float>() > 0.5F)
+        fit.slide = std::max(fit.slide, (is[t].positions[j] - was[t].positions[j]).norm());
+    }
   const BodyModel& body = builtin_body();
   fit.beyond = std::max(0.0, beyond_limits(out.clip, body).radians - beyond_limits(before, body).radians);
   return fit;

@@ -23,7 +23,6 @@ constexpr double kSkin = 0.002, kSkinDepth = 0.009;       // metres: how exactly
 constexpr double kLeastSunk = -0.008, kMostSunk = 0.004;  // metres: skin of a seated pelvis against the seat
 constexpr int kRounds = 5;
 constexpr double kChangedAround = 1.5;  // seconds before and after that change too
-constexpr std::array<int, 4> kFootJoints = {7, 8, 10, 11};
 
 /// Distance of a place to the line from a to b.
 double off_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -191,8 +190,8 @@ void ReseatProblem::add_pelvis() {
 
 void ReseatProblem::add_feet() {
   for (int64_t t = stays_.first; t <= stays_.last; ++t)
-    for (const int joint : kFootJoints)
-      add_place(t, joint, before_[static_cast<size_t>(t)].positions[static_cast<size_t>(joint)],
+    for (const int64_t joint : kFootJoints)
+      add_place(t, static_cast<int>(joint), before_[static_cast<size_t>(t)].positions[static_cast<size_t>(joint)],
                 Vector3d::Constant(clip_.contact[t][joint].item<float>() > 0.5F ? kExactPlace : kSwingPlace));
 }
 

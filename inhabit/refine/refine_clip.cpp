@@ -67,7 +67,7 @@ constexpr int kRounds = 2, kSkinRounds = 3;           // skin that has come out 
 constexpr int64_t kBefore = 10;                       // observed frames that a continuation goes on from
 constexpr double kSoftFoot = 2;                  // m/s^2: no key poses have to be met, so that feet may land softly
 constexpr int64_t kWindow = 300, kOverlap = 30;  // frames
-constexpr std::array<int, 4> kFootJoints = {10, 11, 7, 8};  // balls of the feet, then ankles
+constexpr std::array<int, 4> kBallsThenAnkles = {10, 11, 7, 8};
 constexpr int kLeftWrist = 20;
 
 double squared(double x) { return x * x; }
@@ -248,7 +248,8 @@ class Refinement {
       for (const int joint : options_.keep_joints) free[static_cast<size_t>(joint)] = 0;
       if (places_smoothed) problem_.smoothness.push_back({3, of_places, 0, {}, false, free});
       std::vector<double> changes(kStandardJoints, 1);
-      for (const int joint : kFootJoints) changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
+      for (const int joint : kBallsThenAnkles)
+        changes[static_cast<size_t>(joint)] = squared(kChange / options_.foot_change);
       problem_.smoothness.push_back({2, per_frame * weight_of(kChange), 0, {}, true, changes});
     }
     problem_.limits = joint_limits(builtin_body(), kStandardJoints);
@@ -274,7 +275,7 @@ class Refinement {
 
   void find_contacts(const Poses& poses) {
     const double flat = flat_floor(poses);
-    for (const int joint : kFootJoints) {
+    for (const int joint : kBallsThenAnkles) {
       Foot foot{joint, track_of(poses, joint), {}, 0, {}};
       foot.floor = surroundings_.floor_under(foot.track);
       for (double& f : foot.floor)
