@@ -2,12 +2,14 @@
 # Remakes the tables of docs/ from the recordings: data, then every evaluation, each in a file of its own. What is there
 # already is not made again, so that an interrupted run goes on; how long each part took is in OUT/times.txt.
 # usage: scripts/results.sh forecast|anticipate|inbetween|interact|all RECORDINGS OUT [SPLIT]
-#   RECORDINGS  as scripts/fit_recordings.sh takes it (cmu/ is what anticipation needs; interact needs none)
+#   RECORDINGS  as scripts/fit_recordings.sh takes it (cmu/ is what anticipation needs; interact needs none). Where
+#               trumans/ is there (the .npz and the .glb of the release), it is tested on, too
 #   SPLIT       val (default) or test, of forecast and inbetween; the other two tables are of the test split
 # INHABIT names the command (default build/release/cli/inhabit).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-[ $# -ge 3 ] || { sed -n '2,8s/^# //p' "$0"; exit 2; }
+usage() { sed -n '2,/^set/s/^# //p' "$0"; exit 2; }
+[ $# -ge 3 ] || usage
 system=$1 recordings=$(realpath "$2") split=${4:-val}
 mkdir -p "$3"
 out=$(realpath "$3")
@@ -26,6 +28,10 @@ step() {
 
 rooms() { step data_rooms "$INHABIT" synth rooms --clips 2000 --seed 61 --out "$out/rooms"; }
 fitted() { step data_recordings scripts/fit_recordings.sh "$recordings" "$out"; }
+trumans() {
+  step data_trumans "$INHABIT" synth fit --mocap "$recordings"/trumans/*.npz --rooms-per-clip 3 --out "$out/trumans"
+}
+recorded=(cmu walk bvh hdm05 dance salsa)
 
 forecast() {
   rooms
@@ -33,10 +39,16 @@ forecast() {
   step forecast "$INHABIT" eval forecast --data "$out/rooms" "$out/bvh" "$out/hdm05" --split "$split" --stride 200 --intervals \
     --json "$out/forecast.json"
   step forecast_contacts "$INHABIT" eval contacts --data "$out/rooms" "$out/bvh" "$out/hdm05" --split "$split" --stride 400
+  step forecast_recordings "$INHABIT" eval forecast --data "$out"/{cmu,walk,dance,salsa} --split "$split" --stride 200 --intervals
+  if [ -d "$recordings/trumans" ]; then
+    trumans
+    step forecast_trumans "$INHABIT" eval forecast --data "$out/trumans" --split test --stride 30 --intervals
+  fi
 }
 
 anticipate() {
   step anticipate "$INHABIT" eval anticipate --data "cmu:$recordings/cmu" --json "$out/anticipate.json"
+  step anticipate_left_out "$INHABIT" eval anticipate --data "cmu:$recordings/cmu" --split left-out
   step anticipate_labels "$INHABIT" intentions "cmu:$recordings/cmu" -o "$out/intentions.html"
 }
 
@@ -44,10 +56,20 @@ inbetween() {
   rooms
   fitted
   local searched='searched: detours=searched' straight='straight: detours=straight' varied='varied: temperature=1'
-  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --seeds 2 --row "$searched" --row "$straight" --row "$varied" \
-    --json "$out/inbetween_rooms.json"
-  step inbetween_recordings "$INHABIT" eval inbetween --data "$out"/{cmu,walk,bvh,hdm05,dance,salsa} --split "$split" --windows 120 \
+  step inbetween_rooms "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 \
+    --seeds 2 --row "$searched" --row "$straight" --row "$varied" --json "$out/inbetween_rooms.json"
+  step inbetween_recordings "$INHABIT" eval inbetween --data "${recorded[@]/#/$out/}" --split "$split" --windows 120 \
     --seeds 2 --row "$searched" --row "$straight" --row "$varied" --json "$out/inbetween_recordings.json"
+  local every set
+  for every in 15 60; do
+    for set in rooms "${recorded[@]}"; do
+      step "inbetween_${set}_every_$every" "$INHABIT" eval inbetween --data "$out/$set" --split "$split" --windows 200 --no-refine \
+        --keyframes "every:$every"
+    done
+  done
+  local counts=(1 2 3 4 8 16 64 250 1000) rows=() count
+  for count in "${counts[@]}"; do rows+=(--row "$count steps: inference.steps=$count"); done
+  step inbetween_steps "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 40 --no-refine "${rows[@]}"
   step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 10 --no-refine --row "$searched" --row "$straight" --row "$varied"
 }
 
@@ -56,11 +78,15 @@ interact() {
   step interact "$INHABIT" eval interact --data "$out/chairs" --json "$out/interact.json"
   step interact_behind "$INHABIT" eval interact --data "$out/chairs" --runs 100 --behind 100 --seed 2
   step interact_contacts "$INHABIT" eval interact --data "$out/chairs" --draws 10
+  if [ -d "$recordings/trumans" ]; then
+    step interact_furniture "$INHABIT" eval interact --scene "$recordings"/trumans/{kitchen_chair_1,kitchen_chair_2,office_chair,wc,sofa,bed}.glb \
+      --runs 20
+  fi
 }
 
 case $system in
   forecast | anticipate | inbetween | interact) $system ;;
   all) for each in forecast anticipate inbetween interact; do $each; done ;;
-  *) sed -n '2,8s/^# //p' "$0"; exit 2 ;;
+  *) usage ;;
 esac
 echo "tables in $3"

@@ -6,6 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/scene/query.h"
 
 namespace inhabit::interact {
 namespace {
@@ -20,17 +21,88 @@ struct Part {
   Vector2d best;                ///< aside and ahead: the nearest place to this is taken
 };
 
-// A pelvis rests some 0.2 m behind the front edge; shoulders are 0.2 m off the middle.
 constexpr double kSeatLevel = 0.05;
 
+// A pelvis rests some 0.2 m behind the front edge. The places are the middle of those where people of the training data
+// take hold of each part: what they never do the networks do badly.
 const std::vector<Part>& parts() {
   static const std::vector<Part> all = {
-      {"armrest", {0.16, 0.7}, {-0.25, 0.4}, {0.08, 0.4}, {0.27, 0.1}},
-      {"front", {0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.2, 0.5}},
-      {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kSeatLevel, kSeatLevel}, {0.6, 0.0}},
+      {"armrest", {0.16, 0.7}, {-0.25, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
+      {"front", {0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.29, 0.5}},
+      {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kSeatLevel, kSeatLevel}, {0.3, 0.08}},
       {"back", {0.02, 0.4}, {-0.7, -0.08}, {0.2, 0.9}, {0.16, -0.1}},
   };
   return all;
+}
+
+/// What lies straight below, in the axes of a seat.
+class Below {
+ public:
+  /// @param side 0 left, 1 right
+  Below(const Chair& chair, int side)
+      : view_(view_from_above(chair.mesh)),
+        seat_height_(chair.seat_height),
+        middle_(on_ground(chair.seat())),
+        ahead_(ahead_of(chair.heading())),
+        out_((side == 0 ? 1 : -1) * left_of(chair.heading())) {}
+
+  /// The place of a part that is nearest to where it is best taken hold of, world; nothing where there is none.
+  std::optional<Vector3d> nearest(const Part& part) const {
+    std::optional<Vector3d> best;
+    double least = HUGE_VAL;
+    for (int iz = 0; iz < view_.nz; ++iz)
+      for (int ix = 0; ix < view_.nx; ++ix) {
+        const double height = view_.height[view_.at(ix, iz)];
+        const Vector2d p = view_.point(ix, iz), off = p - middle_;
+        const Vector2d at(off.dot(out_), off.dot(ahead_));
+        if (height < 0 || !within(at.x(), part.aside) || !within(at.y(), part.ahead) ||
+            !within(height - seat_height_, part.over))
+          continue;
+        const double far = (at - part.best).norm();
+        if (far < least) {
+          least = far;
+          best = {p.x(), view_.floor + height, p.y()};
+        }
+      }
+    return best;
+  }
+
+ private:
+  static bool within(double x, const Vector2d& range) { return x >= range[0] && x <= range[1]; }
+
+  TopView view_;
+  double seat_height_;
+  Vector2d middle_, ahead_, out_;
+};
+
+/// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where the
+/// back rest is out of reach or none.
+std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
+  constexpr double kOutside = 0.6, kFarthest = 0.4, kNearest = 0.1;                   // metres aside
+  constexpr double kBegins = -0.08, kEnds = -0.5, kStep = 0.02, kBehindFace = 0.016;  // metres ahead
+  const SceneQuery query(Scene{chair.name, {chair.mesh}, {}});
+  const double mirror = side == 0 ? 1 : -1;
+  const auto as_row = [](const Vector3d& v) {
+    return torch::tensor({v.x(), v.y(), v.z()}, torch::kFloat).view({1, 3});
+  };
+  const torch::Tensor inwards = as_row(chair.frame.linear() * Vector3d(-mirror, 0, 0));
+  for (const double over : {0.18, 0.22, 0.26, 0.14}) {
+    const auto edge_at = [&](double ahead) -> std::optional<Vector3d> {
+      const Vector3d from(mirror * kOutside, chair.seat_height + over, ahead);
+      const RayHits hits = query.cast(as_row(chair.frame * from), inwards);
+      if (!hits.hit.item<bool>()) return {};
+      const torch::Tensor p = hits.points[0].to(torch::kDouble).contiguous();
+      const Vector3d edge = Eigen::Map<const Vector3d>(p.data_ptr<double>());
+      const double aside = mirror * (chair.frame.inverse() * edge).x();
+      return aside >= kNearest && aside <= kFarthest ? std::optional(edge) : std::nullopt;
+    };
+    for (double ahead = kBegins; ahead > kEnds; ahead -= kStep)
+      if (const auto face = edge_at(ahead)) {
+        const auto edge = edge_at(ahead - kBehindFace);
+        return edge ? edge : face;
+      }
+  }
+  return {};
 }
 
 }  // namespace
@@ -52,26 +124,13 @@ Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
     for (const std::string& name : contact_areas()) names += (names.empty() ? "" : ", ") + name;
     throw Error(chair.name, "'" + area + "' is no part of a chair; there are " + names);
   }
-  const TopView view = view_from_above(chair.mesh);
-  const Vector2d middle = on_ground(chair.seat()), ahead = ahead_of(chair.heading()),
-                 out = (side == 0 ? 1 : -1) * left_of(chair.heading());
+  const Below below(chair, side);
+  // Between arm rests nobody gets at the sides of a back rest.
+  Part arm = parts().front();
+  arm.ahead[0] = 0;  // what is as high farther back may be the back rest itself
   std::optional<Vector3d> best;
-  double least = HUGE_VAL;
-  const auto within = [](double x, const Vector2d& range) { return x >= range[0] && x <= range[1]; };
-  for (int iz = 0; iz < view.nz; ++iz)
-    for (int ix = 0; ix < view.nx; ++ix) {
-      const double height = view.height[view.at(ix, iz)];
-      if (height < 0) continue;
-      const Vector2d p = view.point(ix, iz), off = p - middle;
-      const double x = off.dot(out), z = off.dot(ahead);
-      if (!within(x, part->aside) || !within(z, part->ahead) || !within(height - chair.seat_height, part->over))
-        continue;
-      const double far = (Vector2d(x, z) - part->best).norm();
-      if (far < least) {
-        least = far;
-        best = {p.x(), view.floor + height, p.y()};
-      }
-    }
+  if (area == "back" && !below.nearest(arm)) best = side_of_back(chair, side);
+  if (!best) best = below.nearest(*part);
   if (!best) throw Error(chair.name, "has no " + area + " on the " + (side == 0 ? "left" : "right"));
   return *best;
 }

@@ -232,6 +232,24 @@ TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
   EXPECT_THAT(refusal_of([&] { contact_on(plain, "armrest", 0); }), HasSubstr("no armrest on the left"));
 }
 
+TEST(ContactArea, HandsGoWhereThoseOfTheDataDo) {
+  std::mt19937_64 random(5);
+  const Chair straight = find_chair(scene_of({make_chair(random)}), "chair_0");
+  Furniture wide = make_sofa(random, 3);
+  const Chair sofa = find_chair(scene_of({wide}), "sofa_0");
+  for (int side = 0; side < 2; ++side) {
+    const double sign = side == 0 ? 1 : -1;
+    const Vector3d back = straight.frame.inverse() * contact_on(straight, "back", side);
+    EXPECT_NEAR(back.y(), straight.seat_height + 0.18, 0.05) << "the side of the back rest, not its top";
+    EXPECT_GT(sign * back.x(), 0.1);
+    EXPECT_LT(back.z(), -0.08);
+    const Vector3d beside = sofa.frame.inverse() * contact_on(sofa, "side", side);
+    EXPECT_NEAR(sign * beside.x(), 0.3, 0.02) << "beside the hip, not at the end of the sofa";
+    const Vector3d over = sofa.frame.inverse() * contact_on(sofa, "back", side);
+    EXPECT_GT(over.y(), sofa.seat_height + 0.2) << "the sides of a sofa's back rest are out of reach";
+  }
+}
+
 TEST(ContactArea, APlaceIsNowhereAPartOrAPoint) {
   const Chair chair = find_chair(armchair_scene(), "armchair_0");
   EXPECT_FALSE(contact_at(chair, {}, 0));
