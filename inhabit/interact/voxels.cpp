@@ -123,6 +123,17 @@ float Surroundings::distance(const Vector3f& point, float reach) const {
   return reach;
 }
 
+void Surroundings::prepare(const std::function<bool()>& stopped) const {
+  constexpr double kBody = 2, kReach = 0.3;  // metres over the floor, and from a surface
+  for (const AlignedBox3f& object : impl_->objects) {
+    Eigen::AlignedBox3d box = object.cast<double>();
+    box.min().array() -= kReach;
+    box.max().array() += kReach;
+    box.max().y() = std::min(box.max().y(), kBody);
+    impl_->field->sample(box, stopped);
+  }
+}
+
 const FreeSpace& Surroundings::floor() const {
   std::call_once(impl_->asked, [this] { impl_->floor = free_space(impl_->scene); });
   return impl_->floor;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -57,7 +58,8 @@ void chair_around(const ChairGrid& grid, const Place& root, float* out);
 
 /// What a person may run into: everything in a scene but floors and rugs, and the
 /// floor y = 0 of a scan, whatever its name. Distances come from a field whose cells are
-/// sampled when they are first needed; nothing is allocated afterwards. Safe to use from several threads.
+/// sampled when they are first needed, or by prepare(); nothing is allocated afterwards. Safe to use from several
+/// threads.
 class Surroundings {
  public:
   /// @param cell metres, of the field.
@@ -73,6 +75,9 @@ class Surroundings {
   float distance(const Eigen::Vector3f& point, float reach) const;
   /// False where no object is within `reach` metres of a vertical cylinder around (x, z).
   bool anything_near(const Eigen::Vector2f& position, float radius) const;
+  /// Computes what distance() needs up to 2 m over the floor, which else takes time where somebody first comes. @param
+  /// stopped as of DistanceField::sample
+  void prepare(const std::function<bool()>& stopped = {}) const;
   /// The floor between it, computed when it is first asked for. That of the scene as given, also where this is an
   /// image.
   const FreeSpace& floor() const;

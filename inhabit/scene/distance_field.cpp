@@ -129,6 +129,21 @@ DistanceField& DistanceField::operator=(DistanceField&&) noexcept = default;
 
 double DistanceField::cell() const { return impl_->cell; }
 
+void DistanceField::sample(const Eigen::AlignedBox3d& box, const std::function<bool()>& stopped) const {
+  const auto brick_at = [&](const Vector3d& p) -> Vector3i {
+    const Vector3d at = ((p - impl_->origin) / (kEdge * impl_->cell)).array().floor();
+    return at.cwiseMax(0.0).cwiseMin((impl_->bricks.array() - 1).cast<double>().matrix()).cast<int>();
+  };
+  if (box.isEmpty()) return;
+  const Vector3i first = brick_at(box.min()), last = brick_at(box.max());
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x) {
+        if (stopped && stopped()) return;
+        impl_->of_brick({x, y, z});
+      }
+}
+
 double DistanceField::distance(const Vector3d& point, Vector3d* gradient) const {
   if (!point.allFinite()) throw Error("distance field", "is asked about a point that is not finite");
   const Vector3d wanted = (point - impl_->origin) / impl_->cell;

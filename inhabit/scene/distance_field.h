@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -39,6 +40,10 @@ class DistanceField {
 
   /// Metres that are free of surfaces around `point` at least; 0 beyond the grid.
   float clearance(const Eigen::Vector3f& point) const;
+
+  /// Samples the corners in a box at once, in place of when they are first needed, for who must not wait then.
+  /// @param stopped is asked before every 512 cells whether to leave off; may be empty
+  void sample(const Eigen::AlignedBox3d& box, const std::function<bool()>& stopped = {}) const;
 
   /// Metres, as it was made with.
   double cell() const;

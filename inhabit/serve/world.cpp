@@ -61,7 +61,8 @@ std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor in
                                              {},
                                              {},
                                              {cut(box.min().x()), cut(box.min().z())},
-                                             {cut(box.max().x()), cut(box.max().z())}});
+                                             {cut(box.max().x()), cut(box.max().z())},
+                                             {}});
   for (const interact::Chair& chair : interact::find_chairs(there))
     world->seats.push_back({chair, SceneQuery(Scene{chair.name, {chair.mesh}, {}})});
   world->person = first_pose(*world);
@@ -69,6 +70,9 @@ std::shared_ptr<World> world_of(const Scene& scene, interact::ChairInteractor in
   interact::LivePerson first(world->interactor.engine(), world->person);
   for (const Seat& seat : world->seats) first.sit_on(seat.chair, world->around, {});
   first.step();
+  world->preparation = std::jthread([around = world->around](const std::stop_token& stop) {
+    around->prepare([&] { return stop.stop_requested(); });
+  });
   return world;
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "inhabit/anticipate/intention_anticipator.h"
@@ -40,9 +41,10 @@ struct World {
   std::optional<forecast::ContactForecaster> forecaster;        ///< none: no such preview
   std::optional<inbetween::SceneInbetweener> inbetweener;       ///< none: poses cannot be moved to
   std::optional<anticipate::IntentionAnticipator> anticipator;  ///< none: no such preview
-  Clip person;           ///< one frame: who everybody is at first, standing at a free place
-  Eigen::Vector2d low;   ///< (x, z) metres, corner of the rectangle that places on the floor are in
-  Eigen::Vector2d high;  ///< its opposite corner
+  Clip person;               ///< one frame: who everybody is at first, standing at a free place
+  Eigen::Vector2d low;       ///< (x, z) metres, corner of the rectangle that places on the floor are in
+  Eigen::Vector2d high;      ///< its opposite corner
+  std::jthread preparation;  ///< of `around`, so that nobody stands still at every new place; stops with the world
 
   /// Throws Error naming the seats there are where none has this name.
   const Seat& seat(const std::string& name) const;

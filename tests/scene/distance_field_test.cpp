@@ -106,6 +106,23 @@ TEST(DistanceField, AnswersManyThreadsAlike) {
   for (size_t i = 0; i < points.size(); ++i) EXPECT_EQ(got[i], one.distance(points[i]));
 }
 
+TEST(DistanceField, SampledBeforehandAnswersTheSame) {
+  const SceneQuery query(scene_of({sphere_mesh({0, 0, 0}, 0.7, 16)}));
+  const DistanceField later(query, cube(1), 0.05), before(query, cube(1), 0.05);
+  int asked = 0;
+  before.sample(cube(0.3), [&] {
+    ++asked;
+    return false;
+  });
+  EXPECT_EQ(asked, 27) << "three bricks of 0.4 m in each direction";
+  asked = 0;
+  before.sample(cube(5), [&] { return ++asked == 4; });
+  EXPECT_EQ(asked, 4) << "left off where it was told to";
+  before.sample(cube(5));
+  before.sample({});
+  for (const Vector3d& point : random_points(1000, 1.2)) EXPECT_EQ(before.distance(point), later.distance(point));
+}
+
 TEST(DistanceField, RefusesWhatIsNoGrid) {
   const SceneQuery query(scene_of({box_mesh({0, 0, 0}, {1, 1, 1})}));
   EXPECT_THROW(DistanceField(query, cube(1), 0), Error);
