@@ -21,16 +21,17 @@ struct Part {
   Vector2d best;                ///< aside and ahead: the nearest place to this is taken
 };
 
-constexpr double kSeatLevel = 0.05;
+constexpr double kSeatLevel = 0.05, kLevel = 0.03;  // metres: with the rounded edges of cushions, and without
 
 // A pelvis rests some 0.2 m behind the front edge. The places are the middle of those where people of the training data
-// take hold of each part: what they never do the networks do badly.
+// take hold of each part: what they never do the networks do badly. What is as high as an arm rest but farther back may
+// be the back rest, and what is farther aside than that an arm rest.
 const std::vector<Part>& parts() {
   static const std::vector<Part> all = {
-      {"armrest", {0.16, 0.7}, {-0.25, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
+      {"armrest", {0.16, 0.7}, {0, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
       {"front", {0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.29, 0.5}},
-      {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kSeatLevel, kSeatLevel}, {0.3, 0.08}},
-      {"back", {0.02, 0.4}, {-0.7, -0.08}, {0.2, 0.9}, {0.16, -0.1}},
+      {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kLevel, kLevel}, {0.3, 0.08}},
+      {"back", {0.02, 0.22}, {-0.7, -0.08}, {0.2, 0.9}, {0.16, -0.1}},
   };
   return all;
 }
@@ -126,10 +127,8 @@ Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
   }
   const Below below(chair, side);
   // Between arm rests nobody gets at the sides of a back rest.
-  Part arm = parts().front();
-  arm.ahead[0] = 0;  // what is as high farther back may be the back rest itself
   std::optional<Vector3d> best;
-  if (area == "back" && !below.nearest(arm)) best = side_of_back(chair, side);
+  if (area == "back" && !below.nearest(parts().front())) best = side_of_back(chair, side);
   if (!best) best = below.nearest(*part);
   if (!best) throw Error(chair.name, "has no " + area + " on the " + (side == 0 ? "left" : "right"));
   return *best;

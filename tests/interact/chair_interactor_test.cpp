@@ -224,6 +224,7 @@ TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
     EXPECT_NEAR(front.y(), chair.seat_height, 0.06);
     EXPECT_LT(back.z(), -0.05);
     EXPECT_GT(back.y(), chair.seat_height + 0.2);
+    EXPECT_LT(sign * back.x(), 0.23) << "not the arm rest";
   }
   EXPECT_THAT(refusal_of([&] { contact_on(chair, "lid", 0); }), HasSubstr("armrest"));
   std::mt19937_64 random(5);
@@ -234,6 +235,11 @@ TEST(ContactArea, PartsOfAnArmchairAreWhereTheyAre) {
 
 TEST(ContactArea, HandsGoWhereThoseOfTheDataDo) {
   std::mt19937_64 random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Chair chair = find_chair(scene_of({make_chair(random)}), "chair_0");
+    EXPECT_THAT(refusal_of([&] { contact_on(chair, "armrest", i % 2); }), HasSubstr("no armrest"))
+        << "low back rests are none either";
+  }
   const Chair straight = find_chair(scene_of({make_chair(random)}), "chair_0");
   Furniture wide = make_sofa(random, 3);
   const Chair sofa = find_chair(scene_of({wide}), "sofa_0");
