@@ -63,7 +63,7 @@ inbetween() {
   local every set
   for every in 15 60; do
     for set in rooms "${recorded[@]}"; do
-      step "inbetween_${set}_every_$every" "$INHABIT" eval inbetween --data "$out/$set" --split "$split" --windows 200 --no-refine \
+      step "inbetween_${set}_every_$every" "$INHABIT" eval inbetween --data "$out/$set" --split "$split" --windows 100 --no-refine \
         --keyframes "every:$every"
     done
   done

@@ -6,6 +6,7 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
 #include "inhabit/math/heading.h"
+#include "inhabit/scene/point_rows.h"
 #include "inhabit/scene/query.h"
 
 namespace inhabit::interact {
@@ -79,21 +80,17 @@ class Below {
 /// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where the
 /// back rest is out of reach or none.
 std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
-  constexpr double kOutside = 0.6, kFarthest = 0.4, kNearest = 0.1;                   // metres aside
+  constexpr double kOutside = 12, kFarthest = 0.4, kNearest = 0.1;  // metres aside; meshes are 10 m wide
   constexpr double kBegins = -0.08, kEnds = -0.5, kStep = 0.02, kBehindFace = 0.016;  // metres ahead
   const SceneQuery query(Scene{chair.name, {chair.mesh}, {}});
   const double mirror = side == 0 ? 1 : -1;
-  const auto as_row = [](const Vector3d& v) {
-    return torch::tensor({v.x(), v.y(), v.z()}, torch::kFloat).view({1, 3});
-  };
-  const torch::Tensor inwards = as_row(chair.frame.linear() * Vector3d(-mirror, 0, 0));
+  const torch::Tensor inwards = point_rows({chair.frame.linear() * Vector3d(-mirror, 0, 0)});
   for (const double over : {0.18, 0.22, 0.26, 0.14}) {
     const auto edge_at = [&](double ahead) -> std::optional<Vector3d> {
       const Vector3d from(mirror * kOutside, chair.seat_height + over, ahead);
-      const RayHits hits = query.cast(as_row(chair.frame * from), inwards);
+      const RayHits hits = query.cast(point_rows({chair.frame * from}), inwards);
       if (!hits.hit.item<bool>()) return {};
-      const torch::Tensor p = hits.points[0].to(torch::kDouble).contiguous();
-      const Vector3d edge = Eigen::Map<const Vector3d>(p.data_ptr<double>());
+      const Vector3d edge = row_point(hits.points, 0);
       const double aside = mirror * (chair.frame.inverse() * edge).x();
       return aside >= kNearest && aside <= kFarthest ? std::optional(edge) : std::nullopt;
     };
