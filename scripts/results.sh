@@ -3,7 +3,7 @@
 # already is not made again, so that an interrupted run goes on; how long each part took is in OUT/times.txt.
 # usage: scripts/results.sh forecast|anticipate|inbetween|interact|all RECORDINGS OUT [SPLIT]
 #   RECORDINGS  as scripts/fit_recordings.sh takes it (cmu/ is what anticipation needs; interact needs none). Where
-#               trumans/ is there (the .npz and the .glb of the release), it is tested on, too
+#               trumans/ is there (the .glb of the release, its .npz in a folder test/), it is tested on, too
 #   SPLIT       val (default) or test, of forecast and inbetween; the other two tables are of the test split
 # INHABIT names the command (default build/release/cli/inhabit).
 set -euo pipefail
@@ -29,7 +29,7 @@ step() {
 rooms() { step data_rooms "$INHABIT" synth rooms --clips 2000 --seed 61 --out "$out/rooms"; }
 fitted() { step data_recordings scripts/fit_recordings.sh "$recordings" "$out"; }
 trumans() {
-  step data_trumans "$INHABIT" synth fit --mocap "$recordings"/trumans/*.npz --rooms-per-clip 3 --out "$out/trumans"
+  step data_trumans "$INHABIT" synth fit --mocap "$recordings"/trumans/test/*.npz --rooms-per-clip 3 --out "$out/trumans"
 }
 recorded=(cmu walk bvh hdm05 dance salsa)
 
@@ -60,9 +60,13 @@ inbetween() {
     --seeds 2 --row "$searched" --row "$straight" --row "$varied" --json "$out/inbetween_rooms.json"
   step inbetween_recordings "$INHABIT" eval inbetween --data "${recorded[@]/#/$out/}" --split "$split" --windows 120 \
     --seeds 2 --row "$searched" --row "$straight" --row "$varied" --json "$out/inbetween_recordings.json"
-  local every set
+  local every set sets=(rooms "${recorded[@]}")
+  if [ -d "$recordings/trumans" ] && [ "$split" = test ]; then
+    trumans
+    sets+=(trumans)
+  fi
   for every in 15 60; do
-    for set in rooms "${recorded[@]}"; do
+    for set in "${sets[@]}"; do
       step "inbetween_${set}_every_$every" "$INHABIT" eval inbetween --data "$out/$set" --split "$split" --windows 100 --no-refine \
         --keyframes "every:$every"
     done
