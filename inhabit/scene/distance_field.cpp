@@ -102,7 +102,10 @@ struct DistanceField::Impl {
 
 namespace {
 
-size_t corner(int x, int y, int z) { return static_cast<size_t>((z * kCorners + y) * kCorners + x); }
+size_t corner(int x, int y, int z) {
+  constexpr auto kRow = static_cast<size_t>(kCorners);
+  return (static_cast<size_t>(z) * kRow + static_cast<size_t>(y)) * kRow + static_cast<size_t>(x);
+}
 
 }  // namespace
 
