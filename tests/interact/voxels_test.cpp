@@ -142,6 +142,19 @@ TEST(Voxels, TheChairsGridGoesWithTheRoot) {
   EXPECT_GT(here[2], 0.5F);  // the chair is ahead of who looks at it
 }
 
+TEST(Surroundings, PreparedTheyAnswerTheSame) {
+  const Scene scene = box_scene({0, 1, 0}, {0.5, 1, 0.3});
+  const Surroundings later(scene), prepared(scene);
+  int asked = 0;
+  prepared.prepare([&] { return ++asked == 3; });
+  EXPECT_EQ(asked, 3) << "left off where it was told to";
+  prepared.prepare();
+  Surroundings(floor_scene()).prepare();  // nothing stands there
+  for (float x = -1; x <= 1; x += 0.13F)
+    for (float y = 0.05F; y < 2.4F; y += 0.21F)
+      EXPECT_EQ(prepared.distance({x, y, 0.35F}, 0.5F), later.distance({x, y, 0.35F}, 0.5F));
+}
+
 TEST(Surroundings, TheFloorOfAScanIsNotRunInto) {
   MeshBuilder builder;
   builder.box({0, -0.1, 0}, {4, 0.1, 4});     // the floor
