@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/forecast/contact_kernel.h"
 #include "inhabit/math/dct.h"
 #include "inhabit/scene/contact_map.h"

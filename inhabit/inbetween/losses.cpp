@@ -1,5 +1,6 @@
 #include "inhabit/inbetween/losses.h"
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 

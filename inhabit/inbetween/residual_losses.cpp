@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "inhabit/body/skeleton.h"
 #include "inhabit/inbetween/residual_input.h"
 #include "inhabit/inbetween/sampler.h"
 #include "inhabit/nn/bfloat16.h"
