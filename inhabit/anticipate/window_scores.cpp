@@ -59,9 +59,8 @@ double joint_speed(const Tensor& poses, double rate) {
 }
 
 double seam_step(const Tensor& past, const Tensor& futures) {
-  const Tensor last = feature_poses(past.slice(0, past.size(0) - 1)), first = feature_poses(futures.slice(1, 0, 1));
-  // Two frames a millisecond apart have their step in mm as their speed in m/s.
-  return joint_speed(torch::cat({last.expand_as(first), first}, 1), 1000);
+  const Tensor last = feature_poses(past.slice(0, past.size(0) - 1)), first = feature_poses(futures.select(1, 0));
+  return (first - last).norm(2, {-1}).mean().item<double>() * 1000;
 }
 
 Tensor label_transitions(const std::vector<Sequence>& recordings, const IntentionClusters& clusters) {

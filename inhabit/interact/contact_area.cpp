@@ -37,45 +37,29 @@ const std::vector<Part>& parts() {
   return all;
 }
 
-/// What lies straight below, in the axes of a seat.
-class Below {
- public:
-  /// @param side 0 left, 1 right
-  Below(const Chair& chair, int side)
-      : view_(view_from_above(chair.mesh)),
-        seat_height_(chair.seat_height),
-        middle_(on_ground(chair.seat())),
-        ahead_(ahead_of(chair.heading())),
-        out_((side == 0 ? 1 : -1) * left_of(chair.heading())) {}
-
-  /// The place of a part that is nearest to where it is best taken hold of, world; nothing where there is none.
-  std::optional<Vector3d> nearest(const Part& part) const {
-    std::optional<Vector3d> best;
-    double least = HUGE_VAL;
-    for (int iz = 0; iz < view_.nz; ++iz)
-      for (int ix = 0; ix < view_.nx; ++ix) {
-        const double height = view_.height[view_.at(ix, iz)];
-        const Vector2d p = view_.point(ix, iz), off = p - middle_;
-        const Vector2d at(off.dot(out_), off.dot(ahead_));
-        if (height < 0 || !within(at.x(), part.aside) || !within(at.y(), part.ahead) ||
-            !within(height - seat_height_, part.over))
-          continue;
-        const double far = (at - part.best).norm();
-        if (far < least) {
-          least = far;
-          best = {p.x(), view_.floor + height, p.y()};
-        }
+/// The place of a part that is nearest to where it is best taken hold of by the left (0) or right (1) hand, world;
+/// nothing where there is none. @param view of the chair
+std::optional<Vector3d> nearest_of(const Part& part, const Chair& chair, const TopView& view, int side) {
+  const Vector2d middle = on_ground(chair.seat()), ahead = ahead_of(chair.heading()),
+                 out = (side == 0 ? 1 : -1) * left_of(chair.heading());
+  std::optional<Vector3d> best;
+  double least = HUGE_VAL;
+  const auto within = [](double x, const Vector2d& range) { return x >= range[0] && x <= range[1]; };
+  for (int iz = 0; iz < view.nz; ++iz)
+    for (int ix = 0; ix < view.nx; ++ix) {
+      const double height = view.height[view.at(ix, iz)];
+      if (height < 0) continue;
+      const Vector2d p = view.point(ix, iz), off = p - middle;
+      const double x = off.dot(out), z = off.dot(ahead);
+      if (!within(x, part.aside) || !within(z, part.ahead) || !within(height - chair.seat_height, part.over)) continue;
+      const double far = (Vector2d(x, z) - part.best).norm();
+      if (far < least) {
+        least = far;
+        best = {p.x(), view.floor + height, p.y()};
       }
-    return best;
-  }
-
- private:
-  static bool within(double x, const Vector2d& range) { return x >= range[0] && x <= range[1]; }
-
-  TopView view_;
-  double seat_height_;
-  Vector2d middle_, ahead_, out_;
-};
+    }
+  return best;
+}
 
 /// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where the
 /// back rest is out of reach or none.
@@ -122,11 +106,11 @@ Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
     for (const std::string& name : contact_areas()) names += (names.empty() ? "" : ", ") + name;
     throw Error(chair.name, "'" + area + "' is no part of a chair; there are " + names);
   }
-  const Below below(chair, side);
-  // Between arm rests nobody gets at the sides of a back rest.
+  const TopView view = view_from_above(chair.mesh);
   std::optional<Vector3d> best;
-  if (area == "back" && !below.nearest(parts().front())) best = side_of_back(chair, side);
-  if (!best) best = below.nearest(*part);
+  // Between arm rests nobody gets at the sides of a back rest.
+  if (area == "back" && !nearest_of(parts().front(), chair, view, side)) best = side_of_back(chair, side);
+  if (!best) best = nearest_of(*part, chair, view, side);
   if (!best) throw Error(chair.name, "has no " + area + " on the " + (side == 0 ? "left" : "right"));
   return *best;
 }
