@@ -59,6 +59,9 @@ void add_chairs(CLI::App& synth) {
   verb->add_option("--minutes", given->options.minutes, "Minutes of motion")->capture_default_str();
   verb->add_option("--subjects", given->options.subjects, "Number of people")->capture_default_str();
   verb->add_option("--chairs", given->options.chairs, "Number of chairs")->capture_default_str();
+  verb->add_option("--linger", given->options.linger,
+                   "Seconds that half of the people stand about at most before they set off, and after walking off")
+      ->capture_default_str();
   verb->add_option("--kinds", given->options.kinds, "Kinds of chairs; all by default")
       ->check(CLI::IsMember(inhabit::chair_kinds()));
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();

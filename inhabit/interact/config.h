@@ -20,8 +20,8 @@ struct Config {
   int ego_rings = 8;             ///< rings of the ego-centric grid, the empty innermost one counted (the release: 9)
   int ego_layers = 8;            ///< its layers (the release: 9)
   int chair_grid = 8;            ///< voxels along each side of the chair's box
-  /// PoseNet is told where head, ankles and free palms of somebody seated are a second later (seated_habits.h). Not in
-  /// the paper, whose seated people do nothing that no contact asks for.
+  /// PoseNet is told where head, ankles and free palms of somebody who sits or stands about are a second later
+  /// (habits.h). Not in the paper, whose people do nothing then that no contact asks for.
   bool seated_habits = false;
 
   // PoseNet (Table 5).

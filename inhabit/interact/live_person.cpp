@@ -8,9 +8,9 @@
 #include "inhabit/error.h"
 #include "inhabit/interact/advance.h"
 #include "inhabit/interact/guide.h"
+#include "inhabit/interact/habits.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/interact/route.h"
-#include "inhabit/interact/seated_habits.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
 #include "inhabit/synth/posing.h"
@@ -29,6 +29,7 @@ constexpr double kMoved = 0.25;     // metres that a contact may be moved by wit
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above its place on the seat
+constexpr float kSurelyIdle = 0.9F;                // of the action: who stands
 constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -41,7 +42,8 @@ struct LivePerson::Impl {
   State state;
   SettledPose pose;
   ChairGrid grid;
-  std::optional<SeatedLife> habits;
+  std::optional<SeatedLife> seated_life;
+  std::optional<StandingLife> standing_life;
   std::optional<Chair> chair;
   std::shared_ptr<const Surroundings> around;
   HandContacts contacts;
@@ -139,11 +141,19 @@ struct LivePerson::Impl {
     }
   }
 
+  /// What they do while they stay where they are and no contact says.
+  AheadPose leisure() {
+    if (state.wanted[0] || state.wanted[1]) return {};
+    if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
+    if (standing_life && target.action == kIdleAction && state.now().action[kIdleAction] > kSurelyIdle)
+      return standing_life->next(state, work.random);
+    return {};
+  }
+
   void step() {
     follow();
     plan_hands();
-    const bool at_leisure = habits && target.action == kSitAction && seated() && !state.wanted[0] && !state.wanted[1];
-    state.ahead = at_leisure ? habits->next(state, work.random) : AheadPose{};
+    state.ahead = leisure();
     if (grid.centres.empty())
       std::fill_n(work.input.begin() + engine.input().chair.first, engine.input().chair.size, 0.F);
     build_input(engine.input(), state, {grid, engine.ego(), *around}, work.input.data());
@@ -181,6 +191,7 @@ LivePerson::LivePerson(const Engine& engine, const Clip& start, uint64_t seed) :
     rotation[j] = p.pose.posed.rotations[j].toRotationMatrix().cast<float>();
   }
   p.state = standing_state(position, rotation);
+  if (const Habits& habits = engine.networks().habits; habits.standing.size() > 0) p.standing_life.emplace(habits);
   p.around = std::make_shared<Surroundings>(Scene{});
 }
 LivePerson::~LivePerson() = default;
@@ -190,8 +201,8 @@ void LivePerson::sit_on(const Chair& chair, std::shared_ptr<const Surroundings> 
                         double hold) {
   impl_->chair = chair;
   impl_->grid = sense_chair(chair, impl_->engine.config());
-  const SeatedHabits& habits = impl_->engine.networks().habits;
-  if (habits.size() > 0) impl_->habits.emplace(habits, impl_->grid, chair.seat_height);
+  const Habits& habits = impl_->engine.networks().habits;
+  if (habits.seated.size() > 0) impl_->seated_life.emplace(habits, impl_->grid, chair.seat_height);
   impl_->around = std::move(around);
   Impl& p = *impl_;
   p.go({chair.seat(), chair.heading(), kSitAction},

@@ -91,23 +91,40 @@ void read_released_contact(const ReleasedSizes& released, Networks& n) {
   n.contact = released.file.network("", [&] { return ContactNetwork(c); });
 }
 
-SeatedHabits habits_in(const nn::ModelFile& file, const Config& config) {
-  SeatedHabits out;
-  const auto ends = file.content.tensors.find("habits.ends");
-  if (!config.seated_habits || ends == file.content.tensors.end()) return out;
+/// Tensors PREFIXends and PREFIXpoints; empty where the file has none.
+StayPoints stays_in(const nn::ModelFile& file, const std::string& prefix) {
+  StayPoints out;
+  const std::string name = prefix + "ends";
+  const auto ends = file.content.tensors.find(name);
+  if (ends == file.content.tensors.end()) return out;
   if (ends->second.dim() != 1 || ends->second.scalar_type() != torch::kInt64 || ends->second.size(0) == 0)
-    throw Error(file.path, "'habits.ends' is no list of whole numbers");
+    throw Error(file.path, "'" + name + "' is no list of whole numbers");
   out.ends = ends->second.contiguous();
-  out.points = file.tensor("habits.points", {-1, 15}).contiguous();
+  out.points = file.tensor(prefix + "points", {-1, 15}).contiguous();
   int64_t before = 0;
   for (int64_t i = 0; i < out.size(); ++i) {
     const int64_t end = out.ends.data_ptr<int64_t>()[i];
-    if (end <= before + 1 || end > out.points.size(0)) throw Error(file.path, "'habits.ends' are out of order");
+    if (end <= before + 1 || end > out.points.size(0)) throw Error(file.path, "'" + name + "' are out of order");
     before = end;
   }
-  out.chairs = file.tensor("habits.chairs", {out.size(), config.chair_size()});
-  out.heights = file.tensor("habits.heights", {out.size()});
   return out;
+}
+
+Habits habits_in(const nn::ModelFile& file, const Config& config) {
+  Habits out;
+  if (!config.seated_habits) return out;
+  out.seated = stays_in(file, "habits.");
+  out.standing = stays_in(file, "habits.standing_");
+  if (out.seated.size() == 0) return out;
+  out.chairs = file.tensor("habits.chairs", {out.seated.size(), config.chair_size()});
+  out.heights = file.tensor("habits.heights", {out.seated.size()});
+  return out;
+}
+
+void put_stays(const StayPoints& stays, const std::string& prefix, SafeTensors& content) {
+  if (stays.size() == 0) return;
+  content.tensors[prefix + "ends"] = stays.ends;
+  content.tensors[prefix + "points"] = stays.points;
 }
 
 /// True where the file was of a released network, which then is in `n`.
@@ -163,12 +180,12 @@ SafeTensors model_content(const Networks& networks, const std::vector<std::strin
   content.tensors["scale.input_deviation"] = networks.input_scale.deviation;
   content.tensors["scale.output_mean"] = networks.output_scale.mean;
   content.tensors["scale.output_deviation"] = networks.output_scale.deviation;
-  if (networks.habits.size() > 0) {
+  if (networks.habits.seated.size() > 0) {
     content.tensors["habits.chairs"] = networks.habits.chairs;
     content.tensors["habits.heights"] = networks.habits.heights;
-    content.tensors["habits.ends"] = networks.habits.ends;
-    content.tensors["habits.points"] = networks.habits.points;
   }
+  put_stays(networks.habits.seated, "habits.", content);
+  put_stays(networks.habits.standing, "habits.standing_", content);
   each_network(networks, [&](const std::string& prefix, const auto& network) {
     const bool wanted =
         std::none_of(without.begin(), without.end(), [&](const std::string& name) { return name + "_net." == prefix; });

@@ -3,10 +3,10 @@
 
 #include "inhabit/interact/contact_network.h"
 #include "inhabit/interact/control_network.h"
+#include "inhabit/interact/habits.h"
 #include "inhabit/interact/pose_network.h"
 #include "inhabit/interact/predictor.h"
 #include "inhabit/interact/samp_network.h"
-#include "inhabit/interact/seated_habits.h"
 #include "inhabit/io/safetensors.h"
 #include "inhabit/nn/feature_scale.h"
 
@@ -17,7 +17,7 @@ struct Networks {
   Config config;                      ///< what all of them were made with
   FeatureScale input_scale;           ///< (4344 or 4362) of PoseNet's rows
   FeatureScale output_scale;          ///< (536) of what comes out
-  SeatedHabits habits;                ///< "habits."; empty without Config::seated_habits
+  Habits habits;                      ///< "habits."; empty without Config::seated_habits
   PoseNetwork pose{nullptr};          ///< "pose_net." in the file
   ControlNetwork control{nullptr};    ///< "control_net.", in metres and phases as they are
   ContactNetwork contact{nullptr};    ///< "contact_net.", in metres

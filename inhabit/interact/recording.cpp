@@ -29,10 +29,12 @@ Sample sample_of(const Labels& labels, int64_t t, const Vector2f& position, doub
   return s;
 }
 
-/// What somebody seated does within a second of a frame, as far as they stay and no hand is at a contact.
+/// What somebody who sits or stands about does within a second of a frame, as far as they stay and no hand is at a
+/// contact.
 AheadPose ahead_pose(const Recording::Frame& now, const Recording::Frame& later) {
   AheadPose out;
-  out.known = now.seated && later.seated && !now.wanted[0] && !now.wanted[1];
+  const bool stays = (now.seated && later.seated) || (stands(now) && stands(later));
+  out.known = stays && !now.wanted[0] && !now.wanted[1];
   if (!out.known) return out;
   out.head = later.position[15];
   for (size_t side = 0; side < 2; ++side) {
@@ -80,6 +82,12 @@ Recording record(const Clip& clip, const Labels& labels, const std::string& subj
     f.touching = {c[t][0], c[t][21], c[t][20], std::max(c[t][8], c[t][11]), std::max(c[t][7], c[t][10])};
   }
   return out;
+}
+
+bool stands(const Recording::Frame& frame) {
+  constexpr size_t kIdle = 0;  // of the actions
+  constexpr float kSure = 0.9F;
+  return !frame.seated && frame.sample.action[kIdle] > kSure && frame.sample.goal_action[kIdle] > kSure;
 }
 
 State state_at(const Recording& recording, int64_t frame) {

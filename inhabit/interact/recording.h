@@ -37,6 +37,9 @@ struct Recording {
 /// Needs the standard skeleton and rotations; Error(subject, ...) without.
 Recording record(const Clip& clip, const Labels& labels, const std::string& subject);
 
+/// Whether somebody stands about, with no goal or at it.
+bool stands(const Recording::Frame& frame);
+
 /// The state at a frame. Before its start and after its end the recording stands still.
 State state_at(const Recording& recording, int64_t frame);
 

@@ -23,8 +23,8 @@ struct Sample {
   Place goal_place() const { return {{goal.x(), goal.z()}, goal_facing}; }
 };
 
-/// Where head, ankles and palms of somebody seated are to be a second from now, world metres: what they do while no
-/// hand has a contact. Hands: 0 left, 1 right.
+/// Where head, ankles and palms of somebody who sits or stands about are to be a second from now, world metres: what
+/// they do while no hand has a contact. Hands: 0 left, 1 right.
 struct AheadPose {
   bool known = false;                                ///< else nothing is told
   Eigen::Vector3f head = Eigen::Vector3f::Zero();    ///< joint 15
@@ -46,7 +46,7 @@ struct State {
   /// A hand's contact while it is being reached for or held.
   std::array<Eigen::Vector3f, 2> contact{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
   std::array<bool, 2> wanted{false, false};  ///< whether it has one
-  AheadPose ahead;                           ///< what they are about to do, seated
+  AheadPose ahead;                           ///< what they are about to do where they sit or stand
 
   /// The present.
   const Sample& now() const { return samples[kNow]; }

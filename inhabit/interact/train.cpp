@@ -13,7 +13,7 @@
 namespace inhabit::interact {
 namespace {
 
-constexpr int64_t kHabits = 256;  // stays that a model file keeps
+constexpr int64_t kSeatedStays = 256, kStandingStays = 128;  // that a model file keeps
 constexpr int64_t kEpochs = 150, kValidationContacts = 2048, kValidationSequences = 128;
 
 ControlSequences on(const ControlSequences& s, torch::Device d) {
@@ -175,8 +175,8 @@ bool train(const TrainRun& run, const Config& config) {
   const auto moves = [&](const std::string& name) { return name == "pose" || name == "rollout"; };
   if (!config.seated_habits)
     kept.habits = {};
-  else if (kept.habits.size() == 0 || std::any_of(names.begin(), names.end(), moves))
-    kept.habits = habits_of(t.data, kHabits);
+  else if (kept.habits.seated.size() == 0 || std::any_of(names.begin(), names.end(), moves))
+    kept.habits = habits_of(t.data, kSeatedStays, kStandingStays);
   std::vector<std::string> trained;
   trained.reserve(names.size());
   for (const std::string& name : names) trained.push_back(network_of_stage(name));

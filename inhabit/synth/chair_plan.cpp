@@ -32,7 +32,7 @@ class ChairPlanner : private SittingWriter {
     life_ = &life;
     life.manner = subject_.manner;
     life.favour.add(-1e3, 0);
-    stand_about(uniform(random_, 0.2, 1.0));
+    stand_about(uniform(random_, 0.2, 1.0) + take_.before);
     const bool done = take_.interaction == Interaction::locomotion ? walk_about() : go_and_sit(seats);
     if (done && now() < take_.seconds + 0.5) stand_about(take_.seconds + 0.5 - now());
     life_ = nullptr;
@@ -58,7 +58,7 @@ class ChairPlanner : private SittingWriter {
   /// From place to place around the chair.
   bool walk_about() {
     int failures = 0;
-    while (now() < take_.seconds + 0.5) {
+    while (now() < take_.seconds + 0.5 - take_.after) {
       const auto place = place_around(uniform(random_, -M_PI, M_PI), uniform(random_, 0.8, 3.5));
       if (!place || !go(*place, 1.5, kMargin)) {
         if (++failures > 20) return false;
@@ -83,10 +83,10 @@ class ChairPlanner : private SittingWriter {
     const double pace = life_->manner.pace;
     stay.down = now();
     stay.seated = stay.down + pace * uniform(random_, 1.4, 1.9);
-    const double seconds_left = take_.seconds - stay.seated;
+    const double last = take_.seconds - take_.after, seconds_left = last - stay.seated;
     if (seconds_left < 3) return false;
-    const bool leaves = seconds_left > 6.5 && chance(random_, subject_.walks_off);
-    stay.rise = leaves ? take_.seconds - uniform(random_, 3.0, std::min(5.0, seconds_left - 3.2)) : take_.seconds + 2;
+    const bool leaves = seconds_left > 6.5 && (take_.after > 0 || chance(random_, subject_.walks_off));
+    stay.rise = leaves ? last - uniform(random_, 3.0, std::min(5.0, seconds_left - 3.2)) : take_.seconds + 2;
     stay.risen = stay.rise + pace * uniform(random_, 1.3, 1.75);
     if (!live_on(seat, stay, take_.interaction, leaves)) return false;
     life_->steps.wait(std::max(0.0, stay.risen + 0.15 - now()));

@@ -54,6 +54,12 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
     const double stay = job.take.interaction == Interaction::free ? uniform(random, 7, 13) : uniform(random, 4, 11);
     job.take.seconds = std::clamp(6.5 + walk + stay, 12.0, 24.0);
     if (job.take.interaction == Interaction::locomotion) job.take.seconds = uniform(random, 12, 20);
+    if (options.linger > 0) {
+      const double least = std::min(1.0, options.linger);
+      if (chance(random, 0.5)) job.take.before = uniform(random, least, options.linger);
+      if (chance(random, 0.5)) job.take.after = uniform(random, least, options.linger);
+      job.take.seconds += job.take.before + job.take.after;
+    }
     job.take.seconds = std::round(job.take.seconds * kSynthRate) / kSynthRate;
     lacks[type] -= job.take.seconds;
     left -= job.take.seconds;
@@ -131,6 +137,7 @@ nlohmann::json provenance_of(const ChairsOptions& options, const std::vector<Cha
           {"seed", options.seed},
           {"minutes", options.minutes},
           {"chairs", options.chairs},
+          {"linger", options.linger},
           {"kinds", options.kinds.empty() ? chair_kinds() : options.kinds},
           {"subjects", people},
           {"interactions", interaction_names()},
@@ -175,6 +182,7 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   if (!(options.minutes > 0 && options.minutes <= 6000)) throw Error("the minutes must be over 0 and at most 6000");
   if (options.subjects < 1 || options.subjects > 1000) throw Error("the number of subjects must be 1 to 1000");
   if (options.chairs < 1 || options.chairs > 100000) throw Error("the number of chairs must be 1 to 100000");
+  if (!(options.linger >= 0 && options.linger <= 60)) throw Error("linger must be 0 to 60 seconds");
   for (const std::string& kind : options.kinds)
     if (std::find(chair_kinds().begin(), chair_kinds().end(), kind) == chair_kinds().end())
       throw Error(kind, fmt::format("is no kind of chair; there are {}", fmt::join(chair_kinds(), ", ")));

@@ -14,6 +14,8 @@ struct ChairsOptions {
   double minutes = 180;  ///< of motion
   int subjects = 6;      ///< people
   int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
+  double linger = 0;  ///< seconds that half of the people stand about at most before they set off, and after they have
+                      ///< walked off. 0: none of them for long
   std::vector<std::string> kinds;  ///< of chair_kinds(); empty: all, in the proportions of draw_chair
   uint64_t seed = 1;               ///< of everything
   Shard shard;                     ///< of clips

@@ -76,22 +76,24 @@ void add_synth(py::module_& m) {
           .c_str());
   m.def(
       "synth_chairs",
-      [](const Path& folder, double minutes, int subjects, int64_t chairs, std::vector<std::string> kinds,
-         uint64_t seed, const ShardArgument& shard, const py::object& progress) {
+      [](const Path& folder, double minutes, int subjects, int64_t chairs, double linger,
+         std::vector<std::string> kinds, uint64_t seed, const ShardArgument& shard, const py::object& progress) {
         ChairsOptions options;
         options.minutes = minutes;
         options.subjects = subjects;
         options.chairs = chairs;
+        options.linger = linger;
         options.kinds = std::move(kinds);
         options.seed = seed;
         options.shard = shard_of(shard);
         options.progress = progress_of(progress);
         return opened(folder, released([&] { return generate_chairs(folder.string(), options); }));
       },
-      "folder"_a, py::kw_only(), "minutes"_a = 180.0, "subjects"_a = 6, "chairs"_a = 240,
+      "folder"_a, py::kw_only(), "minutes"_a = 180.0, "subjects"_a = 6, "chairs"_a = 240, "linger"_a = 0.0,
       "kinds"_a = std::vector<std::string>(), "seed"_a = 1, "shard"_a = py::none(), "progress"_a = py::none(),
       documented("A data set of people who walk up to chairs and sit on them, in `folder`. kinds: of chairs, such as\n"
-                 "['sofa', 'bed']; empty: all. progress(done, all) is called after each clip.",
+                 "['sofa', 'bed']; empty: all. linger: seconds that half of the people stand about at most before\n"
+                 "they set off, and after they have walked off. progress(done, all) is called after each clip.",
                  kShard)
           .c_str());
   m.def(

@@ -1,6 +1,6 @@
 // Protects what seated people do while no contact says: that it is what the recorded ones do a second later, as seen
 // from their own axes, and that it is carried over to another chair.
-#include "inhabit/interact/seated_habits.h"
+#include "inhabit/interact/habits.h"
 
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ TEST_F(SeatedHabitsOf, AreSeenFromTheirOwnAxes) {
 }
 
 TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
-  const SeatedHabits habits = habits_of(*data_, 10);
+  const Habits habits = habits_of(*data_, 10);
   ASSERT_EQ(habits.size(), 1);
   const ChairGrid& chair = data_->senses(0).chair;
   std::mt19937_64 random(1);
@@ -114,7 +114,7 @@ TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
 }
 
 TEST_F(SeatedHabitsOf, OfAFileMayBeShort) {
-  SeatedHabits habits = habits_of(*data_, 1);
+  Habits habits = habits_of(*data_, 1);
   habits.points = habits.points.slice(0, 0, 2).contiguous();
   habits.ends = torch::tensor({int64_t{2}});
   std::mt19937_64 random(1);
@@ -124,8 +124,8 @@ TEST_F(SeatedHabitsOf, OfAFileMayBeShort) {
 
 TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
   // Twenty stays on seats from 0.3 m to 0.68 m; sixteen are drawn from.
-  const SeatedHabits one = habits_of(*data_, 1);
-  SeatedHabits many;
+  const Habits one = habits_of(*data_, 1);
+  Habits many;
   const int64_t rows = one.points.size(0);
   many.chairs = one.chairs.repeat({20, 1});
   many.heights = 0.3 + 0.02 * torch::arange(20);
