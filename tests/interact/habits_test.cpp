@@ -1,5 +1,5 @@
-// Protects what seated people do while no contact says: that it is what the recorded ones do a second later, as seen
-// from their own axes, and that it is carried over to another chair.
+// Protects what people who sit or stand do while no contact says: that it is what the recorded ones do a second later,
+// as seen from their own axes, and that it is carried over to another chair, place and body.
 #include "inhabit/interact/habits.h"
 
 #include <gtest/gtest.h>
@@ -83,8 +83,8 @@ TEST_F(SeatedHabitsOf, AreSeenFromTheirOwnAxes) {
 }
 
 TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
-  const Habits habits = habits_of(*data_, 10);
-  ASSERT_EQ(habits.size(), 1);
+  const Habits habits = habits_of(*data_, 10, 10);
+  ASSERT_EQ(habits.seated.size(), 1);
   const ChairGrid& chair = data_->senses(0).chair;
   std::mt19937_64 random(1);
   SeatedLife same(habits, chair, 0.45);
@@ -114,9 +114,9 @@ TEST_F(SeatedHabitsOf, AreLivedFrameByFrameAgainAndAgain) {
 }
 
 TEST_F(SeatedHabitsOf, OfAFileMayBeShort) {
-  Habits habits = habits_of(*data_, 1);
-  habits.points = habits.points.slice(0, 0, 2).contiguous();
-  habits.ends = torch::tensor({int64_t{2}});
+  Habits habits = habits_of(*data_, 1, 0);
+  habits.seated.points = habits.seated.points.slice(0, 0, 2).contiguous();
+  habits.seated.ends = torch::tensor({int64_t{2}});
   std::mt19937_64 random(1);
   SeatedLife life(habits, data_->senses(0).chair, 0.45);
   for (int k = 0; k < 40; ++k) EXPECT_TRUE(life.next(state_at(data_->recording(0), 95), random).head.allFinite());
@@ -124,15 +124,15 @@ TEST_F(SeatedHabitsOf, OfAFileMayBeShort) {
 
 TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
   // Twenty stays on seats from 0.3 m to 0.68 m; sixteen are drawn from.
-  const Habits one = habits_of(*data_, 1);
+  const Habits one = habits_of(*data_, 1, 0);
   Habits many;
-  const int64_t rows = one.points.size(0);
+  const int64_t rows = one.seated.points.size(0);
   many.chairs = one.chairs.repeat({20, 1});
   many.heights = 0.3 + 0.02 * torch::arange(20);
-  many.ends = (torch::arange(20) + 1) * rows;
-  many.points = one.points.repeat({20, 1});
+  many.seated.ends = (torch::arange(20) + 1) * rows;
+  many.seated.points = one.seated.points.repeat({20, 1});
   for (int64_t i = 0; i < 20; ++i)
-    many.points.slice(0, i * rows, (i + 1) * rows).select(1, 1).fill_(i);  // the head's height
+    many.seated.points.slice(0, i * rows, (i + 1) * rows).select(1, 1).fill_(i);  // the head's height
   std::mt19937_64 random(2);
   SeatedLife life(many, data_->senses(0).chair, 0.3);
   std::set<int> drawn;
@@ -142,6 +142,75 @@ TEST_F(SeatedHabitsOf, AreThoseOfChairsThatAreMostAlike) {
     drawn.insert(static_cast<int>(std::lround((life.next(state, random).head.y() - 0.03F) / 0.1F)));
   EXPECT_EQ(drawn.size(), 16U);
   EXPECT_EQ(*drawn.rbegin(), 15);
+}
+
+/// Two people of one data set who stand about for three seconds and walk on: the second is a fifth taller.
+class StandingHabitsOf : public testing::Test {
+ protected:
+  static constexpr int64_t kStand = 90;
+
+  StandingHabitsOf() {
+    Dataset set = create_dataset(folder_ / "standing", Sitter().clip.action_names);
+    write_scene(set, "seat.glb", seat_scene());
+    Clip clip = Sitter().clip;
+    clip.hand_targets.zero_();
+    clip.contact.zero_();  // nobody sits
+    const auto walk = static_cast<int64_t>(std::find(clip.action_names.begin(), clip.action_names.end(), "walk") -
+                                           clip.action_names.begin());
+    const auto stand = static_cast<int64_t>(std::find(clip.action_names.begin(), clip.action_names.end(), "stand") -
+                                            clip.action_names.begin());
+    clip.action.fill_(walk);
+    // They arrive and stand where they are at the end; their head leans aside there.
+    const int64_t first = clip.frames() - kStand;
+    clip.action.slice(0, first).fill_(stand);
+    clip.joints.slice(0, first).copy_(clip.joints.slice(0, 0, 1).clone().expand({kStand, -1, -1}));
+    clip.joints.slice(0, first + 40).select(1, 15).select(1, 0).add_(0.06);
+    set.clips.push_back({"clip.npz", "seat.glb", "train", 0, ""});
+    write_clip(set, set.clips.back(), clip);
+    write_index(set);
+    data_ = std::make_unique<Data>(std::vector<std::string>{folder_ / "standing"}, "train", config_, false);
+    first_ = first;
+  }
+  State state(int64_t t) const { return state_at(data_->recording(0), t); }
+
+  TempFolder folder_;
+  Config config_ = preset("compact");
+  std::unique_ptr<Data> data_;
+  int64_t first_ = 0;
+};
+
+TEST_F(StandingHabitsOf, IsKnownWhileTheyStandAndHaveNowhereToGo) {
+  const auto known = [&](int64_t t) { return state(t).ahead.known; };
+  EXPECT_FALSE(known(first_ - 20)) << "they walk";
+  EXPECT_TRUE(known(first_ + 10));
+  EXPECT_NEAR((state(first_ + 20).ahead.head - state(first_ + 20).position[15]).x(), 0.06F, 1e-5F);
+}
+
+TEST_F(StandingHabitsOf, AreLivedByOthersWhereTheyStand) {
+  const Habits habits = habits_of(*data_, 10, 10);
+  EXPECT_EQ(habits.seated.size(), 0);
+  ASSERT_EQ(habits.standing.size(), 1);
+  // Somebody a fifth taller at another place, who looks the other way, with feet a little wider apart.
+  State other = state(first_ + 10);
+  for (Eigen::Vector3f& p : other.position) p = Vector3f(-1.2F * p.x() + 3, 1.2F * p.y(), -1.2F * p.z() - 2);
+  for (Sample& s : other.samples) {
+    s.root.position = -1.2F * s.root.position + Eigen::Vector2f(3, -2);
+    s.root.facing = -s.root.facing;
+    for (Vector3f& p : s.hand) p = Vector3f(-1.2F * p.x() + 3, 1.2F * p.y(), -1.2F * p.z() - 2);
+  }
+  other.position[7].x() -= 0.02F;
+  other.position[8].x() += 0.02F;
+  std::mt19937_64 random(3);
+  StandingLife life(habits);
+  float least = 0;
+  for (int64_t k = 0; k < 80; ++k) {
+    const AheadPose ahead = life.next(other, random);
+    ASSERT_TRUE(ahead.known);
+    least = std::min(least, (ahead.head - other.position[15]).x());
+    for (size_t side = 0; side < 2; ++side)
+      EXPECT_LT((ahead.ankle[side] - other.position[7 + side]).norm(), 1e-5F) << "feet stay where they are";
+  }
+  EXPECT_NEAR(least, -1.2F * 0.06F, 0.002F) << "as far aside for their height, seen from the other side";
 }
 
 }  // namespace

@@ -41,8 +41,10 @@ TEST(InteractModelFile, ComesBackAsItWasSaved) {
   EXPECT_FALSE(loaded.pose->is_training());
   EXPECT_TRUE(torch::equal(loaded.habits.chairs, saved.habits.chairs));
   EXPECT_TRUE(torch::equal(loaded.habits.heights, saved.habits.heights));
-  EXPECT_TRUE(torch::equal(loaded.habits.ends, saved.habits.ends));
-  EXPECT_TRUE(torch::equal(loaded.habits.points, saved.habits.points));
+  EXPECT_TRUE(torch::equal(loaded.habits.seated.ends, saved.habits.seated.ends));
+  EXPECT_TRUE(torch::equal(loaded.habits.seated.points, saved.habits.seated.points));
+  EXPECT_TRUE(torch::equal(loaded.habits.standing.ends, saved.habits.standing.ends));
+  EXPECT_TRUE(torch::equal(loaded.habits.standing.points, saved.habits.standing.points));
   expect_same_parameters(*loaded.pose, *saved.pose);
   expect_same_parameters(*loaded.control, *saved.control);
   expect_same_parameters(*loaded.contact, *saved.contact);
@@ -125,6 +127,11 @@ TEST(InteractModelFile, RefusesFilesOfOtherSystemsAndDamage) {
   EXPECT_THAT(changed([](auto& f) { f.tensors["habits.points"] = torch::rand({7, 14}); }), HasSubstr("habits.points"));
   EXPECT_THAT(changed([](auto& f) { f.tensors["habits.chairs"] = torch::rand({3, 32}); }), HasSubstr("habits.chairs"));
   EXPECT_THAT(changed([](auto& f) { f.tensors.erase("habits.heights"); }), HasSubstr("habits.heights"));
+  EXPECT_THAT(changed([](auto& f) {
+                f.tensors["habits.standing_ends"] = torch::tensor({4, 4, 9});
+              }),
+              HasSubstr("'habits.standing_ends' are out of order"));
+  EXPECT_THAT(changed([](auto& f) { f.tensors.erase("habits.standing_points"); }), HasSubstr("habits.standing_points"));
   write_safetensors(path, good);
   const std::string bytes = read_whole_file(path);
   for (const size_t kept : {size_t{0}, size_t{5}, size_t{300}, bytes.size() / 2, bytes.size() - 1}) {

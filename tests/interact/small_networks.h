@@ -40,7 +40,10 @@ inline Networks untrained_networks(const Config& c) {
   n.input_scale = {torch::randn({sizes.row}), torch::rand({sizes.row}) + 0.1};
   n.output_scale = {torch::randn({sizes.outputs}), torch::rand({sizes.outputs}) + 0.1};
   if (c.seated_habits)
-    n.habits = {torch::rand({2, c.chair_size()}), torch::rand({2}), torch::tensor({3, 7}), torch::rand({7, 15})};
+    n.habits = {torch::rand({2, c.chair_size()}),
+                torch::rand({2}),
+                {torch::tensor({3, 7}), torch::rand({7, 15})},
+                {torch::tensor({2, 4, 9}), torch::rand({9, 15})}};
   n.pose = PoseNetwork(sizes);
   n.control = ControlNetwork(c);
   n.contact = ContactNetwork(c);

@@ -304,6 +304,39 @@ TEST(Chairs, KindsMayBeChosenAndBedsAreSatOnAllAlongTheirSides) {
               testing::ThrowsMessage<Error>(testing::HasSubstr("throne: is no kind of chair; there are chair, arm")));
 }
 
+// Who is told to wait stands for more than a moment in the training data.
+TEST(Chairs, HalfOfThePeopleLingerWhereThatIsAskedFor) {
+  const TempFolder folder;
+  ChairsOptions options;
+  options.minutes = 4;
+  options.linger = 6;
+  const Dataset made = generate_chairs(folder / "d", options);
+  int before = 0, after = 0;
+  for (const DatasetClip& entry : made.clips) {
+    const Clip clip = load_clip(made, entry);
+    const std::set<std::string> standing = {"stand", "gesture"};
+    const auto stands = [&](int64_t t) {
+      return standing.contains(clip.action_names[static_cast<size_t>(clip.action.data_ptr<int64_t>()[t])]);
+    };
+    int64_t first = 0, last = clip.frames();
+    while (first < clip.frames() && stands(first)) ++first;
+    while (last > 0 && stands(last - 1)) --last;
+    if (first > 1.7 * kSynthRate) ++before;
+    if (clip.frames() - last > 3 * kSynthRate) ++after;
+    const torch::Tensor head = clip.joints.select(1, 15).slice(0, 0, std::max<int64_t>(first, 1));
+    if (first > 4 * kSynthRate) {
+      EXPECT_GT((head - head.mean(0)).norm(2, 1).max().item<double>(), 0.01) << entry.file << ": like a statue";
+    }
+  }
+  const auto clips = static_cast<double>(made.clips.size());
+  EXPECT_GT(before / clips, 0.25);
+  EXPECT_LT(before / clips, 0.7);
+  EXPECT_GT(after / clips, 0.1);
+  options.linger = -1;
+  EXPECT_THAT([&] { generate_chairs(folder / "e", options); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("linger")));
+}
+
 TEST(Chairs, SubjectsAreTheSamePeopleInAllTheirClips) {
   std::map<int, torch::Tensor> shape;
   for (const DatasetClip& entry : chairs().clips) {
@@ -361,8 +394,8 @@ TEST(SynthCommand, MakesChairsAndRefusesNonsense) {
   const CommandResult made = run_command("synth chairs --out " + (folder / "d") + " --minutes 0.4 --seed 3");
   EXPECT_EQ(made.exit_code, 0) << made.err;
   EXPECT_THAT(made.out, ::testing::HasSubstr("2 clips"));
-  for (const char* wrong :
-       {"--minutes 0", "--minutes -3", "--minutes nan", "--subjects 0", "--chairs 0", "--minutes much"}) {
+  for (const char* wrong : {"--minutes 0", "--minutes -3", "--minutes nan", "--subjects 0", "--chairs 0",
+                            "--minutes much", "--linger 61"}) {
     const CommandResult refused = run_command("synth chairs --out " + (folder / "e") + " " + wrong);
     EXPECT_NE(refused.exit_code, 0) << wrong;
     EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << wrong << ": " << refused.err;
