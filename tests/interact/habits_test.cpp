@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "inhabit/interact/features.h"
+#include "inhabit/interact/sample.h"
 #include "interact/sitter_data.h"
 #include "temp_folder.h"
 
