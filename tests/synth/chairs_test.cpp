@@ -321,10 +321,10 @@ TEST(Chairs, HalfOfThePeopleLingerWhereThatIsAskedFor) {
     int64_t first = 0, last = clip.frames();
     while (first < clip.frames() && stands(first)) ++first;
     while (last > 0 && stands(last - 1)) --last;
-    if (first > 1.7 * kSynthRate) ++before;
-    if (clip.frames() - last > 3 * kSynthRate) ++after;
+    if (first > 1.7 * clip.rate) ++before;
+    if (clip.frames() - last > 3 * clip.rate) ++after;
     const torch::Tensor head = clip.joints.select(1, 15).slice(0, 0, std::max<int64_t>(first, 1));
-    if (first > 4 * kSynthRate) {
+    if (first > 4 * clip.rate) {
       EXPECT_GT((head - head.mean(0)).norm(2, 1).max().item<double>(), 0.01) << entry.file << ": like a statue";
     }
   }
