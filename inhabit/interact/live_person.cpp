@@ -29,7 +29,8 @@ constexpr double kMoved = 0.25;     // metres that a contact may be moved by wit
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above its place on the seat
-constexpr float kSurelyIdle = 0.9F;                // of the action: who stands
+constexpr float kMostlyIdle = 0.5F;                // of the action: who stands
+constexpr double kRests = 0.05;                    // metres a second of the root: who has come to a stop
 constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -57,6 +58,7 @@ struct LivePerson::Impl {
   } target;
   bool plans = true, blocked = false;
   bool stays = false;          // arrived at the target, or blocked
+  bool rests = false;          // and has come to a stop
   std::optional<Guide> guide;  // to near the target; none where they go straight
   bool guided = false;         // a route was needed
   Engine::Workspace work;
@@ -81,6 +83,7 @@ struct LivePerson::Impl {
   /// Goes to the target along `route`: none where there is no route, or none is planned.
   void go(const Target& to, std::optional<WalkPath> route) {
     blocked = stays = plans && !route;
+    rests = false;
     guide.reset();
     target = to;
     if (blocked) {
@@ -97,11 +100,22 @@ struct LivePerson::Impl {
     return straight(around->floor(), here(), route.points.back(), kStraight);
   }
 
-  /// The route is left where the rest of it is straight, the place on the floor reached where they are near.
+  bool stands() const { return state.now().action[kIdleAction] > kMostlyIdle; }
+  bool stopped() const {
+    const auto step = static_cast<double>((state.now().root.position - state.samples[kNow - 1].root.position).norm());
+    return stands() && step * engine.config().rate < kRests;
+  }
+
+  /// The route is left where the rest of it is straight, the place on the floor reached where they are near. They then
+  /// stay where they come to a stop: drawn on to the place itself, feet would slide.
   void follow() {
     if (guide) {
       guide->follow(here());
       if (target.action == kSitAction && is_straight(guide->route())) guide.reset();
+    }
+    if (stays && !rests && stopped()) {
+      rests = true;
+      target.place = {here().x(), 0, here().y()};
     }
     if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
     guide.reset();
@@ -145,7 +159,7 @@ struct LivePerson::Impl {
   AheadPose leisure() {
     if (state.wanted[0] || state.wanted[1]) return {};
     if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
-    if (standing_life && target.action == kIdleAction && state.now().action[kIdleAction] > kSurelyIdle)
+    if (standing_life && target.action == kIdleAction && stands())
       return standing_life->next(state, work.random);
     return {};
   }
