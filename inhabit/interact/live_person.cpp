@@ -159,8 +159,7 @@ struct LivePerson::Impl {
   AheadPose leisure() {
     if (state.wanted[0] || state.wanted[1]) return {};
     if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
-    if (standing_life && target.action == kIdleAction && stands())
-      return standing_life->next(state, work.random);
+    if (standing_life && target.action == kIdleAction && stands()) return standing_life->next(state, work.random);
     return {};
   }
 
