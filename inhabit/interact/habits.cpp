@@ -178,11 +178,14 @@ AheadPose StandingLife::next(const State& state, std::mt19937_64& random) {
     place_ = stance_of(state.now().root, state.position[7], state.position[8]);
     height_ = state.position[15].y();
   }
+  if (!ankle_) ankle_ = {state.position[7], state.position[8]};
   const auto place = [&](int64_t k, int64_t ahead) { return place_.out(height_ * walk_.point(k, ahead)); };
-  return ahead_of_all(state, [&](int64_t k, const Vector3f& now) -> Vector3f {
-    const Vector3f then = place(k, kAhead), move = then - place(k, 0);
-    return over_seat(k) ? Vector3f(now + (1 - kPull) * move + kPull * (then - now)) : Vector3f(now + move);
+  AheadPose out = ahead_of_all(state, [&](int64_t k, const Vector3f& now) -> Vector3f {
+    const Vector3f then = place(k, kAhead);
+    return now + (1 - kPull) * (then - place(k, 0)) + kPull * (then - now);
   });
+  out.ankle = *ankle_;
+  return out;
 }
 
 }  // namespace inhabit::interact

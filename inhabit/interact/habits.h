@@ -78,13 +78,15 @@ class StandingLife {
  public:
   /// @param habits must outlive this
   explicit StandingLife(const Habits& habits);
-  /// As SeatedLife::next; ankles are not drawn to the recorded person's, whose stance is another: feet would slide.
+  /// As SeatedLife::next. Ankles are to be where they were at the first call: drawn to the recorded person's stance,
+  /// which is another, or told the recorded movement alone, feet slide.
   AheadPose next(const State& state, std::mt19937_64& random);
 
  private:
   StayWalk walk_;
   Place place_;       // where the stay began
   float height_ = 1;  // metres of the head, then
+  std::optional<std::array<Eigen::Vector3f, 2>> ankle_;
 };
 
 }  // namespace inhabit::interact

@@ -84,6 +84,7 @@ struct LivePerson::Impl {
   void go(const Target& to, std::optional<WalkPath> route) {
     blocked = stays = plans && !route;
     rests = false;
+    if (standing_life) standing_life.emplace(engine.networks().habits);
     guide.reset();
     target = to;
     if (blocked) {
@@ -131,7 +132,7 @@ struct LivePerson::Impl {
       guide->draw(state);
     else if (guided && target.action == kSitAction && !seated())
       draw_before(*chair, state);
-    else if (plans && stays)
+    else if (plans && stays && !(rests && standing_life))
       hold(on_ground(target.place), state);
   }
 
@@ -159,7 +160,8 @@ struct LivePerson::Impl {
   AheadPose leisure() {
     if (state.wanted[0] || state.wanted[1]) return {};
     if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
-    if (standing_life && target.action == kIdleAction && stands()) return standing_life->next(state, work.random);
+    if (standing_life && target.action == kIdleAction && stays == rests && stands())
+      return standing_life->next(state, work.random);
     return {};
   }
 
