@@ -29,8 +29,8 @@ constexpr double kMoved = 0.25;     // metres that a contact may be moved by wit
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above its place on the seat
-constexpr float kMostlyIdle = 0.5F;                // of the action: who stands
-constexpr double kRests = 0.05;                    // metres a second of the root: who has come to a stop
+constexpr double kClose = 0.5;                     // metres: who comes no nearer than that has arrived, too
+constexpr double kStandsStill = 0.03;              // metres in half a second: less is no nearer, or a stop
 constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
 Vector3f single(const Vector3d& v) { return v.cast<float>(); }
@@ -101,10 +101,16 @@ struct LivePerson::Impl {
     return straight(around->floor(), here(), route.points.back(), kStraight);
   }
 
-  bool stands() const { return state.now().action[kIdleAction] > kMostlyIdle; }
-  bool stopped() const {
-    const auto step = static_cast<double>((state.now().root.position - state.samples[kNow - 1].root.position).norm());
-    return stands() && step * engine.config().rate < kRests;
+  const Sample& half_a_second_ago() const { return state.samples[kNow / 2]; }
+  bool stopped() const { return (state.now().root.position - half_a_second_ago().root.position).norm() < kStandsStill; }
+  /// Whether they are at the place to walk to, or have walked close to it and come no nearer.
+  bool arrived() const {
+    const auto left = [&](const Sample& s) {
+      return (on_ground(target.place) - s.root.position.cast<double>()).norm();
+    };
+    const Sample& before = half_a_second_ago();
+    const double now = left(state.now());
+    return now < kArrived || (now < kClose && before.action[kWalkAction] > 0.5F && left(before) - now < kStandsStill);
   }
 
   /// The route is left where the rest of it is straight, the place on the floor reached where they are near. They then
@@ -118,7 +124,7 @@ struct LivePerson::Impl {
       rests = true;
       target.place = {here().x(), 0, here().y()};
     }
-    if (target.action != kWalkAction || (on_ground(target.place) - here()).norm() > kArrived) return;
+    if (target.action != kWalkAction || !arrived()) return;
     guide.reset();
     target.action = kIdleAction;
     stays = true;
@@ -160,8 +166,7 @@ struct LivePerson::Impl {
   AheadPose leisure() {
     if (state.wanted[0] || state.wanted[1]) return {};
     if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
-    if (standing_life && target.action == kIdleAction && stays == rests && stands())
-      return standing_life->next(state, work.random);
+    if (standing_life && target.action == kIdleAction && stays == rests) return standing_life->next(state, work.random);
     return {};
   }
 
