@@ -166,7 +166,8 @@ struct LivePerson::Impl {
   AheadPose leisure() {
     if (state.wanted[0] || state.wanted[1]) return {};
     if (seated_life && target.action == kSitAction && seated()) return seated_life->next(state, work.random);
-    if (standing_life && target.action == kIdleAction && stays == rests) return standing_life->next(state, work.random);
+    const bool on_the_way = stays && !rests;
+    if (standing_life && target.action == kIdleAction && !on_the_way) return standing_life->next(state, work.random);
     return {};
   }
 
