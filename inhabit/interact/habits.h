@@ -29,8 +29,7 @@ struct Habits {
   torch::Tensor chairs;   ///< (H, 4 N^3) of each seated stay's chair: contact_condition
   torch::Tensor heights;  ///< (H) metres of its seat over the floor
   StayPoints seated;      ///< in the axes of the seat on the floor, metres; heights of head and palms are over the seat
-  StayPoints
-      standing;  ///< in the axes of the root where the stay began, between the ankles; 1 is the head's height then
+  StayPoints standing;    ///< in the axes of the root where the stay began, between the ankles; 1 is the head's height
 };
 
 /// Of the stays of two seconds and more at most `seated` and at most `standing`, evenly spread. Empty where there are
