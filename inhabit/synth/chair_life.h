@@ -31,9 +31,9 @@ struct ChairTake {
   Interaction interaction = Interaction::no_contact;  ///< what the hands do
   double seconds = 15;                                ///< length of the clip
   double direction = 0;  ///< of the start seen from the chair, radians from its front towards its left
+  double distance = 2;   ///< of the start from the chair's middle, metres; farther where that is not free
   double before = 0;     ///< seconds that somebody stands about before setting off, beside up to one
   double after = 0;      ///< seconds left to stand about after walking off; 0: whoever does stands for two or less
-  double distance = 2;   ///< of the start from the chair's middle, metres; farther where that is not free
 };
 
 /// A clip of `take`: somebody walks to the chair, around it where they start behind, sits down with the hands of the
