@@ -24,7 +24,7 @@ struct StaySpan {
   int64_t clip, first, end;
 };
 
-/// StayPoints of frames of which `stays` is true, at most `count` of them.
+/// Stays of frames of which `stays` is true, at most `count` of them.
 template <class Predicate>
 std::vector<StaySpan> spans_of(const Data& data, int64_t count, const Predicate& stays) {
   std::vector<StaySpan> all, out;
@@ -74,14 +74,38 @@ Place stance_of(const Place& root, const Vector3f& left_ankle, const Vector3f& r
   return {{middle.x(), middle.z()}, root.facing};
 }
 
-/// Where everything goes: goal(k, where it is).
-template <class Goal>
-AheadPose ahead_of_all(const State& state, const Goal& goal) {
+/// Where somebody is to be a second from now: as far away as the recorded person goes, and kPull of the distance to
+/// where that person then is. @param place place(k, ahead): the recorded person's point k in the world, `ahead` frames
+/// on
+template <class Where>
+AheadPose gone_along(const State& state, const Where& place) {
+  const auto goal = [&](int64_t k, const Vector3f& now) -> Vector3f {
+    const Vector3f then = place(k, kAhead);
+    return now + (1 - kPull) * (then - place(k, 0)) + kPull * (then - now);
+  };
   return {true,
           goal(0, state.position[15]),
           {goal(1, state.position[7]), goal(2, state.position[8])},
           {goal(3, state.now().hand[0]), goal(4, state.now().hand[1])},
           {true, true}};
+}
+
+/// The seated stays on the chairs that are most like one.
+std::vector<int64_t> stays_alike(const Habits& habits, const ChairGrid& chair, double seat_height) {
+  torch::Tensor own = torch::empty({habits.chairs.size(1)});
+  contact_condition(chair, own.data_ptr<float>());
+  const torch::Tensor order =
+      ((habits.chairs - own).abs().mean(1) + kHeightCounts * (habits.heights - seat_height).abs())
+          .argsort()
+          .contiguous();
+  const int64_t* first = order.data_ptr<int64_t>();
+  return {first, first + std::min<int64_t>(kAlike, order.size(0))};
+}
+
+std::vector<int64_t> every_stay(const StayPoints& stays) {
+  std::vector<int64_t> out(static_cast<size_t>(stays.size()));
+  std::iota(out.begin(), out.end(), 0);
+  return out;
 }
 
 }  // namespace
@@ -131,28 +155,6 @@ Vector3f StayWalk::point(int64_t k, int64_t ahead) const {
   return (1 - part) * a + part * b;
 }
 
-namespace {
-
-/// The seated stays on the chairs that are most like one.
-std::vector<int64_t> stays_alike(const Habits& habits, const ChairGrid& chair, double seat_height) {
-  torch::Tensor own = torch::empty({habits.chairs.size(1)});
-  contact_condition(chair, own.data_ptr<float>());
-  const torch::Tensor order =
-      ((habits.chairs - own).abs().mean(1) + kHeightCounts * (habits.heights - seat_height).abs())
-          .argsort()
-          .contiguous();
-  const int64_t* first = order.data_ptr<int64_t>();
-  return {first, first + std::min<int64_t>(kAlike, order.size(0))};
-}
-
-std::vector<int64_t> every_stay(const StayPoints& stays) {
-  std::vector<int64_t> out(static_cast<size_t>(stays.size()));
-  std::iota(out.begin(), out.end(), 0);
-  return out;
-}
-
-}  // namespace
-
 SeatedLife::SeatedLife(const Habits& habits, const ChairGrid& chair, double seat_height)
     : walk_(habits.seated, stays_alike(habits, chair, seat_height)),
       seat_(chair.seat),
@@ -160,14 +162,10 @@ SeatedLife::SeatedLife(const Habits& habits, const ChairGrid& chair, double seat
 
 AheadPose SeatedLife::next(const State& state, std::mt19937_64& random) {
   walk_.advance(random);
-  const auto place = [&](int64_t k, int64_t ahead) {
+  return gone_along(state, [&](int64_t k, int64_t ahead) {
     Vector3f p = walk_.point(k, ahead);
     if (over_seat(k)) p.y() += height_;
     return seat_.out(p);
-  };
-  return ahead_of_all(state, [&](int64_t k, const Vector3f& now) -> Vector3f {
-    const Vector3f then = place(k, kAhead);
-    return now + (1 - kPull) * (then - place(k, 0)) + kPull * (then - now);
   });
 }
 
@@ -179,11 +177,8 @@ AheadPose StandingLife::next(const State& state, std::mt19937_64& random) {
     height_ = state.position[15].y();
   }
   if (!ankle_) ankle_ = {state.position[7], state.position[8]};
-  const auto place = [&](int64_t k, int64_t ahead) { return place_.out(height_ * walk_.point(k, ahead)); };
-  AheadPose out = ahead_of_all(state, [&](int64_t k, const Vector3f& now) -> Vector3f {
-    const Vector3f then = place(k, kAhead);
-    return now + (1 - kPull) * (then - place(k, 0)) + kPull * (then - now);
-  });
+  AheadPose out =
+      gone_along(state, [&](int64_t k, int64_t ahead) { return place_.out(height_ * walk_.point(k, ahead)); });
   out.ankle = *ankle_;
   return out;
 }

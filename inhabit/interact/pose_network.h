@@ -37,14 +37,14 @@ struct FrameSizes {
   int64_t goals = 0;    ///< G
   int64_t ego = 0;      ///< E: the ego-centric grid
   int64_t chair = 0;    ///< I: the chair's voxels
-  int64_t control = 0;  ///< C: hands and their phases; what seated people are about to do (Config::seated_habits)
+  int64_t control = 0;  ///< C: hands and their phases; what who sits or stands is about to do (Config::seated_habits)
   int64_t gating = 0;   ///< actions and goals with the global phase
   int64_t outputs = 0;  ///< of the next frame
 };
 /// How many numbers each part of a frame has with these settings.
 FrameSizes frame_sizes(const Config& config);
 
-/// PoseNet's: a row is pose 355, goals 117, ego 1408, chair 2048, control 104 (122 with seated habits), gating 312.
+/// PoseNet's: a row is pose 355, goals 117, ego 1408, chair 2048, control 104 (122 with habits), gating 312.
 PoseSizes pose_sizes(const Config& config);
 /// NSM's: without the control. @param contacts NSM+Control: kContactInputs more goal numbers.
 PoseSizes nsm_sizes(const Config& config, bool contacts);

@@ -1,6 +1,6 @@
 // Protects the running of human-chair interaction as far as no training is needed for it: bones keep their lengths, the
 // same input gives the same motion, contacts are put on the chair or refused with the reason, and the person of any
-// floor height is the same person.
+// floor height is the same person. Of the shipped weights: who sits stays seated, who stands is alive.
 #include "inhabit/interact/chair_interactor.h"
 
 #include <gmock/gmock.h>
@@ -11,6 +11,7 @@
 #include "at_once.h"
 #include "chair_scene.h"
 #include "inhabit/interact/contact_area.h"
+#include "inhabit/interact/live_person.h"
 #include "inhabit/interact/standing_place.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/query.h"
@@ -92,6 +93,34 @@ TEST(ChairInteractor, SomebodySeatedStaysSeatedForMinutes) {
     ASSERT_TRUE(result.seated && *result.seated < 12 * 30);
     const Tensor height = result.motion.joints.select(1, 0).select(1, 1).slice(0, *result.seated + 30);
     EXPECT_LT((height.max() - height.min()).item<double>(), 0.08) << "nobody rises unasked, hold " << hold;
+  }
+}
+
+// Who stands is no statue, and who has walked to their place does not shuffle off again.
+TEST(ChairInteractor, WhoStandsIsAlive) {
+  const auto shipped = ChairInteractor::load(INHABIT_SOURCE_DIR "/models/interact-compact.safetensors");
+  constexpr int kSeconds = 6;
+  const auto head_moves = [](const Tensor& joints) {  // metres a second in the mean
+    const Tensor head = joints.select(1, 15).slice(0, -30 * kSeconds);
+    return (head.slice(0, 1) - head.slice(0, 0, -1)).norm(2, 1).mean().item<double>() * 30;
+  };
+  LivePerson waits(shipped.engine(), standing_clip({0, 0}, 0), 1);
+  std::vector<SettledPose> poses;
+  for (int t = 0; t < 30 * kSeconds; ++t) {
+    waits.step();
+    poses.push_back(waits.pose());
+  }
+  EXPECT_GT(head_moves(clip_of(poses, standing_clip({0, 0}, 0), 30).joints), 0.004) << "before an order";
+  Options options = on_chair({});
+  options.seconds = 32;
+  options.raw = options.standard = true;
+  for (const auto& place : {Eigen::Vector3d(2.2, 0.9, 1), Eigen::Vector3d(0.2, 2, -2)}) {
+    options.then_walk = place;
+    const Result result = shipped.run({}, armchair_scene(), options);
+    EXPECT_LT(result.walk_error.value(), 0.5) << place.transpose();
+    EXPECT_GT(head_moves(result.motion.joints), 0.004) << place.transpose();
+    const Tensor root = result.motion.joints.select(1, 0).slice(0, -30 * kSeconds);
+    EXPECT_LT((root[-1] - root[0]).norm().item<double>(), 0.4) << "they stay";
   }
 }
 

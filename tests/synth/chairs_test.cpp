@@ -304,7 +304,7 @@ TEST(Chairs, KindsMayBeChosenAndBedsAreSatOnAllAlongTheirSides) {
               testing::ThrowsMessage<Error>(testing::HasSubstr("throne: is no kind of chair; there are chair, arm")));
 }
 
-// Who is told to wait stands for more than a moment in the training data.
+// Networks learn how people stand from those who stand for more than a moment, and move meanwhile.
 TEST(Chairs, HalfOfThePeopleLingerWhereThatIsAskedFor) {
   const TempFolder folder;
   ChairsOptions options;
