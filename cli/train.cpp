@@ -41,6 +41,9 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
       ->check(whole_number)
       ->capture_default_str();
   own->add_option("--device", o->device, "cpu or cuda")->capture_default_str();
+  own->add_option("--workers", o->run.workers, "Threads that make batches ahead, for a GPU that waits for them")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   own->callback([o, preset, train] {
     auto config = preset(o->preset);
     set_fields(config, o->settings);

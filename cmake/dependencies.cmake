@@ -24,9 +24,26 @@ else()
   set(INHABIT_NCCL OFF)
 endif()
 
+# LibTorch 2 has headers of another fmt than the one that spdlog's library was built with, and they would be found first:
+# all of its headers but those, as links.
+set(INHABIT_TORCH_INCLUDES ${TORCH_INCLUDE_DIRS})
+foreach(folder ${TORCH_INCLUDE_DIRS})
+  if(EXISTS ${folder}/fmt/core.h)
+    set(links ${CMAKE_BINARY_DIR}/torch_headers)
+    file(MAKE_DIRECTORY ${links})
+    file(GLOB headers RELATIVE ${folder} ${folder}/*)
+    list(REMOVE_ITEM headers fmt)
+    foreach(header ${headers})
+      file(CREATE_LINK ${folder}/${header} ${links}/${header} SYMBOLIC)
+    endforeach()
+    list(TRANSFORM INHABIT_TORCH_INCLUDES REPLACE "^${folder}$" "${links}")
+  endif()
+endforeach()
+
 if(NOT TARGET inhabit_dependencies)
   add_library(inhabit_dependencies INTERFACE)
-  target_include_directories(inhabit_dependencies SYSTEM INTERFACE ${TORCH_INCLUDE_DIRS})
+  target_include_directories(inhabit_dependencies SYSTEM INTERFACE "$<BUILD_INTERFACE:${INHABIT_TORCH_INCLUDES}>"
+    "$<INSTALL_INTERFACE:${TORCH_INCLUDE_DIRS}>")
   target_link_libraries(inhabit_dependencies INTERFACE ${TORCH_LIBRARIES} Eigen3::Eigen
     nlohmann_json::nlohmann_json spdlog::spdlog assimp::assimp embree ZLIB::ZLIB PNG::PNG libzip::zip Threads::Threads OpenMP::OpenMP_CXX BLAS::BLAS)
 endif()

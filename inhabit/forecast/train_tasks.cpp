@@ -107,6 +107,7 @@ TrainTask contact_task(Networks& model, const Data& data, const Data& validation
   task.module = model.contact.ptr();
   task.networks = {{"contact_net.", model.contact.ptr()}};
   task.samples = data.size();
+  task.concurrent = true;
   task.prepare = batches(
       [&](const TrainStep& step) {
         return contact_batch(data, config, windows_of(step, data, config.training.recorded), step.seed, true);
@@ -244,6 +245,7 @@ TrainTask baseline_task(const Baseline& baseline, const Config& config, const Da
   task.module = baseline.network;
   task.networks = {{baseline.stage + "_net.", task.module}};
   task.samples = data.size();
+  task.concurrent = true;
   task.prepare = without_contacts(data, config, [forecast, device](const MotionBatch& b) {
     const torch::Tensor error = (forecast(b) - b.future.to(device)).square().sum(3) + 1e-10;
     return Losses{{"joints", error.sqrt().mean()}};

@@ -10,6 +10,7 @@ TrainTask denoiser_task(const Networks& networks, const TrainRun& run, int64_t s
   out.module = networks.network.ptr();
   out.networks = {{"net.", networks.network.ptr()}};
   out.samples = samples;
+  out.concurrent = true;
   return out;
 }
 

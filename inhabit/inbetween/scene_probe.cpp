@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "inhabit/error.h"
+#include "inhabit/nn/parallel_chunks.h"
 #include "inhabit/scene/objects.h"
 #include "inhabit/scene/occupancy.h"
 #include "inhabit/scene/query.h"
@@ -189,12 +190,14 @@ ProbedPoints probe(const SceneDistances& scene, const Tensor& points) {
 }
 
 ProbedPoints probe(const std::vector<SceneDistances>& scenes, const Tensor& points) {
-  std::vector<Tensor> distances, gradients;
-  for (size_t b = 0; b < scenes.size(); ++b) {
-    ProbedPoints one = probe(scenes[b], points[static_cast<int64_t>(b)]);
-    distances.push_back(std::move(one.distance));
-    gradients.push_back(std::move(one.gradient));
-  }
+  const Tensor plain = points.detach().to(torch::kCPU, torch::kFloat32);  // once, not scene by scene
+  std::vector<Tensor> distances(scenes.size()), gradients(scenes.size());
+  nn::parallel_chunks(static_cast<int64_t>(scenes.size()), [&](int64_t b) {
+    const auto i = static_cast<size_t>(b);
+    ProbedPoints one = probe(scenes[i], plain[b]);
+    distances[i] = std::move(one.distance);
+    gradients[i] = std::move(one.gradient);
+  });
   return {torch::stack(distances).to(points.device()), torch::stack(gradients).to(points.device())};
 }
 

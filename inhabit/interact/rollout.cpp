@@ -1,10 +1,15 @@
 #include "inhabit/interact/rollout.h"
 
+#include <algorithm>
+
 #include "inhabit/interact/advance.h"
 #include "inhabit/interact/settle.h"
+#include "inhabit/nn/parallel_chunks.h"
 
 namespace inhabit::interact {
 namespace {
+
+constexpr int64_t kTogether = 4;  // people that a thread takes at a time
 
 /// What a person is told from outside: the plan of the hands, and the goal that comes into sight.
 void take_control(const State& recorded, State& state) {
@@ -40,9 +45,15 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
     places.push_back(data.pose_place(i));
     states.push_back(state_at(data.recording(places.back().clip), places.back().frame));
   }
-  SettledPose pose;
+  // People are independent of each other between two predictions.
+  const auto each_of_some = [people](const auto& work) {
+    nn::parallel_chunks((people + kTogether - 1) / kTogether, [&](int64_t chunk) {
+      SettledPose pose;
+      for (int64_t p = chunk * kTogether; p < std::min(people, (chunk + 1) * kTogether); ++p) work(p, pose);
+    });
+  };
   for (int64_t t = 0; t < frames; ++t) {
-    for (int64_t p = 0; p < people; ++p) {
+    each_of_some([&](int64_t p, SettledPose&) {
       const auto& [clip, frame] = places[static_cast<size_t>(p)];
       const State& now = states[static_cast<size_t>(p)];
       float* input = rows.input.data_ptr<float>() + (t * people + p) * in.size;
@@ -51,16 +62,16 @@ PoseRows rollout(const Data& data, const std::vector<int64_t>& indices, int64_t 
       build_target(out, now, state_at(data.recording(clip), frame + t + 1),
                    rows.target.data_ptr<float>() + (t * people + p) * out.size);
       build_contacts(now, rows.contacts.data_ptr<float>() + (t * people + p) * 8);
-    }
+    });
     if (t + 1 == frames) break;
     const torch::Tensor predicted = predict(rows.input[t], rows.contacts[t]).contiguous();
-    for (int64_t p = 0; p < people; ++p) {
+    each_of_some([&](int64_t p, SettledPose& pose) {
       const auto& [clip, frame] = places[static_cast<size_t>(p)];
       State& state = states[static_cast<size_t>(p)];
       apply_output(out, predicted.data_ptr<float>() + p * out.size, weights, config.rate, state);
       settle(data.recording(clip).bones, state, pose);
       take_control(state_at(data.recording(clip), frame + t + 1), state);
-    }
+    });
   }
   return {rows.input.flatten(0, 1), rows.target.flatten(0, 1), rows.contacts.flatten(0, 1)};
 }

@@ -3,13 +3,18 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
 
 #include "inhabit/data/native.h"
 #include "inhabit/error.h"
 #include "inhabit/interact/labels.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/motion/mirror.h"
+#include "inhabit/nn/parallel_chunks.h"
 
 namespace inhabit::interact {
 namespace {
@@ -35,6 +40,17 @@ bool same_contact(const Recording::Frame& a, const Recording::Frame& b, size_t h
   return a.wanted[hand] && b.wanted[hand] && (a.contact[hand] - b.contact[hand]).norm() < 1e-4F;
 }
 
+/// The room of a clip, and what stands in it for collisions.
+struct Room {
+  Scene scene;
+  std::shared_ptr<const Surroundings> around, mirrored;
+
+  Room() = default;
+  Room(Scene read, bool with_mirrored) : scene(std::move(read)), around(std::make_shared<const Surroundings>(scene)) {
+    if (with_mirrored) mirrored = std::make_shared<const Surroundings>(around->mirrored());
+  }
+};
+
 }  // namespace
 
 struct Data::Impl {
@@ -49,16 +65,28 @@ struct Data::Impl {
 
   explicit Impl(const Config& c) : config(c), input(input_layout(c)), output(output_layout(c)), ego(c) {}
 
-  void add(const Clip& clip, const Scene& scene, const std::shared_ptr<const Surroundings>& surroundings,
-           const std::string& subject) {
+  /// A recording as training sees it; none where there is no chair.
+  struct Part {
+    Recording recording;
+    ChairGrid chair;
+    std::shared_ptr<const Surroundings> around;
+  };
+
+  std::optional<Part> part_of(const Clip& clip, const Scene& scene,
+                              const std::shared_ptr<const Surroundings>& surroundings,
+                              const std::string& subject) const {
     const std::optional<Chair> used = chair_of(clip, scene);
     std::vector<Chair> others = used ? std::vector<Chair>() : find_chairs(scene);
-    if (!used && others.empty()) return;
-    recordings.push_back(record(clip, label(clip, used), subject));
-    chairs.push_back(sense_chair(used ? *used : others.front(), config));
-    around.push_back(surroundings);
-    const auto number = static_cast<int32_t>(recordings.size() - 1);
-    index(recordings.back(), number);
+    if (!used && others.empty()) return std::nullopt;
+    return Part{record(clip, label(clip, used), subject), sense_chair(used ? *used : others.front(), config),
+                surroundings};
+  }
+
+  void add(Part part) {
+    recordings.push_back(std::move(part.recording));
+    chairs.push_back(std::move(part.chair));
+    around.push_back(std::move(part.around));
+    index(recordings.back(), static_cast<int32_t>(recordings.size() - 1));
   }
 
   void index(const Recording& r, int32_t clip) {
@@ -92,25 +120,36 @@ Data::Data(const std::vector<std::string>& folders, const std::string& split, co
       throw Error(folder, fmt::format("has {} frames a second, the model {}", set.rate, config.rate));
     if (static_cast<int>(set.parents.size()) != config.joints)
       throw Error(folder, fmt::format("has {} joints, the model {}", set.parents.size(), config.joints));
-    std::map<std::string, std::pair<Scene, std::array<std::shared_ptr<const Surroundings>, 2>>> scenes;
-    for (const size_t c : clips_at_hand(set, split)) {
-      const DatasetClip& entry = set.clips[c];
-      if (entry.scene.empty()) continue;
+    std::map<std::string, Room> rooms;
+    std::vector<size_t> clips;
+    for (const size_t c : clips_at_hand(set, split))
+      if (!set.clips[c].scene.empty()) {
+        clips.push_back(c);
+        rooms[set.clips[c].scene];
+      }
+    std::vector<std::pair<const std::string, Room>*> unread;
+    for (auto& room : rooms) unread.push_back(&room);
+    nn::parallel_chunks(static_cast<int64_t>(unread.size()), [&](int64_t i) {
+      auto& [name, room] = *unread[static_cast<size_t>(i)];
+      room = Room(load_scene(set, name), with_mirrored);
+    });
+    std::vector<std::array<std::optional<Impl::Part>, 2>> parts(clips.size());
+    nn::parallel_chunks(static_cast<int64_t>(clips.size()), [&](int64_t i) {
+      const DatasetClip& entry = set.clips[clips[static_cast<size_t>(i)]];
+      auto& [plain, other] = parts[static_cast<size_t>(i)];
       const std::string subject = folder + "/" + entry.file;
       const Clip clip = load_clip(set, entry);
-      auto& [scene, around] = scenes[entry.scene];
-      if (around[0] == nullptr) {
-        scene = load_scene(set, entry.scene);
-        around[0] = std::make_shared<const Surroundings>(scene);
-        if (with_mirrored) around[1] = std::make_shared<const Surroundings>(around[0]->mirrored());
-      }
+      const Room& room = rooms.at(entry.scene);
       try {
-        impl_->add(clip, scene, around[0], subject);
-        if (with_mirrored) impl_->add(mirrored(clip), mirrored(scene), around[1], subject);
+        plain = impl_->part_of(clip, room.scene, room.around, subject);
+        if (with_mirrored) other = impl_->part_of(mirrored(clip), mirrored(room.scene), room.mirrored, subject);
       } catch (const Error& e) {
         throw Error(subject, e.what());
       }
-    }
+    });
+    for (auto& both : parts)
+      for (auto& part : both)
+        if (part) impl_->add(std::move(*part));
   }
 }
 

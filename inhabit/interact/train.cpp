@@ -33,6 +33,7 @@ TrainTask control_task(Training& t, int64_t steps) {
   task.module = network.ptr();
   task.networks = {{"control_net.", network.ptr()}};
   task.samples = t.data.sequences();
+  task.concurrent = true;
   task.prepare = batches([&t](const TrainStep& step) { return t.data.control_sequences(step.indices); },
                          [losses, &settings, steps](const ControlSequences& s, const TrainStep& step) {
                            const double done = static_cast<double>(step.number) / static_cast<double>(steps);
@@ -68,6 +69,7 @@ TrainTask contact_task(Training& t, int64_t steps) {
   task.module = network.ptr();
   task.networks = {{"contact_net.", network.ptr()}};
   task.samples = t.data.contact_sets();
+  task.concurrent = true;
   task.prepare =
       batches([&t](const TrainStep& step) { return t.data.contact_rows(step.indices); },
               [losses, steps](const ContactRows& rows, const TrainStep& step) {

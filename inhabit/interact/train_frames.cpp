@@ -15,11 +15,17 @@ struct PoseBatch {
   torch::Tensor input, target;
 };
 
+/// What a predictor sees, standardised where it is trained.
+torch::Tensor network_input(const Training& t, Predictor predictor, const torch::Tensor& input,
+                            const torch::Tensor& contacts) {
+  return rows_for(predictor, input_layout(t.model.config), t.input.to(t.device).to_network(input.to(t.device)),
+                  contacts.to(t.device));
+}
+
 PoseBatch standardised(const Training& t, Predictor predictor, const PoseRows& rows) {
   const torch::NoGradGuard no_grad;
-  const torch::Tensor input =
-      rows_for(predictor, input_layout(t.model.config), t.input.to_network(rows.input), rows.contacts);
-  return {input.to(t.device), t.output.to_network(rows.target).to(t.device)};
+  return {network_input(t, predictor, rows.input, rows.contacts),
+          t.output.to(t.device).to_network(rows.target.to(t.device))};
 }
 
 /// For each sample of a step, drawn from its seed.
@@ -70,6 +76,7 @@ TrainTask plain_task(const Training& t, const FrameModel& model) {
   task.module = model.module;
   task.networks = {{name_of(model.predictor) + "_net.", model.module}};
   task.samples = t.data.poses();
+  task.concurrent = true;
   task.weight_decay = t.model.config.training.pose_decay;
   return task;
 }
@@ -101,15 +108,13 @@ TrainTask step_task(const Training& t, const FrameModel& model) {
 /// On rows of its own rollouts.
 TrainTask rollout_task(const Training& t, const FrameModel& model) {
   const Config::Training& settings = t.model.config.training;
-  const InputLayout layout = input_layout(t.model.config);
-  const auto rows_of = [&t, model, &settings, layout](const Data& data, const std::vector<int64_t>& indices,
-                                                      const std::vector<SenseNoise>& noise) {
+  const auto rows_of = [&t, model, &settings](const Data& data, const std::vector<int64_t>& indices,
+                                              const std::vector<SenseNoise>& noise) {
     const torch::NoGradGuard no_grad;
     const bool training = model.module->is_training();
     model.module->eval();
     const PoseFunction predict = [&](const torch::Tensor& input, const torch::Tensor& contacts) {
-      const torch::Tensor x = rows_for(model.predictor, layout, t.input.to_network(input), contacts);
-      return t.output.from_network(model.predict(x.to(t.device)).cpu());
+      return t.output.from_network(model.predict(network_input(t, model.predictor, input, contacts)).cpu());
     };
     const PoseRows rows = rollout(data, indices, settings.rollout_frames, predict, noise);
     model.module->train(training);

@@ -2,9 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <omp.h>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -142,11 +145,23 @@ class TrainLoop {
     restart_report(first_step_);
     if (!options_.resume) save(0);  // so that a run that ends before its first checkpoint can be resumed too
 
-    const auto prepared = [this](int64_t step) { return prepare(step); };
-    std::future<std::function<Losses()>> next = std::async(std::launch::async, prepared, first_step_);
+    // Batches that are made ahead, the next one first. Where several are made at once, each has one thread.
+    const int64_t ahead = task_.concurrent ? std::max<int64_t>(1, options_.workers) : 1;
+    const auto prepared = [this, ahead](int64_t step) {
+      if (ahead > 1) omp_set_num_threads(1);
+      return prepare(step);
+    };
+    std::deque<std::future<std::function<Losses()>>> next;
+    int64_t begun = first_step_;
+    const auto begin_up_to = [&](int64_t end) {
+      for (; begun < std::min(end, options_.steps); ++begun)
+        next.push_back(std::async(std::launch::async, prepared, begun));
+    };
+    begin_up_to(first_step_ + ahead);
     for (int64_t step = first_step_; step < options_.steps; ++step) {
-      const std::function<Losses()> losses_of_batch = next.get();
-      if (step + 1 < options_.steps) next = std::async(std::launch::async, prepared, step + 1);
+      const std::function<Losses()> losses_of_batch = next.front().get();
+      next.pop_front();
+      begin_up_to(step + 1 + ahead);
       bool stop_now = false;
       const Losses losses = take(step, losses_of_batch, stop_now);
       const int64_t done = step + 1;
@@ -165,7 +180,7 @@ class TrainLoop {
       }
       if (done % options_.checkpoint_every == 0 && done < options_.steps) save(done);
     }
-    if (next.valid()) next.wait();
+    for (const auto& batch : next) batch.wait();
     result_.seconds = seconds();
     if (!result_.interrupted && rank_ == 0) std::filesystem::remove(options_.checkpoint);
     return result_;

@@ -44,9 +44,10 @@ struct TrainTask {
   std::string settings;                       ///< what else a resumed run must agree on
   std::shared_ptr<torch::nn::Module> module;  ///< whose parameters are trained
   int64_t samples = 0;                        ///< in an epoch
-  /// Makes a step's batch and returns what computes the losses of it (see `batches`). Runs on another thread, one step
+  /// Makes a step's batch and returns what computes the losses of it (see `batches`). Runs on another thread, steps
   /// ahead, and must depend on its argument alone; what it returns runs on the loop's own thread.
   std::function<std::function<Losses()>(const TrainStep& step)> prepare;
+  bool concurrent = false;           ///< `prepare` may run for several steps at once
   std::function<double()> validate;  ///< lower is better; the module is in eval mode and no gradients are kept
   std::function<void()> on_best;     ///< called with the weights that validated best so far
   /// What the learning rate is multiplied with for a parameter of this name; unset: 1.
@@ -87,6 +88,7 @@ struct TrainOptions {
   std::shared_ptr<DataParallel> ranks;  ///< the processes that train together; none: this one alone
   TrainListener listener;               ///< may be empty; of the process of rank 0
   Progress progress;                    ///< hears of every step; may be empty; of the process of rank 0
+  int64_t workers = 1;                  ///< threads that make batches ahead, where the task is `concurrent`
 };
 
 /// How a training ended.

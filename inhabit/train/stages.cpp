@@ -112,6 +112,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.validate_every = std::clamp<int64_t>(stage.steps / stage.validations, 1, kValidateEvery);
     options.seed = run.seed;
     options.ranks = run.ranks;
+    options.workers = run.workers;
     options.listener = run.listener;
     if (run.progress) options.progress = run.progress(stage.name);
     options.resume = run.resume && s == first;

@@ -21,6 +21,7 @@ struct TrainRun {
   std::shared_ptr<DataParallel> ranks;  ///< none: this process alone
   TrainListener listener;               ///< hears how it goes and may stop it; may be empty
   std::function<Progress(const std::string& stage)> progress;  ///< makes what hears a stage's steps; may be empty
+  int64_t workers = 1;  ///< threads that make batches ahead; the numbers are the same with any number
 };
 
 /// One stage: a network, or several that are trained together.

@@ -5,9 +5,15 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
+#include <thread>
+#include <utility>
 
 #include "inhabit/error.h"
 #include "inhabit/train/average.h"
@@ -62,6 +68,35 @@ TrainOptions options_in(const TempFolder& folder) {
   o.checkpoint = folder / "checkpoint.safetensors";
   o.log = folder / "log.jsonl";
   return o;
+}
+
+TEST(TrainLoop, BatchesMadeAheadOnSeveralThreadsAreTheSame) {
+  const auto trained = [](int64_t workers) {
+    const TempFolder folder;
+    Toy toy;
+    toy.task.concurrent = true;
+    std::atomic<int> at_once = 0, most = 0;
+    toy.task.prepare = [&, prepare = toy.task.prepare](const TrainStep& step) {
+      static std::mutex one;  // the toy notes its steps in a plain vector
+      most = std::max(most.load(), ++at_once);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      const std::lock_guard<std::mutex> lock(one);
+      --at_once;
+      return prepare(step);
+    };
+    TrainOptions options = options_in(folder);
+    options.steps = 60;
+    options.workers = workers;
+    train(toy.task, options);
+    EXPECT_EQ(toy.steps.size(), 60U);
+    return std::pair(toy.layer->weight.detach().clone(), most.load());
+  };
+  const auto [one, one_at_once] = trained(1);
+  const auto [four, four_at_once] = trained(4);
+  EXPECT_TRUE(torch::equal(one, four));
+  EXPECT_EQ(one_at_once, 1);
+  EXPECT_GT(four_at_once, 1);
+  EXPECT_LE(four_at_once, 4);
 }
 
 TEST(TrainLoop, FitsALineAndLogsIt) {
