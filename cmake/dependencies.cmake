@@ -24,11 +24,11 @@ else()
   set(INHABIT_NCCL OFF)
 endif()
 
-# LibTorch 2 has headers of another fmt than the one that spdlog's library was built with, and they would be found first:
-# all of its headers but those, as links.
+# LibTorch 2 from elsewhere than Debian has headers of another fmt than the one that spdlog's library was built with, and
+# they would be found first: all of its headers but those, as links.
 set(INHABIT_TORCH_INCLUDES ${TORCH_INCLUDE_DIRS})
 foreach(folder ${TORCH_INCLUDE_DIRS})
-  if(EXISTS ${folder}/fmt/core.h)
+  if(EXISTS ${folder}/fmt/core.h AND NOT folder IN_LIST CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES)
     set(links ${CMAKE_BINARY_DIR}/torch_headers)
     file(MAKE_DIRECTORY ${links})
     file(GLOB headers RELATIVE ${folder} ${folder}/*)
