@@ -36,6 +36,10 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   if (!stages.empty()) own->add_option("--stage", o->run.stages, stages);
   own->add_option("--from", o->run.from, "Model file whose weights training starts from");
   own->add_flag("--resume", o->run.resume, "Go on from the checkpoint beside the model file");
+  own->add_flag(
+      "--last", o->run.last,
+      "End with the weights of the last step (their moving average, where the stage keeps one), not with those "
+      "that validated best");
   own->add_flag("--half", o->run.half, "Write weights in half precision");
   own->add_option("--seed", o->run.seed, "Seed of weights, order and whatever else is drawn")
       ->check(whole_number)

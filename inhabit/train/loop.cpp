@@ -311,7 +311,7 @@ class TrainLoop {
     task_.module->eval();
     if (average_) average_->swap();
     const double value = task_.validate();
-    if (value < result_.best) {
+    if (value < result_.best || (options_.last && done == options_.steps)) {
       result_.best = value;
       result_.best_step = done;
       task_.on_best();

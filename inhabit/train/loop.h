@@ -89,11 +89,12 @@ struct TrainOptions {
   TrainListener listener;               ///< may be empty; of the process of rank 0
   Progress progress;                    ///< hears of every step; may be empty; of the process of rank 0
   int64_t workers = 1;                  ///< threads that make batches ahead, where the task is `concurrent`
+  bool last = false;                    ///< the weights of the last step count as the best, whatever their validation
 };
 
 /// How a training ended.
 struct TrainResult {
-  double best = 0;           ///< lowest validation value
+  double best = 0;           ///< lowest validation value; with TrainOptions::last the last one
   int64_t best_step = 0;     ///< steps done when it was reached
   double seconds = 0;        ///< of this run and the ones it resumed
   bool interrupted = false;  ///< SIGINT or SIGTERM came, or the listener said so: the checkpoint holds everything

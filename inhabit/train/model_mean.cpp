@@ -34,6 +34,14 @@ bool agree(const nlohmann::json& a, const nlohmann::json& b) {
   });
 }
 
+/// Whether a tensor is recorded motion (interact/habits.h), no weight: two files' have no mean.
+bool is_recorded(const std::string& name) { return name.starts_with("habits."); }
+
+auto count_of_weights(const SafeTensors& model) {
+  return std::count_if(model.tensors.begin(), model.tensors.end(),
+                       [](const auto& entry) { return !is_recorded(entry.first); });
+}
+
 /// Whether the metadata that is no configuration is the same.
 bool same_kind(const SafeTensors& a, const SafeTensors& b) {
   auto rest = a.metadata, other = b.metadata;
@@ -58,8 +66,9 @@ SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vec
     const SafeTensors model = i == 0 ? mean : read_safetensors(paths[i]);
     if (!same_kind(model, mean) || !agree(sizes_of(model), sizes_of(mean)))
       throw Error(paths[i], "has another configuration than " + paths[0]);
-    if (model.tensors.size() != mean.tensors.size()) throw Error(paths[i], "has other tensors than " + paths[0]);
+    if (count_of_weights(model) != count_of_weights(mean)) throw Error(paths[i], "has other tensors than " + paths[0]);
     for (const auto& [name, first] : mean.tensors) {
+      if (is_recorded(name)) continue;
       const auto found = model.tensors.find(name);
       if (found == model.tensors.end() || found->second.sizes() != first.sizes())
         throw Error(paths[i], name + " is missing or of another shape than in " + paths[0]);

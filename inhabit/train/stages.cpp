@@ -113,6 +113,7 @@ bool run_stages(const std::vector<TrainStage>& stages, const SafeTensors& header
     options.seed = run.seed;
     options.ranks = run.ranks;
     options.workers = run.workers;
+    options.last = run.last;
     options.listener = run.listener;
     if (run.progress) options.progress = run.progress(stage.name);
     options.resume = run.resume && s == first;

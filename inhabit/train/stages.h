@@ -22,6 +22,7 @@ struct TrainRun {
   TrainListener listener;               ///< hears how it goes and may stop it; may be empty
   std::function<Progress(const std::string& stage)> progress;  ///< makes what hears a stage's steps; may be empty
   int64_t workers = 1;  ///< threads that make batches ahead; the numbers are the same with any number
+  bool last = false;    ///< each stage ends with the weights of its last step, not with those that validated best
 };
 
 /// One stage: a network, or several that are trained together.

@@ -58,7 +58,7 @@ TrainListener listener_of(const py::object& callback, bool& stopped) {
 bool train_system(const std::string& system, const PathsArgument& data, const Path& out, const std::string& preset_name,
                   const py::object& settings, const std::vector<std::string>& stages, const std::optional<Path>& start,
                   bool resume, bool half, uint64_t seed, const std::string& device, const py::object& callback,
-                  int64_t workers) {
+                  int64_t workers, bool last) {
   if (workers < 1 || workers > 256) throw Error("workers", "must be from 1 to 256");
   TrainRun run;
   run.data = folders_matching(texts_of(data));
@@ -70,6 +70,7 @@ bool train_system(const std::string& system, const PathsArgument& data, const Pa
   run.seed = seed;
   run.device = nn::device_named(device);
   run.workers = workers;
+  run.last = last;
   bool stopped = false;
   run.listener = listener_of(callback, stopped);
   const std::vector<std::string> fields = settings_of(settings);
@@ -92,7 +93,7 @@ void add_train(py::module_& m) {
   m.def(
       "train", &train_system, "system"_a, "data"_a, "out"_a, py::kw_only(), "preset"_a = "compact",
       "settings"_a = py::none(), "stages"_a = std::vector<std::string>(), "start"_a = py::none(), "resume"_a = false,
-      "half"_a = false, "seed"_a = 1, "device"_a = "cpu", "callback"_a = py::none(), "workers"_a = 1,
+      "half"_a = false, "seed"_a = 1, "device"_a = "cpu", "callback"_a = py::none(), "workers"_a = 1, "last"_a = false,
       "Trains a system's networks: 'forecast', 'anticipate', 'inbetween', 'interact' or 'features' "
       "(docs/training.md).\n\n"
       "data: folders of native data sets or patterns, or for 'anticipate' one of 'cmu:FOLDER', 'h36m:FOLDER', FOLDER. "
@@ -101,7 +102,8 @@ void add_train(py::module_& m) {
       "file, which holds the best weights by validation so far. settings: {'training.batch': 16}. start: a model file "
       "whose\n"
       "weights training starts from. resume: go on from the checkpoint beside `out`. workers: "
-      "threads that make batches ahead.\n"
+      "threads that make batches ahead. last: end\n"
+      "with the weights of the last step, not with the best by validation.\n"
       "callback(report) is called every 20 steps with a dictionary of stage, step, steps, seconds and losses, and "
       "after a\n"
       "validation with validation and best in their place; where it returns False, training stops as with Ctrl-C: the\n"

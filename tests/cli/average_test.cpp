@@ -46,6 +46,23 @@ TEST(Average, OfTwoModelsIsTheirWeightedMean) {
   }
 }
 
+TEST(Average, RecordedStaysAreThoseOfTheFirst) {
+  const TempFolder folder;
+  const std::string a = folder / "a.safetensors", b = folder / "b.safetensors", out = folder / "mean.safetensors";
+  SafeTensors first, second;
+  first.metadata = second.metadata = {{"system", "interact"}, {"config", "{}"}};
+  first.tensors = {{"pose_net.w", torch::full({2}, 1.F)}, {"habits.standing_points", torch::ones({3, 4})}};
+  second.tensors = {{"pose_net.w", torch::full({2}, 3.F)}, {"habits.chairs", torch::zeros({5})}};
+  write_safetensors(a, first);
+  write_safetensors(b, second);
+  const CommandResult r = run_command("average " + a + " " + b + " -o " + out);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  SafeTensors mean = read_safetensors(out);
+  ASSERT_EQ(mean.tensors.size(), 2U);
+  EXPECT_TRUE(mean.tensors["pose_net.w"].equal(torch::full({2}, 2.F)));
+  EXPECT_TRUE(mean.tensors["habits.standing_points"].equal(torch::ones({3, 4})));
+}
+
 TEST(Average, RefusesModelsThatHaveNone) {
   const TempFolder folder;
   std::filesystem::create_directory(folder.path / "out");

@@ -99,6 +99,21 @@ TEST(TrainLoop, BatchesMadeAheadOnSeveralThreadsAreTheSame) {
   EXPECT_LE(four_at_once, 4);
 }
 
+TEST(TrainLoop, TheLastStepCountsAsTheBestWhereAskedTo) {
+  for (const bool last : {false, true}) {
+    const TempFolder folder;
+    Toy toy;
+    double validation = 0;
+    toy.task.validate = [&] { return ++validation; };  // worse each time
+    TrainOptions options = options_in(folder);
+    options.last = last;
+    const TrainResult r = train(toy.task, options);
+    EXPECT_EQ(toy.bests, last ? 2 : 1);
+    EXPECT_EQ(r.best_step, last ? 400 : 100);
+    EXPECT_EQ(r.best, last ? 4 : 1);
+  }
+}
+
 TEST(TrainLoop, FitsALineAndLogsIt) {
   const TempFolder folder;
   Toy toy;
