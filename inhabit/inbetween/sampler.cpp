@@ -16,11 +16,14 @@ using torch::Tensor;
 
 namespace {
 
+/// 0 to T - 1 of a mask (B, F, T), on its device; int64.
+Tensor frame_numbers(const Tensor& mask) { return torch::arange(mask.size(2), mask.options().dtype(torch::kInt64)); }
+
 /// For every entry of a mask (B, F, T) the frame of the last set entry up to it (-1: none) and of the next from it on
 /// (T: none); int64.
 std::pair<Tensor, Tensor> nearest_set(const Tensor& mask) {
   const int64_t frames = mask.size(2);
-  const Tensor here = torch::arange(frames).expand(mask.sizes()), set = mask > 0;
+  const Tensor here = frame_numbers(mask).expand(mask.sizes()), set = mask > 0;
   const Tensor none_before = torch::full({}, -1, torch::kInt64), none_after = torch::full({}, frames, torch::kInt64);
   return {std::get<0>(torch::where(set, here, none_before).cummax(2)),
           std::get<0>(torch::where(set, here, none_after).flip(2).cummin(2)).flip(2)};
@@ -47,7 +50,7 @@ KeyNeighbours key_neighbours(const Tensor& mask) {
   const auto [last, next] = nearest_set(mask);
   const Tensor before = torch::where(last < 0, next, last).clamp(0, frames - 1),
                after = torch::where(next >= frames, last, next).clamp(0, frames - 1);
-  return {before, after, (torch::arange(frames) - before).to(torch::kFloat32) / (after - before).clamp_min(1)};
+  return {before, after, (frame_numbers(mask) - before).to(torch::kFloat32) / (after - before).clamp_min(1)};
 }
 
 Tensor interpolate_keys(const KeyConstraints& constraints) {
