@@ -38,8 +38,8 @@ struct Input {
     keys = torch::zeros({1, config.frames});
     for (const int64_t key : {0, 60, 120}) keys.select(1, key).fill_(1);
     mask = keys.unsqueeze(1).expand({1, config.mask_channels(), config.frames});
-    occupancy = torch::where(
-        torch::rand({1, inbetween::kSceneHeight, inbetween::kSceneSide, inbetween::kSceneSide}) < 0.2, 1.F, -1.F);
+    const int64_t side = config.scene_encoder.side;
+    occupancy = torch::where(torch::rand({1, side / 2, side, side}) < 0.2, 1.F, -1.F);
     offsets = torch::randn({1, config.anchors, 3, config.frames});
     shape = torch::rand({1, inbetween::kShapeFeatures});
   }

@@ -10,7 +10,7 @@ namespace inhabit::inbetween {
 struct Conditioning {
   KeyConstraints constraints;  ///< hard constraints: key frames and known frames, standardised (B, 201, T)
   torch::Tensor groups;        ///< (B, T, 25) 1 for the feature groups that are constrained in a frame (keyframes.h)
-  torch::Tensor occupancy;     ///< (B, 24, 48, 48) of scene_occupancy
+  torch::Tensor occupancy;     ///< (B, side / 2, side, side) of scene_occupancy
   torch::Tensor offsets;       ///< (B, 64, 3, T) metres, basis points of the bodies in key frames; not read elsewhere
   torch::Tensor shape;         ///< (B, 7) of body_shape_features
   torch::Tensor detours;       ///< (B, T, 2) metres, of detours_around

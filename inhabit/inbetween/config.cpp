@@ -21,6 +21,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("scene_heads", c.scene_encoder.heads);
   visit("scene_head_width", c.scene_encoder.head_width);
   visit("scene_mlp", c.scene_encoder.mlp);
+  visit("scene_side", c.scene_encoder.side);
   visit("anchors", c.anchors);
   visit("diffusion_steps", c.diffusion_steps);
   visit("t_star", c.t_star);
@@ -129,19 +130,19 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
   set("t_star", value("t_star"), config.t_star);
   set("diffusion_steps", value("diffusion_steps"), config.diffusion_steps);
   set("guidance", value("guidance"), config.inference.guidance);
-  int features = 0, image = 0, channels = 0;
+  int features = 0, channels = 0;
   set("features", value("features"), features);
   const json vit = value("vit");
   if (!vit.is_object()) throw Error(subject, "metadata: 'vit' has the wrong type");
   const auto of_vit = [&](const char* key, auto& field) { set(key, vit.value(key, json()), field); };
-  of_vit("image", image);
+  of_vit("image", config.scene_encoder.side);
   of_vit("channels", channels);
   of_vit("patch", config.scene_encoder.patch);
   of_vit("dim", config.scene_encoder.width);
   of_vit("depth", config.scene_encoder.depth);
   of_vit("heads", config.scene_encoder.heads);
   of_vit("mlp", config.scene_encoder.mlp);
-  if (features != kFeatureCount || image != kSceneSide || channels != kSceneHeight)
+  if (features != kFeatureCount || channels != config.scene_encoder.height())
     throw Error(subject, "metadata: features or occupancy of another size");
   validate(config, subject);
   return config;
@@ -163,8 +164,10 @@ void validate(const Config& c, const std::string& subject) {
     check.holds(m * c.width % 8 == 0, "multipliers");  // group norm's groups
   }
   check.holds(c.padded % (1 << (c.multipliers.size() - 1)) == 0, "padded");
-  check.within("scene_patch", c.scene_encoder.patch, 2, kSceneSide);
-  check.holds(kSceneSide % c.scene_encoder.patch == 0, "scene_patch");
+  check.within("scene_side", c.scene_encoder.side, 8, 192);
+  check.holds(c.scene_encoder.side % 4 == 0, "scene_side");
+  check.within("scene_patch", c.scene_encoder.patch, 2, c.scene_encoder.side);
+  check.holds(c.scene_encoder.side % c.scene_encoder.patch == 0, "scene_patch");
   check.within("scene_width", c.scene_encoder.width, 1, 2048);
   check.within("scene_depth", c.scene_encoder.depth, 1, 24);
   check.within("scene_heads", c.scene_encoder.heads, 1, 64);

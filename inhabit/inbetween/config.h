@@ -14,9 +14,6 @@ inline constexpr int64_t kFeatureCount = 201;
 /// Mask channels of a model that takes partial key poses: root translation, root orientation, body rotations, 22
 /// joints.
 inline constexpr int64_t kMaskChannels = 25;
-/// Occupancy cells seen: 48 x 48 on the ground, 24 high, 0.1 m each.
-inline constexpr int64_t kSceneSide = 48,  ///< cells along x and along z
-    kSceneHeight = 24;                     ///< cells upwards
 /// Body-shape features: five distances between joints, two thicknesses.
 inline constexpr int64_t kShapeFeatures = 7;
 /// Channels that the offsets of a key frame's anchors become.
@@ -24,13 +21,15 @@ inline constexpr int64_t kLocalChannels = 32;
 
 /// Transformer over the occupancy seen from above: patches of `patch` x `patch` columns.
 struct SceneEncoderSpec {
-  int patch = 12;       ///< columns of 0.1 m along a side of a patch; divides kSceneSide
+  int patch = 12;       ///< columns of 0.1 m along a side of a patch; divides `side`
   int width = 1024;     ///< numbers of a token
   int depth = 6;        ///< transformer layers
   int heads = 16;       ///< attention heads of a layer
   int head_width = 64;  ///< numbers of a query, key or value of one head
   int mlp = 2048;       ///< hidden numbers of a layer's two-layer perceptron
+  int side = 48;        ///< cells of 0.1 m along x and along z that are seen; a multiple of 4
 
+  int64_t height() const { return side / 2; }                ///< cells upwards
   bool operator==(const SceneEncoderSpec&) const = default;  ///< compares all sizes
 };
 

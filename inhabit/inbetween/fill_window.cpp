@@ -79,10 +79,11 @@ WindowConditioning condition(const Filling& f, const FillWindow& window) {
   on.constraints.t_star = c.t_star;
   on.constraints.imposed = false;
   on.shape = f.body_shape;
-  if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw).unsqueeze(0);
+  if (c.global_scene) on.occupancy = scene_occupancy(f.query, root, -yaw, c.scene_encoder.side).unsqueeze(0);
   Tensor offsets = torch::zeros({c.frames, c.anchors, 3});
   if (c.local_scene)
-    offsets.index_copy_(0, places, basis_point_offsets(f.query, anchor_positions(poses)).matmul(yaw_matrix(yaw).t()));
+    offsets.index_copy_(0, places,
+                        basis_point_offsets(f.query, anchor_positions(poses, c.anchors)).matmul(yaw_matrix(yaw).t()));
   on.offsets = offsets.permute({1, 2, 0}).unsqueeze(0);
   on.detours = torch::zeros({1, c.frames, 2});
   if (f.options.detours != Detours::straight && c.from_interpolation && c.around_obstacles && c.global_scene) {

@@ -13,7 +13,7 @@ struct DenoiserImpl : torch::nn::Module {
   /// With weights drawn at random by LibTorch's global generator; the last convolution starts at zero.
   explicit DenoiserImpl(const Config& network_config);
 
-  /// c_g, the scene around the first root frame. @param occupancy (B, 24, 48, 48), -1 free or 1 occupied.
+  /// c_g, the scene around the first root frame. @param occupancy (B, side / 2, side, side), -1 free or 1 occupied.
   /// @return (B, width); zero in its place is "no scene", for guidance.
   torch::Tensor embed_scene(const torch::Tensor& occupancy);
   /// @param shape (B, 7) body-shape features, of residual motion (B, 21) bone_lengths. @return (B, width)

@@ -1,6 +1,8 @@
 #include "inhabit/inbetween/sample.h"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 
 #include "inhabit/body/body_model.h"
 #include "inhabit/body/fit.h"
@@ -9,6 +11,7 @@
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/obstacle_detours.h"
+#include "inhabit/math/furthest_points.h"
 #include "inhabit/math/rotation.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/motion/placed_body.h"
@@ -35,10 +38,20 @@ Tensor unpacked(const Tensor& bytes, torch::IntArrayRef shape) {
 
 struct Recording {
   Clip clip;
-  Tensor offsets;                     // (T, 64, 3) half, world axes
+  Tensor offsets;                     // (T, A, 3) half, world axes
   Tensor body_shape;                  // (7)
   std::vector<Tensor> grids, floors;  // packed, of each window
 };
+
+/// Vertices of the built-in body by furthest point sampling; found once for each number.
+Tensor more_anchors(int64_t count) {
+  static std::mutex mutex;
+  static std::map<int64_t, Tensor> known;
+  const std::lock_guard<std::mutex> lock(mutex);
+  Tensor& anchors = known[count];
+  if (!anchors.defined()) anchors = furthest_point_indices(builtin_body().template_vertices, count);
+  return anchors;
+}
 
 struct Room {
   std::shared_ptr<const Scene> scene;
@@ -51,18 +64,22 @@ Tensor body_betas(const Clip& clip) {
   return clip.betas.defined() ? clip.betas : fit_shape(builtin_body(), clip.joints);
 }
 
-Tensor anchor_positions(const Clip& clip) {
+Tensor anchor_positions(const Clip& clip, int64_t count) {
   Clip shaped = clip;
   shaped.betas = body_betas(clip);
-  return anchor_points(shaped, builtin_body());
+  if (count == builtin_body().anchors.size(0)) return anchor_points(shaped, builtin_body());
+  BodyModel body = builtin_body();  // tensors are shared
+  body.anchors = more_anchors(count);
+  return anchor_points(shaped, body);
 }
 
-Tensor scene_occupancy(const SceneQuery& scene, const Tensor& root, double yaw) {
+Tensor scene_occupancy(const SceneQuery& scene, const Tensor& root, double yaw, int side) {
   const Eigen::Vector3d center(root[0].item<double>(), root[1].item<double>(), root[2].item<double>());
-  return occupancy_grid(scene.solid(), center, yaw).permute({1, 0, 2}).contiguous();
+  return occupancy_grid(scene.solid(), center, yaw, {{side, side / 2, side}}).permute({1, 0, 2}).contiguous();
 }
 
 struct Data::Impl {
+  int anchors, side;  // of the configuration
   WindowSet windows;
   mutable RecentCache<std::shared_ptr<const Recording>> recordings{kClipsKept,
                                                                    [this](const std::string& k) { return record(k); }};
@@ -79,12 +96,12 @@ struct Data::Impl {
     out->clip = windows.load_clip(key);
     if (!out->clip.rotations.defined()) throw Error(windows.file(key), "has no rotations");
     const Room room = rooms.get(windows.scene_key_of_clip(key));
-    out->offsets = basis_point_offsets(*room.query, anchor_positions(out->clip)).to(torch::kHalf);
+    out->offsets = basis_point_offsets(*room.query, anchor_positions(out->clip, anchors)).to(torch::kHalf);
     out->body_shape = body_shape_features(builtin_body(), body_betas(out->clip));
     for (int64_t start = 0; start + windows.frames() <= out->clip.frames(); start += windows.stride()) {
       const Clip window = slice(out->clip, start, start + windows.frames());
       const double yaw = -canonical_transform(window).yaw;
-      out->grids.push_back(packed(scene_occupancy(*room.query, window.joints[0][0], yaw)));
+      out->grids.push_back(packed(scene_occupancy(*room.query, window.joints[0][0], yaw, side)));
       out->floors.push_back(packed(scene_floor(*room.query, window.joints[0][0], yaw)));
     }
     return out;
@@ -96,9 +113,11 @@ struct Data::Impl {
 };
 
 Data::Data(const std::vector<std::string>& folders, const std::string& split, const Config& config, int64_t stride)
-    : impl_(new Impl{WindowSet(folders, split, config.frames, stride, config.rate, [](const Dataset& set) {
-        if (set.parents != standard_parents()) throw Error(set.folder, "is not on the standard skeleton");
-      })}) {}
+    : impl_(new Impl{config.anchors, config.scene_encoder.side,
+                     WindowSet(folders, split, config.frames, stride, config.rate, [](const Dataset& set) {
+                       if (set.parents != standard_parents())
+                         throw Error(set.folder, "is not on the standard skeleton");
+                     })}) {}
 
 Data::~Data() = default;
 
@@ -113,7 +132,8 @@ Sample Data::sample(int64_t index) const {
   Sample out;
   out.features = clip_features(transformed(window, to_canonical));
   const auto number = static_cast<size_t>(windows.number(index));
-  out.occupancy = unpacked(recording->grids.at(number), {24, 48, 48});
+  const int64_t side = impl_->side;
+  out.occupancy = unpacked(recording->grids.at(number), {side / 2, side, side});
   out.floor = unpacked(recording->floors.at(number), {96, 96});
   const int64_t start = windows.place(index).start;
   out.offsets = recording->offsets.slice(0, start, start + windows.frames())

@@ -16,9 +16,9 @@ struct Config;
 /// One window of motion in its scene, in the canonical frame of its first pose.
 struct Sample {
   torch::Tensor features;    ///< (T, 201)
-  torch::Tensor occupancy;   ///< (24, 48, 48): up, left, ahead; 1 occupied, -1 free
+  torch::Tensor occupancy;   ///< (side / 2, side, side): up, left, ahead; 1 occupied, -1 free
   torch::Tensor floor;       ///< (96, 96) of scene_floor
-  torch::Tensor offsets;     ///< (T, 64, 3) metres from the body's anchors to the nearest place of the scene
+  torch::Tensor offsets;     ///< (T, A, 3) metres from the body's anchors to the nearest place of the scene
   torch::Tensor body_shape;  ///< (7)
   torch::Tensor bones;       ///< (22, 3) metres, the skeleton's offsets
 };
@@ -34,17 +34,17 @@ struct Window {
 /// The clip's shape of the built-in body: its betas, or where it has none those that fit its bones.
 torch::Tensor body_betas(const Clip& clip);
 
-/// The surface anchors (T, 64, 3) of the built-in body of that shape in a clip's poses, metres; its root joint stands
-/// at the clip's.
-torch::Tensor anchor_positions(const Clip& clip);
+/// `count` anchors (T, A, 3) on the skin of the built-in body of that shape in a clip's poses, metres, by furthest
+/// point sampling at rest; its root joint stands at the clip's. Throws Error where the skin has fewer vertices.
+torch::Tensor anchor_positions(const Clip& clip, int64_t count);
 
-/// What the global encoder sees of a scene: (24, 48, 48).
-/// @param root (3) metres, the first frame's root joint; @param yaw radians that it faces.
-torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root, double yaw);
+/// What the global encoder sees of a scene: (side / 2, side, side).
+/// @param root (3) metres, the first frame's root joint; @param yaw radians that it faces; @param side cells of 0.1 m
+torch::Tensor scene_occupancy(const SceneQuery& scene, const torch::Tensor& root, double yaw, int side);
 
 /// Windows of clips in rooms, read from native data sets as they are asked for. What a clip's windows need of its scene
-/// is worked out when the first is asked for and then kept: 138 KB for each clip, 8 KB for each window. Safe to use
-/// from several threads.
+/// is worked out when the first is asked for and then kept: 138 KB for each clip, 8 KB for each window with the paper's
+/// sizes. Safe to use from several threads.
 class Data {
  public:
   /// Windows of config.frames frames, one every `stride`, of every clip of `split` ("train", "val", "test" or "all")

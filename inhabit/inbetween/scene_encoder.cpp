@@ -22,7 +22,7 @@ Part at(const std::shared_ptr<tn::Module>& list, int64_t place, Part part) {
 }  // namespace
 
 SceneEncoderImpl::SceneEncoderImpl(const SceneEncoderSpec& spec, int64_t out) : spec_(spec) {
-  const int64_t across = kSceneSide / spec.patch, cells = kSceneHeight * spec.patch * spec.patch;
+  const int64_t across = spec.side / spec.patch, cells = spec.height() * spec.patch * spec.patch;
   const int64_t inner = static_cast<int64_t>(spec.heads) * spec.head_width;
   class_token_ = register_parameter("cls_token", torch::randn({1, spec.width}));
   positions_ = register_parameter("pos_embedding", torch::randn({across * across + 1, spec.width}));
@@ -66,11 +66,11 @@ Tensor SceneEncoderImpl::attend(Layer& layer, const Tensor& tokens) {
 }
 
 Tensor SceneEncoderImpl::forward(const Tensor& occupancy) {
-  const int64_t batch = occupancy.size(0), p = spec_.patch, across = kSceneSide / p;
+  const int64_t batch = occupancy.size(0), height = spec_.height(), p = spec_.patch, across = spec_.side / p;
   // Patches row by row, inside one the place first and the height last.
-  const Tensor patches = occupancy.view({batch, kSceneHeight, across, p, across, p})
+  const Tensor patches = occupancy.view({batch, height, across, p, across, p})
                              .permute({0, 2, 4, 3, 5, 1})
-                             .reshape({batch, across * across, p * p * kSceneHeight});
+                             .reshape({batch, across * across, p * p * height});
   const Tensor embedded = token_norm_(embed_(patch_norm_(patches)).to(torch::kFloat32));
   Tensor tokens = dropped(torch::cat({class_token_.expand({batch, 1, spec_.width}), embedded}, 1) + positions_);
   for (Layer& layer : layers_) {

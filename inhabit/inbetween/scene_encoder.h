@@ -12,7 +12,7 @@ namespace inhabit::inbetween {
 struct SceneEncoderImpl : torch::nn::Module {
   /// @param out length of the embedding.
   SceneEncoderImpl(const SceneEncoderSpec& spec, int64_t out);
-  /// @param occupancy (B, 24, 48, 48), -1 free or 1 occupied. @return (B, out)
+  /// @param occupancy (B, side / 2, side, side), -1 free or 1 occupied. @return (B, out)
   torch::Tensor forward(const torch::Tensor& occupancy);
 
  private:

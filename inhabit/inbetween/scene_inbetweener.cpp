@@ -186,10 +186,6 @@ Detours detours_named(const std::string& name) {
 SceneInbetweener::SceneInbetweener(const Networks& networks)
     : impl_(new Impl{networks, cosine_schedule(networks.config.diffusion_steps),
                      nn::InstancePool<FastDenoiser>([network = networks.network] { return FastDenoiser(network); })}) {
-  const int64_t anchors = builtin_body().anchors.size(0);
-  if (config().local_scene && config().anchors != anchors)
-    throw Error("in-betweening", "the model looks from " + std::to_string(config().anchors) +
-                                     " anchors, the body has " + std::to_string(anchors));
   impl_->networks.network->eval();
   if (impl_->networks.path) impl_->networks.path->eval();
 }

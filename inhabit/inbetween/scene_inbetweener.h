@@ -82,8 +82,7 @@ struct Result {
 ///   inbetween::Result r = inbetweener.run(clip, scene, {key_frames("every:60", clip.frames())});   // r.motion
 class SceneInbetweener {
  public:
-  /// Shares the network's weights and puts it into evaluation mode. Throws Error where it looks at the scene from
-  /// another number of anchors than the built-in body has.
+  /// Shares the network's weights and puts it into evaluation mode.
   explicit SceneInbetweener(const Networks& networks);
   /// Throws Error naming the file where it is no model of in-betweening.
   static SceneInbetweener load(const std::string& path);

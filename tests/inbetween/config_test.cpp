@@ -62,6 +62,8 @@ TEST(Config, RefusesWhatCannotBeBuilt) {
                           R"({"multipliers": [2, -1]})",
                           R"({"multipliers": [1, 16]})",
                           R"({"scene_patch": 7})",
+                          R"({"scene_side": 50, "scene_patch": 10})",
+                          R"({"scene_side": 4, "scene_patch": 2})",
                           R"({"scene_width": 0})",
                           R"({"scene_heads": 9999999999999})",
                           R"({"anchors": 0})",
@@ -107,6 +109,9 @@ TEST(Config, ReadsTheSizesOfReleasedWeights) {
     EXPECT_THAT(changed(key, "{"), HasSubstr("'" + key + "' has the wrong type"));
   }
   EXPECT_THAT(changed("features", "263"), HasSubstr("another size"));
+  EXPECT_THAT(
+      changed("vit", R"({"dim": 24, "depth": 2, "heads": 3, "mlp": 32, "image": 96, "patch": 12, "channels": 24})"),
+      HasSubstr("another size"));
   EXPECT_THAT(changed("vit", "{}"), HasSubstr("'image' has the wrong type"));
 }
 

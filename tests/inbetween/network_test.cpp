@@ -84,7 +84,7 @@ TEST(Denoiser, AScenesPlaceMatters) {
   const torch::NoGradGuard no_gradients;
   const Config c = small_inbetween_config();
   Denoiser network = untrained(c);
-  const Tensor free = torch::full({1, kSceneHeight, kSceneSide, kSceneSide}, -1.F);
+  const Tensor free = torch::full({1, 24, 48, 48}, -1.F);
   Tensor ahead = free.clone(), behind = free.clone();
   ahead.slice(3, 30, 40).slice(2, 20, 28).fill_(1);
   behind.slice(3, 8, 18).slice(2, 20, 28).fill_(1);

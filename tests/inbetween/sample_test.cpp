@@ -36,7 +36,7 @@ TEST(SceneOccupancy, AWallInFrontStaysInFrontUnderAnyRotationOfTheRoot) {
   const Tensor root = torch::tensor({0.7F, 0.95F, -2.3F});
   Tensor first;
   for (const double yaw : {0., 0.9, 2.2, -1.4, 3.1}) {
-    const Tensor grid = scene_occupancy(SceneQuery(wall_ahead(root, yaw, 0)), root, yaw);
+    const Tensor grid = scene_occupancy(SceneQuery(wall_ahead(root, yaw, 0)), root, yaw, 48);
     ASSERT_EQ(grid.sizes(), (torch::IntArrayRef{24, 48, 48}));
     EXPECT_EQ(grid[12][24][24 + 10].item<float>(), 1) << "chest height, straight ahead, in the wall's first 10 cm";
     EXPECT_EQ(grid[12][24][24 - 10].item<float>(), -1) << "behind";
@@ -45,19 +45,22 @@ TEST(SceneOccupancy, AWallInFrontStaysInFrontUnderAnyRotationOfTheRoot) {
     if (!first.defined()) first = grid;
     EXPECT_GT((grid == first).to(torch::kFloat32).mean().item<double>(), 0.99) << yaw;
   }
-  const Tensor left = scene_occupancy(SceneQuery(wall_ahead(root, 0.9, 1.5)), root, 0.9);
+  const Tensor left = scene_occupancy(SceneQuery(wall_ahead(root, 0.9, 1.5)), root, 0.9, 48);
   EXPECT_EQ(left[12][24 + 15][24 + 10].item<float>(), 1);
   EXPECT_EQ(left[12][24 - 15][24 + 10].item<float>(), -1);
 }
 
 TEST(AnchorPositions, LieOnTheSkinWhereTheClipStands) {
   const Clip clip = walker(3, 1, 0.5, 1, 2, 3);
-  const Tensor anchors = anchor_positions(clip);
+  const Tensor anchors = anchor_positions(clip, 64);
   ASSERT_EQ(anchors.sizes(), (torch::IntArrayRef{3, 64, 3}));
   const Tensor nearest = torch::cdist(anchors, clip.joints).amin(2);
   EXPECT_LT(nearest.max().item<double>(), 0.35);
   EXPECT_LT(anchors[0].select(1, 1).min().item<double>(), 0.1) << "some are on the feet";
   EXPECT_GT(anchors[0].select(1, 1).max().item<double>(), 1.5) << "and on the head";
+  const Tensor more = anchor_positions(clip, 256);
+  ASSERT_EQ(more.sizes(), (torch::IntArrayRef{3, 256, 3}));
+  EXPECT_LT((more.slice(1, 0, 64) - anchors).abs().max().item<double>(), 1e-5) << "furthest points go on";
 }
 
 Config short_windows() {
@@ -90,7 +93,8 @@ TEST(Data, WindowsAreCanonicalAndSeeTheirScene) {
     EXPECT_LT(s.offsets.select(2, 0).abs().max().item<double>(), 2e-3);
     EXPECT_LT(s.offsets.select(2, 2).abs().max().item<double>(), 2e-3);
     const Window window = data.window(i);
-    EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.truth).select(2, 1)).abs().max().item<double>(), 2e-3);
+    EXPECT_LT((s.offsets.select(2, 1) + anchor_positions(window.truth, 64).select(2, 1)).abs().max().item<double>(),
+              2e-3);
     const double root = window.truth.joints[0][0][1].item<double>();
     const auto floor_cell = static_cast<int64_t>(std::floor((1.2 - root) / 0.1));
     EXPECT_EQ(s.occupancy[floor_cell].min().item<float>(), 1) << "the floor's own layer is full";

@@ -80,7 +80,8 @@ TEST(SceneInbetweener, ANetworkThatSeesNoKeysMeetsThemByInpainting) {
   // What the network is told does not depend on where keys are, nor on how near the scene is there.
   Conditioning on;
   on.groups = torch::ones({1, 121, kMaskChannels});
-  on.occupancy = torch::zeros({1, kSceneHeight, kSceneSide, kSceneSide});
+  const int64_t side = unaware.config.scene_encoder.side;
+  on.occupancy = torch::zeros({1, side / 2, side, side});
   on.offsets = torch::ones({1, unaware.config.anchors, 3, 121});
   on.shape = torch::ones({1, kShapeFeatures});
   Networks& n = unaware;
@@ -192,9 +193,32 @@ TEST(SceneInbetweener, RefusesWhatItCannotFill) {
     (broken.*part)[100].fill_(NAN);
     EXPECT_THAT(refused(broken, {0, 100, 199}), HasSubstr("finite"));
   }
-  Networks other = networks();
-  other.config.anchors = 6;
-  EXPECT_THAT(refusal_of([&] { SceneInbetweener{other}; }), HasSubstr("6 anchors"));
+}
+
+TEST(SceneInbetweener, LooksFromAsManyAnchorsAndCellsAsItsConfigurationSays) {
+  const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  MeshBuilder pillar;  // 3.5 m away: beyond the nearest 48 cells of 0.1 m, among the nearest 96
+  const Tensor root = clip.joints[0][0];
+  pillar.box({root[0].item<double>(), 1, root[2].item<double>() + 3.5}, {0.4, 1, 0.1});
+  Scene with_pillar = floor_scene();
+  with_pillar.meshes.push_back(pillar.mesh("pillar", {1, 1, 1}));
+  Options raw = request("every:60", 121);
+  raw.stage = Stage::network;
+  raw.detours = Detours::straight;
+  for (const int side : {48, 96}) {
+    Networks n = networks();
+    n.config.anchors = 256;
+    n.config.scene_encoder.side = side;
+    validate(n.config, "test");
+    n.network = untrained(n.config);
+    const SceneInbetweener inbetweener(n);
+    const auto filled = [&](const Scene& scene) { return inbetweener.run(clip, scene, raw).motion.joints; };
+    const double seen = largest_difference(filled(with_pillar), filled(floor_scene()));
+    if (side == 48)
+      EXPECT_EQ(seen, 0);
+    else
+      EXPECT_GT(seen, 1e-5);
+  }
 }
 
 TEST(SceneInbetweener, TakesAnyRateAndPositionsAlone) {

@@ -37,7 +37,8 @@ struct NetworkInput {
     keys = torch::zeros({batch, c.frames});
     for (const int64_t key : {0, 5, c.frames - 1}) keys.select(1, key).fill_(1);
     mask = keys.unsqueeze(1).expand({batch, c.mask_channels(), c.frames});
-    occupancy = torch::where(torch::rand({batch, kSceneHeight, kSceneSide, kSceneSide}) < 0.2, 1.F, -1.F);
+    const int64_t side = c.scene_encoder.side;
+    occupancy = torch::where(torch::rand({batch, side / 2, side, side}) < 0.2, 1.F, -1.F);
     offsets = torch::randn({batch, c.anchors, 3, c.frames});
     shape = torch::rand({batch, kShapeFeatures});
     steps = torch::randint(0, c.diffusion_steps, {batch}, torch::kInt64);
