@@ -324,17 +324,14 @@ TEST(Parity, FilesMayHoldAnyBatch) {
   }
 }
 
-/// The chair networks' files lie beside the project; their batches are theirs, of one sample, and doubled.
-TEST(Parity, ChairNetworksOfTheSharedFolder) {
-  const std::filesystem::path shared = shared_folder();
-  if (shared.empty()) GTEST_SKIP() << "no shared folder";
+/// The chair networks' batches are of several samples: one of them alone, and all twice.
+TEST(Parity, ChairNetworksTakeAnyBatch) {
   const TempFolder folder;
   for (const char* name : {"chair_posenet", "chair_controlnet", "chair_contactnet"}) {
-    const std::string path = shared / "parity" / (std::string(name) + ".safetensors");
+    const std::string path = parity_folder() / (std::string(name) + ".safetensors");
+    if (!std::filesystem::exists(path)) continue;
     const SafeTensors content = read_safetensors(path);
     SCOPED_TRACE(name);
-    std::cout << name << "\n";
-    check_for(name)(path, content);
     const int64_t axis = std::string(name) == "chair_controlnet" ? 1 : 0;
     for (const bool doubled : {false, true}) {
       SafeTensors other = content;
