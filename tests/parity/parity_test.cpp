@@ -26,7 +26,6 @@
 #include "inhabit/metrics/ndms.h"
 #include "inhabit/metrics/npss.h"
 #include "inhabit/nn/parameters.h"
-#include "shared.h"
 #include "temp_folder.h"
 
 using namespace inhabit;
