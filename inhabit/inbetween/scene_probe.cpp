@@ -108,7 +108,8 @@ float SceneDistances::distance(const Vector3f& point, Vector3f* gradient) const 
     u[static_cast<Eigen::Index>(axis)] = a - static_cast<float>(low[axis]);
   }
   const auto corner = [&](int x, int y, int z) {
-    const auto row = static_cast<size_t>((low[0] + x) * grid_->size[1] + low[1] + y);
+    const size_t row =
+        static_cast<size_t>(low[0] + x) * static_cast<size_t>(grid_->size[1]) + static_cast<size_t>(low[1] + y);
     return static_cast<float>(
         grid_->corners[row * static_cast<size_t>(grid_->size[2]) + static_cast<size_t>(low[2] + z)]);
   };
