@@ -128,6 +128,7 @@ Data::Data(const std::vector<std::string>& folders, const std::string& split, co
         rooms[set.clips[c].scene];
       }
     std::vector<std::pair<const std::string, Room>*> unread;
+    unread.reserve(rooms.size());
     for (auto& room : rooms) unread.push_back(&room);
     nn::parallel_chunks(static_cast<int64_t>(unread.size()), [&](int64_t i) {
       auto& [name, room] = *unread[static_cast<size_t>(i)];
