@@ -8,6 +8,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr int kMostPatches = 32;  // along a side: attention costs the fourth power of it
+
 constexpr auto fields = [](auto& c, const auto& visit) {
   visit("preset", c.preset);
   visit("rate", c.rate);
@@ -168,6 +170,7 @@ void validate(const Config& c, const std::string& subject) {
   check.holds(c.scene_encoder.side % 4 == 0, "scene_side");
   check.within("scene_patch", c.scene_encoder.patch, 2, c.scene_encoder.side);
   check.holds(c.scene_encoder.side % c.scene_encoder.patch == 0, "scene_patch");
+  check.holds(c.scene_encoder.side / c.scene_encoder.patch <= kMostPatches, "scene_patch");
   check.within("scene_width", c.scene_encoder.width, 1, 2048);
   check.within("scene_depth", c.scene_encoder.depth, 1, 24);
   check.within("scene_heads", c.scene_encoder.heads, 1, 64);

@@ -44,7 +44,7 @@ struct Recording {
 };
 
 /// Vertices of the built-in body by furthest point sampling; found once for each number.
-Tensor more_anchors(int64_t count) {
+Tensor spread_anchors(int64_t count) {
   static std::mutex mutex;
   static std::map<int64_t, Tensor> known;
   const std::lock_guard<std::mutex> lock(mutex);
@@ -67,9 +67,8 @@ Tensor body_betas(const Clip& clip) {
 Tensor anchor_positions(const Clip& clip, int64_t count) {
   Clip shaped = clip;
   shaped.betas = body_betas(clip);
-  if (count == builtin_body().anchors.size(0)) return anchor_points(shaped, builtin_body());
   BodyModel body = builtin_body();  // tensors are shared
-  body.anchors = more_anchors(count);
+  body.anchors = spread_anchors(count);
   return anchor_points(shaped, body);
 }
 

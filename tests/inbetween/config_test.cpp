@@ -64,6 +64,7 @@ TEST(Config, RefusesWhatCannotBeBuilt) {
                           R"({"scene_patch": 7})",
                           R"({"scene_side": 50, "scene_patch": 10})",
                           R"({"scene_side": 4, "scene_patch": 2})",
+                          R"({"scene_side": 192, "scene_patch": 2})",
                           R"({"scene_width": 0})",
                           R"({"scene_heads": 9999999999999})",
                           R"({"anchors": 0})",

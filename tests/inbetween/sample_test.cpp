@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "forecast/walker_data.h"
+#include "inhabit/body/body_model.h"
 #include "inhabit/inbetween/config.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/math/rotation.h"
+#include "inhabit/motion/placed_body.h"
 #include "inhabit/scene/shapes.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -53,6 +55,9 @@ TEST(SceneOccupancy, AWallInFrontStaysInFrontUnderAnyRotationOfTheRoot) {
 TEST(AnchorPositions, LieOnTheSkinWhereTheClipStands) {
   const Clip clip = walker(3, 1, 0.5, 1, 2, 3);
   const Tensor anchors = anchor_positions(clip, 64);
+  Clip shaped = clip;
+  shaped.betas = body_betas(clip);
+  EXPECT_TRUE(anchors.equal(anchor_points(shaped, builtin_body()))) << "64 are those that the body comes with";
   ASSERT_EQ(anchors.sizes(), (torch::IntArrayRef{3, 64, 3}));
   const Tensor nearest = torch::cdist(anchors, clip.joints).amin(2);
   EXPECT_LT(nearest.max().item<double>(), 0.35);
