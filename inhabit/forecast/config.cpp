@@ -94,6 +94,7 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("training.mirror", config.training.mirror);
   visit("training.stature", config.training.stature);
   visit("training.time_warp", config.training.time_warp);
+  visit("training.dropout", config.training.dropout);
   visit("training.warmup", config.training.schedule.warmup);
   visit("training.rate_floor", config.training.schedule.floor);
   visit("baselines.ltd_hidden", config.baselines.ltd_hidden);
@@ -253,6 +254,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.recorded", t.recorded, 0, 1);
   check.within("training.stature", t.stature, 0, 0.5);
   check.within("training.time_warp", t.time_warp, 0, 1);
+  check.within("training.dropout", t.dropout, 0, 0.9);
   check.holds(c.decoder == "recurrent" || c.decoder == "articulated", "decoder");
   if (c.decoder == "articulated") {
     const Config::Articulated& a = c.articulated;

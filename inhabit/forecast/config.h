@@ -94,6 +94,7 @@ struct Config {
     double stature = 0;    ///< motion networks see people and rooms up to this fraction larger or smaller
     double time_warp = 0;  ///< w: networks of motion see recordings 1 / (1 + w) to 1 + w times as fast
     RateSchedule schedule;  ///< of the learning rates
+    double dropout = 0;     ///< in the blocks of the articulated network and of its hypotheses
 
     bool operator==(const Training&) const = default;  ///< compares all settings
   } training;                                          ///< not looked at in use
