@@ -50,6 +50,7 @@ TEST(Config, RefusesWhatCannotBe) {
   EXPECT_THAT(message(with("\"past\":30", "\"passed\":30")), HasSubstr("no setting is called 'passed'"));
   EXPECT_THAT(message(with("\"hidden\":128", "\"hidden\":1000000000")), HasSubstr("hidden"));
   EXPECT_THAT(message(with("\"root\":0", "\"root\":22")), HasSubstr("'root'"));
+  EXPECT_THAT(message(with("\"dropout\":0.0", "\"dropout\":1.0")), HasSubstr("dropout"));
   EXPECT_THAT(message(with("\"sigma\":0.2", "\"sigma\":-1")), HasSubstr("sigma"));
   EXPECT_THAT(message(with("\"contact_coefficients\":12", "\"contact_coefficients\":91")), HasSubstr("coefficients"));
   EXPECT_THROW(preset("huge"), Error);
