@@ -29,7 +29,8 @@ constexpr double kMoved = 0.25;     // metres that a contact may be moved by wit
 constexpr double kReached = 0.05;   // metres from a palm to its contact
 constexpr double kStraight = 0.3;   // metres that are free on both sides of a straight route
 constexpr double kNearSeat = 0.15, kOnSeat = 0.2;  // metres: the pelvis beside and above its place on the seat
-constexpr double kClose = 0.5;                     // metres: who comes no nearer than that has arrived, too
+constexpr double kClose = 0.5, kBeside = 1;        // metres: who comes no nearer, or stops there, has arrived, too
+constexpr int kSetsOff = 30;                       // frames within which people set off
 constexpr double kStandsStill = 0.03;              // metres in half a second: less is no nearer, or a stop
 constexpr double kOffSeat = 0.3;                   // metres: who only shifts on the seat does not go so far from it
 
@@ -59,6 +60,7 @@ struct LivePerson::Impl {
   bool plans = true, blocked = false;
   bool stays = false;          // arrived at the target, or blocked
   bool rests = false;          // and has come to a stop
+  int under_way = 0;           // frames since the target was given
   std::optional<Guide> guide;  // to near the target; none where they go straight
   bool guided = false;         // a route was needed
   Engine::Workspace work;
@@ -84,6 +86,7 @@ struct LivePerson::Impl {
   void go(const Target& to, std::optional<WalkPath> route) {
     blocked = stays = plans && !route;
     rests = false;
+    under_way = 0;
     if (standing_life) standing_life.emplace(engine.networks().habits);
     guide.reset();
     target = to;
@@ -103,19 +106,22 @@ struct LivePerson::Impl {
 
   const Sample& half_a_second_ago() const { return state.samples[kNow / 2]; }
   bool stopped() const { return (state.now().root.position - half_a_second_ago().root.position).norm() < kStandsStill; }
-  /// Whether they are at the place to walk to, or have walked close to it and come no nearer.
+  /// Whether they are at the place to walk to, or have walked close to it and come no nearer, or have stopped beside
+  /// it.
   bool arrived() const {
     const auto left = [&](const Sample& s) {
       return (on_ground(target.place) - s.root.position.cast<double>()).norm();
     };
     const Sample& before = half_a_second_ago();
     const double now = left(state.now());
-    return now < kArrived || (now < kClose && before.action[kWalkAction] > 0.5F && left(before) - now < kStandsStill);
+    return now < kArrived || (now < (stopped() ? kBeside : kClose) && under_way > kSetsOff &&
+                              before.action[kWalkAction] > 0.5F && left(before) - now < kStandsStill);
   }
 
   /// The route is left where the rest of it is straight, the place on the floor reached where they are near. They then
   /// stay where they come to a stop: drawn on to the place itself, feet would slide.
   void follow() {
+    ++under_way;
     if (guide) {
       guide->follow(here());
       if (target.action == kSitAction && is_straight(guide->route())) guide.reset();
