@@ -11,7 +11,8 @@
 namespace inhabit::forecast {
 namespace {
 
-constexpr int64_t kValidationStride = 30;
+// A stage that keeps a prediction of each of its windows has fewer: some 15,000 of 200 minutes, which take 150 MB.
+constexpr int64_t kSparseStride = 15, kValidationStride = 30;
 
 bool is_articulated(const Config& config) { return config.decoder == "articulated"; }
 
@@ -126,6 +127,7 @@ class Stages {
         config_(config),
         names_(std::move(names)),
         data_(run.data, "train", config, config.training.stride),
+        sparse_data_(run.data, "train", config, kSparseStride),
         validation_(run.data, "val", config, kValidationStride),
         start_(std::move(start)) {
     model_.config = config;
@@ -150,16 +152,17 @@ class Stages {
     out.learning_rate = contact ? t.contact_rate : t.motion_rate;
     out.schedule = t.schedule;
     if (out.steps == 0)
-      out.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_.size() / std::max<int64_t>(1, out.batch));
+      out.steps = (adapt ? 10 : 50) * std::max<int64_t>(1, data_of(name).size() / std::max<int64_t>(1, out.batch));
     out.task = [this, name] { return task(name); };
     return out;
   }
 
  private:
-  /// Whether a stage takes what the contact network predicts.
-  bool takes_predictions(const std::string& name) const {
+  /// Whether a stage keeps a prediction of each of its windows.
+  bool keeps_predictions(const std::string& name) const {
     return name == "adapt" || name == "hypotheses" || (is_articulated(config_) && name == "motion");
   }
+  const Data& data_of(const std::string& name) const { return keeps_predictions(name) ? sparse_data_ : data_; }
 
   TrainTask task(const std::string& name) {
     if (name == "contact") {
@@ -169,12 +172,12 @@ class Stages {
     }
     if (among(baseline_stages(), name.c_str())) return baseline(name);
     const Networks before = earlier_stages(name);
-    if (takes_predictions(name)) take_contact_network(name, before);
+    if (keeps_predictions(name)) take_contact_network(name, before);
     if (name == "hypotheses") return hypotheses(before);
     if (is_articulated(config_)) {
       model_.articulated = ArticulatedNetwork(config_);
       adopt(model_.articulated, start_.articulated, "articulated_net.", run_.from);
-      return articulated_task(model_, data_, validation_, run_.device);
+      return articulated_task(model_, sparse_data_, validation_, run_.device);
     }
     if (name == "no_contact") {
       model_.no_contact = MotionNetwork(config_, /*with_contact=*/false);
@@ -185,7 +188,7 @@ class Stages {
       model_.motion = MotionNetwork(config_);
       adopt(model_.motion, start_.motion, "motion_net.", run_.from);
     }
-    return motion_task(name, model_, data_, validation_, run_.device);
+    return motion_task(name, model_, data_of(name), validation_, run_.device);
   }
 
   /// A baseline's network, with the weights of --from where these are of the same sizes.
@@ -211,7 +214,7 @@ class Stages {
   /// weights of --from.
   Networks earlier_stages(const std::string& name) const {
     const bool anew = !run_.resume && names_.size() > 1 && name == names_.front() && !run_.from.empty();
-    return takes_predictions(name) && !anew && std::filesystem::exists(run_.out) ? load_networks(run_.out) : Networks{};
+    return keeps_predictions(name) && !anew && std::filesystem::exists(run_.out) ? load_networks(run_.out) : Networks{};
   }
 
   void take_contact_network(const std::string& name, const Networks& before) {
@@ -234,13 +237,13 @@ class Stages {
     model_.hypotheses = HypothesesNetwork(config_);
     if (start_.config.articulated.hypotheses == config_.articulated.hypotheses)
       adopt(model_.hypotheses, start_.hypotheses, "hypotheses_net.", run_.from);
-    return hypotheses_task(model_, data_, validation_, run_.device);
+    return hypotheses_task(model_, sparse_data_, validation_, run_.device);
   }
 
   const TrainRun& run_;
   const Config& config_;
   std::vector<std::string> names_;
-  Data data_, validation_;
+  Data data_, sparse_data_, validation_;
   Networks start_, model_;
 };
 
