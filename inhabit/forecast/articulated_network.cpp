@@ -102,10 +102,10 @@ ArticulatedNetworkImpl::Block::Block(tn::Module& owner, const std::string& name,
       narrow(owner.register_module(name + "narrow", tn::Linear(width, width))) {}
 
 Tensor ArticulatedNetworkImpl::Block::forward(const Tensor& x, double dropout) {
-  const auto dropped = [dropout](const Tensor& t) { return dropout > 0 ? torch::dropout(t, dropout, true) : t; };
   const Tensor across = torch::silu(tokens->forward(token_norm->forward(x).transpose(1, 2))).transpose(1, 2);
-  const Tensor mixed = x + dropped(across);
-  return mixed + narrow->forward(dropped(torch::silu(widen->forward(channel_norm->forward(mixed)))));
+  const Tensor mixed = x + torch::dropout(across, dropout, /*train=*/true);
+  const Tensor widened = torch::silu(widen->forward(channel_norm->forward(mixed)));
+  return mixed + narrow->forward(torch::dropout(widened, dropout, /*train=*/true));
 }
 
 int64_t ArticulatedNetworkImpl::token_count(const Config& c) {
