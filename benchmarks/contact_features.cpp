@@ -15,7 +15,7 @@ struct Input {
   Tensor scene, past, contact;
   Input() {
     torch::manual_seed(1);
-    scene = room_cloud(config.points);
+    scene = room_cloud(config.inference.points);
     past = somebody(config.past, config.joints);
     contact = forecast::contact_features(scene, past, config);
   }

@@ -31,7 +31,7 @@ struct Case {
     for (const auto& module : network->modules(false)) {
       if (auto* layer = module->as<nn::PointVoxelConvImpl>()) layer->dense = true;
     }
-    scene = room_cloud(config.points);
+    scene = room_cloud(config.inference.points);
     past = somebody(config.past, config.joints);
     contact = forecast::contact_features(scene, past, config);
   }

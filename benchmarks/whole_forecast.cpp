@@ -48,7 +48,7 @@ struct Case {
   Tensor points() const {
     std::mt19937_64 random(2);
     const forecast::Config& c = networks.config;
-    return sample_points_near(room, past[c.past - 1][c.root], c.radius, c.points, random);
+    return sample_points_near(room, past[c.past - 1][c.root], c.inference.radius, c.inference.points, random);
   }
 };
 

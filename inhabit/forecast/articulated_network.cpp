@@ -101,11 +101,11 @@ ArticulatedNetworkImpl::Block::Block(tn::Module& owner, const std::string& name,
       widen(owner.register_module(name + "widen", tn::Linear(width, width))),
       narrow(owner.register_module(name + "narrow", tn::Linear(width, width))) {}
 
-Tensor ArticulatedNetworkImpl::Block::forward(const Tensor& x, double dropout) {
+Tensor ArticulatedNetworkImpl::Block::forward(const Tensor& x, double dropout, bool training) {
   const Tensor across = torch::silu(tokens->forward(token_norm->forward(x).transpose(1, 2))).transpose(1, 2);
-  const Tensor mixed = x + torch::dropout(across, dropout, /*train=*/true);
+  const Tensor mixed = x + torch::dropout(across, dropout, training);
   const Tensor widened = torch::silu(widen->forward(channel_norm->forward(mixed)));
-  return mixed + narrow->forward(torch::dropout(widened, dropout, /*train=*/true));
+  return mixed + narrow->forward(torch::dropout(widened, dropout, training));
 }
 
 int64_t ArticulatedNetworkImpl::token_count(const Config& c) {
@@ -185,7 +185,7 @@ ArticulatedNetworkImpl::Seen ArticulatedNetworkImpl::see(const Tensor& past, con
   const Tensor last = past.select(1, config.past - 1);
   seen.tokens =
       tokens(past, posed_from(last, seen.path, rotation6d_to_matrix(seen.rotations)), contact_points, conditioning);
-  for (Block& block : blocks) seen.tokens = block.forward(seen.tokens, is_training() ? config.training.dropout : 0);
+  for (Block& block : blocks) seen.tokens = block.forward(seen.tokens, config.training.dropout, is_training());
   return seen;
 }
 

@@ -62,8 +62,8 @@ struct ArticulatedNetworkImpl : torch::nn::Module {
 
     /// Of S tokens, registered in `owner` by names that begin with `name`.
     Block(torch::nn::Module& owner, const std::string& name, int64_t count, int64_t width);
-    /// @param x (B, S, width) @param dropout of what is added, in training
-    torch::Tensor forward(const torch::Tensor& x, double dropout);
+    /// @param x (B, S, width) @param dropout of what is added, where `training`
+    torch::Tensor forward(const torch::Tensor& x, double dropout, bool training);
   };
   /// S, of past and future.
   static int64_t token_count(const Config& config);

@@ -61,12 +61,12 @@ constexpr auto fields = [](auto& config, const auto& visit) {
   visit("root", config.root);
   visit("hips", config.hips);
   visit("sigma", config.sigma);
-  visit("contact_threshold", config.contact_threshold);
+  visit("contact_threshold", config.inference.contact_threshold);
   visit("contact_coefficients", config.contact_coefficients);
   visit("root_coefficients", config.root_coefficients);
   visit("hidden", config.hidden);
-  visit("points", config.points);
-  visit("radius", config.radius);
+  visit("points", config.inference.points);
+  visit("radius", config.inference.radius);
   visit("decode_from_past", config.decode_from_past);
   visit("decoder", config.decoder);
   visit("articulated.width", config.articulated.width);
@@ -137,7 +137,7 @@ Config preset(const std::string& name) {
                           {{128, 128, 64}, PointVoxelSpec{64, 1, 32}}};
   } else if (name == "compact") {
     config.hips = {1, 2};
-    config.points = 1500;
+    config.inference.points = 1500;
     config.contact_coefficients = 12;
     config.training.contact_steps = 6500;  // two hours on two cores
     config.training.motion_steps = 10000;
@@ -197,9 +197,9 @@ Config released_config(const std::map<std::string, std::string>& metadata, const
     config.future = std::stoi(text("T"));
     config.joints = std::stoi(text("J"));
     config.root = std::stoi(text("root"));
-    config.points = std::stoi(text("N"));
+    config.inference.points = std::stoi(text("N"));
     config.sigma = std::stod(text("sigma"));
-    config.contact_threshold = std::stod(text("contact_threshold"));
+    config.inference.contact_threshold = std::stod(text("contact_threshold"));
     config.contact_coefficients = std::stoi(text("L"));
     config.root_coefficients = std::stoi(text("dct_n_root"));
     config.hidden = std::stoi(text("nh"));
@@ -228,12 +228,12 @@ void validate(const Config& c, const std::string& subject) {
   check.holds(c.hips.empty() || c.hips.size() == 2, "hips");
   for (const int hip : c.hips) check.within("hips", hip, 0, c.joints - 1);
   check.within("sigma", c.sigma, kTiny, 100);
-  check.within("contact_threshold", c.contact_threshold, kTiny, 1 - kTiny);
+  check.within("contact_threshold", c.inference.contact_threshold, kTiny, 1 - kTiny);
   check.within("contact_coefficients", c.contact_coefficients, 1, c.frames());
   check.within("root_coefficients", c.root_coefficients, 1, c.frames());
   check.within("hidden", c.hidden, 1, 8192);
-  check.within("points", c.points, 1, 10'000'000);
-  check.within("radius", c.radius, kTiny, 1000);
+  check.within("points", c.inference.points, 1, 10'000'000);
+  check.within("radius", c.inference.radius, kTiny, 1000);
   const Config::Training& t = c.training;
   for (const auto& [name, steps] : {std::pair("training.contact_steps", t.contact_steps),
                                     {"training.motion_steps", t.motion_steps},

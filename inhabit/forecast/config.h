@@ -40,22 +40,19 @@ struct PropagationSpec {
 
 /// Everything that contact-aware forecasting must know to be built and run; it travels in a model file's metadata.
 struct Config {
-  std::string preset = "paper";     ///< what preset() it began as
-  double rate = 30;                 ///< frames a second
-  int past = 30;                    ///< P, observed frames
-  int future = 60;                  ///< T, predicted frames
-  int joints = 22;                  ///< J
-  int root = 0;                     ///< index of the root joint
-  std::vector<int> hips;            ///< left and right hip: windows face +Z; empty: world axes, as in the release
-  double sigma = 0.2;               ///< metres, width of the contact map (Eq. 2)
-  double contact_threshold = 0.32;  ///< contact value above which a joint touches
-  int contact_coefficients = 20;    ///< L, DCT coefficients of a contact sequence
-  int root_coefficients = 60;       ///< DCT coefficients of the root path
-  int hidden = 128;                 ///< width of the recurrent encoders, the root MLP and the contact network's head
-  int points = 5000;                ///< N, scene points sampled
-  double radius = 2.5;              ///< metres around the root at the last observed frame
-  bool decode_from_past = false;    ///< released form: every decoded frame starts from the past-motion code instead of
-                                    ///< the cell's own last state
+  std::string preset = "paper";   ///< what preset() it began as
+  double rate = 30;               ///< frames a second
+  int past = 30;                  ///< P, observed frames
+  int future = 60;                ///< T, predicted frames
+  int joints = 22;                ///< J
+  int root = 0;                   ///< index of the root joint
+  std::vector<int> hips;          ///< left and right hip: windows face +Z; empty: world axes, as in the release
+  double sigma = 0.2;             ///< metres, width of the contact map (Eq. 2)
+  int contact_coefficients = 20;  ///< L, DCT coefficients of a contact sequence
+  int root_coefficients = 60;     ///< DCT coefficients of the root path
+  int hidden = 128;               ///< width of the recurrent encoders, the root MLP and the contact network's head
+  bool decode_from_past = false;  ///< released form: every decoded frame starts from the past-motion code instead of
+                                  ///< the cell's own last state
   std::string decoder = "recurrent";  ///< the motion network: "recurrent", the paper's (Eq. 8-9), or "articulated"
   std::vector<AbstractionSpec> abstraction;  ///< levels of the contact network's encoder, finest first
   std::vector<PropagationSpec> propagation;  ///< levels of its decoder, coarsest first, as many
@@ -73,6 +70,15 @@ struct Config {
 
     bool operator==(const Articulated&) const = default;  ///< compares all sizes
   } articulated;                                          ///< where `decoder` says so
+
+  /// How the networks are used, and trained: what may be changed without new weights.
+  struct Inference {
+    double contact_threshold = 0.32;  ///< contact value above which a joint touches
+    int points = 5000;                ///< N, scene points sampled
+    double radius = 2.5;              ///< metres around the root at the last observed frame
+
+    bool operator==(const Inference&) const = default;  ///< compares all settings
+  } inference;                                          ///< in files beside the sizes, without a group of their own
 
   /// How the networks are trained. Defaults are the paper's (4.2).
   struct Training {

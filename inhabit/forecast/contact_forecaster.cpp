@@ -129,8 +129,8 @@ Result ContactForecaster::run(const Clip& clip, const Scene& scene, const Option
   out.past = slice(motion, start - c.past, start);
   if (motion.frames() > start) out.truth = slice(motion, start, std::min<int64_t>(motion.frames(), start + c.future));
   std::mt19937_64 random(options.seed);
-  const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.radius,
-                                                  options.points > 0 ? options.points : c.points, random);
+  const torch::Tensor points = sample_points_near(out.scene, out.past.joints[c.past - 1][c.root], c.inference.radius,
+                                                  options.points > 0 ? options.points : c.inference.points, random);
   out.forecast = predict(out.past.joints, points);
   if (options.joints_alone) {
     out.forecast.contact_dct.reset();

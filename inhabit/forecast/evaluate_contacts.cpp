@@ -38,9 +38,9 @@ std::vector<Source> sources_of(const Networks& model) {
   const Config& c = model.config;
   const auto past = [c](const Touching& w) { return w.joints.slice(1, 0, c.past).contiguous(); };
   std::vector<Source> out = {
-      {fmt::format("true, N = {}", c.points),
+      {fmt::format("true, N = {}", c.inference.points),
        [c](const Touching& w) { return true_contact_points(w.points, w.joints.slice(1, c.past), c); }},
-      {fmt::format("true, N = {}, L = {}", c.points, c.contact_coefficients),
+      {fmt::format("true, N = {}, L = {}", c.inference.points, c.contact_coefficients),
        [c](const Touching& w) { return contact_points(w.points, contact_targets(w.points, w.joints, c), c); }},
       {"last map kept",
        [c, past](const Touching& w) { return contact_points(w.points, contact_features(w.points, past(w), c), c); }}};
@@ -119,7 +119,7 @@ void add_rows(const std::vector<Source>& sources, const Tensor& counts, const st
 
 Config dense_config(const Config& config) {
   Config dense = config;
-  dense.points = kDensePoints;
+  dense.inference.points = kDensePoints;
   return dense;
 }
 

@@ -19,7 +19,8 @@ Config dense_config(const Config& config);
 /// observed map kept, and what the contact network predicts (where there is one), each for feet (ankles and balls of
 /// the feet) on the floor apart from all other contacts; then the predicted contacts of each joint; then, of several
 /// data sets, the first rows of each. Intervals by bootstrap over windows.
-/// @param data windows with config.points scene points; @param dense the same windows as dense_config has them.
+/// @param data windows with config.inference.points scene points; @param dense the same windows as dense_config has
+/// them.
 /// @param progress told how many windows are done; may be empty. @param parts of the windows: a part measures its own,
 /// and there are no rows where others are still to come.
 /// Throws Error where the data have no window or the model is not of the standard joints.

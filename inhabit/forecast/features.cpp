@@ -108,7 +108,7 @@ Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Conf
       values.push_back(value);
       indices.push_back(index);
     }
-    return pick_points(scene, torch::stack(indices, 2), torch::stack(values, 2) > config.contact_threshold);
+    return pick_points(scene, torch::stack(indices, 2), torch::stack(values, 2) > config.inference.contact_threshold);
   }
   const Tensor basis = idct.contiguous(), given = coefficients.contiguous();
   Tensor values = torch::empty({batch, config.joints, config.future});
@@ -117,17 +117,19 @@ Tensor contact_points(const Tensor& scene, const Tensor& contact_dct, const Conf
     const int64_t row = (b * config.joints + j) * config.future;
     largest_contact_of_joint(given.data_ptr<float>() + (b * config.contact_coefficients * config.joints + j) * count,
                              config.joints * count, count, basis.data_ptr<float>(), config.contact_coefficients,
-                             config.future, static_cast<float>(config.contact_threshold),
+                             config.future, static_cast<float>(config.inference.contact_threshold),
                              values.data_ptr<float>() + row, indices.data_ptr<int64_t>() + row);
   });
-  return pick_points(scene, indices.transpose(1, 2).contiguous(), values.transpose(1, 2) > config.contact_threshold);
+  return pick_points(scene, indices.transpose(1, 2).contiguous(),
+                     values.transpose(1, 2) > config.inference.contact_threshold);
 }
 
 Tensor true_contact_points(const Tensor& scene, const Tensor& joints, const Config& config) {
   torch::NoGradGuard no_gradients;
   const auto pick = [&](const Tensor& squared, const Tensor& index) {
-    return pick_points(scene, index,
-                       torch::exp(squared * (-0.5 / (config.sigma * config.sigma))) > config.contact_threshold);
+    return pick_points(
+        scene, index,
+        torch::exp(squared * (-0.5 / (config.sigma * config.sigma))) > config.inference.contact_threshold);
   };
   if (!scene.device().is_cpu()) {
     std::vector<Tensor> values, indices;

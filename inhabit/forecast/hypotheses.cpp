@@ -34,7 +34,7 @@ Hypotheses HypothesesNetworkImpl::forward(ArticulatedNetwork network, const Arti
   const int64_t batch = seen.tokens.size(0), many = config.articulated.hypotheses,
                 terms = config.articulated.coefficients;
   Tensor x = seen.tokens;
-  for (ArticulatedNetworkImpl::Block& block : blocks) x = block.forward(x, is_training() ? config.training.dropout : 0);
+  for (ArticulatedNetworkImpl::Block& block : blocks) x = block.forward(x, config.training.dropout, is_training());
   x = out_norm->forward(x);
   const Tensor apart = out->forward(coefficients->forward(x.transpose(1, 2)).transpose(1, 2))
                            .view({batch, terms, many, -1})

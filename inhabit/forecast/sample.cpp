@@ -110,7 +110,8 @@ Sample Data::sample(int64_t index, uint64_t seed, bool augment, double pace) con
   const WindowFrame frame = window_frame(out.joints, config);
   const torch::Tensor pool = impl_->pools.get(windows.scene_key(index));
   try {
-    out.points = frame.to_window(points_near(pool, frame.origin, config.radius, config.points, random()));
+    out.points =
+        frame.to_window(points_near(pool, frame.origin, config.inference.radius, config.inference.points, random()));
   } catch (const Error& e) {
     throw Error(windows.file(windows.clip_key(index)), e.what());
   }

@@ -15,7 +15,7 @@ namespace inhabit::forecast {
 /// One training or test window, in the axes of window_frame.
 struct Sample {
   torch::Tensor joints;  ///< (P+T, J, 3) observed, then future
-  torch::Tensor points;  ///< (N, 3) scene points within config.radius of the origin
+  torch::Tensor points;  ///< (N, 3) scene points within config.inference.radius of the origin
 };
 
 /// A mirror image or none, a change of size about the origin, a rotation about the vertical, then a shift on the floor.

@@ -24,7 +24,7 @@ Networks untrained() {
   torch::manual_seed(4);
   Networks networks;
   networks.config = preset("compact");
-  networks.config.contact_threshold = 0.05;
+  networks.config.inference.contact_threshold = 0.05;
   networks.contact = ContactNetwork(networks.config);
   networks.motion = MotionNetwork(networks.config);
   networks.contact->eval();

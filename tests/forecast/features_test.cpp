@@ -81,7 +81,7 @@ TEST(ContactPoints, AreTheLargestOfTheMapsAboveTheThreshold) {
         const Tensor map = maps[b][in.config.past + t][j];
         const int64_t best = map.argmax().item<int64_t>();
         Tensor expected = torch::zeros({4});
-        if (map[best].item<float>() > in.config.contact_threshold) {
+        if (map[best].item<float>() > in.config.inference.contact_threshold) {
           expected.slice(0, 0, 3).copy_(in.scene[b][best]);
           expected[3] = 1;
           ++touching;
@@ -109,7 +109,7 @@ TEST(ContactPoints, OfAKnownMotionAreTheClosestWithinReach) {
   const Tensor joints = in.motion.slice(1, in.config.past);
   const Tensor got = true_contact_points(in.scene, joints, in.config);
   const Tensor maps = contact_maps(in.scene, joints, in.config.sigma);
-  const Tensor touching = maps.amax(3) > in.config.contact_threshold;
+  const Tensor touching = maps.amax(3) > in.config.inference.contact_threshold;
   EXPECT_TRUE(torch::equal(got.select(3, 3) > 0, touching));
   for (int64_t b = 0; b < 2; ++b) {
     for (int64_t t = 0; t < in.config.future; ++t) {

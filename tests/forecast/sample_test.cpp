@@ -35,9 +35,9 @@ TEST(Data, WindowsHaveTheirRootAtTheOriginAndPointsAround) {
     for (int64_t i = 0; i < data.size(); ++i) {
       const Sample s = data.sample(i, 1, false);
       ASSERT_EQ(s.joints.sizes(), (torch::IntArrayRef{90, 22, 3}));
-      ASSERT_EQ(s.points.sizes(), (torch::IntArrayRef{config.points, 3}));
+      ASSERT_EQ(s.points.sizes(), (torch::IntArrayRef{config.inference.points, 3}));
       EXPECT_LT(s.joints[config.past - 1][config.root].abs().max().item<float>(), 1e-6F);
-      EXPECT_LT(s.points.norm(2, {1}).max().item<float>(), config.radius + 1e-4);
+      EXPECT_LT(s.points.norm(2, {1}).max().item<float>(), config.inference.radius + 1e-4);
       // The floor lies 0.95 m and the pelvis' offset below the root, everywhere the same.
       EXPECT_LT((s.points.select(1, 1) - s.points[0][1]).abs().max().item<float>(), 1e-4F);
       EXPECT_LT(s.points[0][1].item<float>(), -0.8F);

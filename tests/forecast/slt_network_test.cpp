@@ -24,7 +24,7 @@ struct Slt : testing::Test {
     network = SltNetwork(config);
     network->eval();
     past = torch::randn({3, config.past, config.joints, 3});
-    points = torch::randn({3, config.points, 3});
+    points = torch::randn({3, config.inference.points, 3});
   }
   const Config config = small_config();
   SltNetwork network{nullptr};
@@ -56,7 +56,8 @@ TEST_F(Slt, PathAndPosesFollowThePredictedGoal) {
 TEST_F(Slt, SeesTheRoomWhateverTheOrderOfItsPoints) {
   const torch::NoGradGuard no_gradients;
   const Tensor joints = network->forward(past, points).joints();
-  const Tensor other = network->forward(past, points.index_select(1, torch::randperm(config.points))).joints();
+  const Tensor other =
+      network->forward(past, points.index_select(1, torch::randperm(config.inference.points))).joints();
   EXPECT_TRUE(other.allclose(joints, 1e-4, 1e-4));
   const Tensor flat = network->forward(past, points * torch::tensor({1.F, 0.1F, 1.F}) + 0.3 * points.square()).joints();
   EXPECT_FALSE(flat.allclose(joints, 1e-4, 1e-4));

@@ -12,7 +12,7 @@ inline inhabit::forecast::Config small_forecast_config() {
   config.contact_coefficients = 4;
   config.root_coefficients = 7;
   config.hidden = 16;
-  config.points = 120;
+  config.inference.points = 120;
   config.abstraction = {{inhabit::forecast::PointVoxelSpec{16, 2, 8}, 40, 0.5, 8, {12, 20}},
                         {inhabit::forecast::PointVoxelSpec{24, 1, 4}, 12, 1.0, 8, {24}},
                         {std::nullopt, 4, 2.0, 8, {16, 32}}};

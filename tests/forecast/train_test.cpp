@@ -57,7 +57,7 @@ Config tiny_config() {
   Config c = small_forecast_config();
   c.joints = 22;
   c.root = 0;
-  c.radius = 4;
+  c.inference.radius = 4;
   c.training.contact_steps = 5;
   c.training.motion_steps = 13;
   c.training.adapt_steps = 2;
