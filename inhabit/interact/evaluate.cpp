@@ -174,6 +174,22 @@ void set_actions(const Labels& labels, Clip& clip) {
   clip.action = labels.action.argmax(1);
 }
 
+/// Nothing where nobody sits.
+std::optional<Trial> trial_of(const Dataset& set, const std::string& folder, const DatasetClip& entry, double seconds) {
+  if (entry.scene.empty()) return std::nullopt;
+  const Clip clip = load_clip(set, entry);
+  Scene scene = load_scene(set, entry.scene);
+  const std::optional<Chair> chair = chair_of(clip, scene);
+  if (!chair) return std::nullopt;
+  const Labels labels = label(clip, chair);
+  Trial trial{folder + "/" + entry.file, std::move(scene), *chair, slice(clip, 0, 1), first_contacts(labels), clip, 0,
+              folder + "/" + entry.scene};
+  trial.rest = stays_of(clip).front().rest.y() - chair->seat().y();
+  set_actions(labels, trial.truth);
+  trial.truth = slice(trial.truth, 0, std::min(clip.frames(), static_cast<int64_t>(seconds * clip.rate)));
+  return trial;
+}
+
 /// Somebody who stays as they are.
 Clip waiting(const Clip& start, double seconds) {
   const auto frames = static_cast<int64_t>(std::lround(seconds * start.rate));
@@ -204,21 +220,13 @@ std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std:
   for (const std::string& folder : folders) {
     const Dataset set = open_dataset(folder);
     const std::vector<DatasetClip> entries = set.split(split);
-    for (const int64_t i : spread_indices(static_cast<int64_t>(entries.size()), count)) {
-      const DatasetClip& entry = entries[static_cast<size_t>(i)];
-      if (entry.scene.empty()) continue;
-      const Clip clip = load_clip(set, entry);
-      Scene scene = load_scene(set, entry.scene);
-      const std::optional<Chair> chair = chair_of(clip, scene);
-      if (!chair) continue;
-      const Labels labels = label(clip, chair);
-      Trial trial{
-          folder + "/" + entry.file, std::move(scene), *chair, slice(clip, 0, 1), first_contacts(labels), clip, 0,
-          folder + "/" + entry.scene};
-      trial.rest = stays_of(clip).front().rest.y() - chair->seat().y();
-      set_actions(labels, trial.truth);
-      trial.truth = slice(trial.truth, 0, std::min(clip.frames(), static_cast<int64_t>(seconds * clip.rate)));
-      all.push_back(std::move(trial));
+    const auto size = static_cast<int64_t>(entries.size());
+    int64_t next = 0;  // no clip is taken twice
+    for (const int64_t i : spread_indices(size, count)) {
+      std::optional<Trial> trial;
+      for (next = std::max(next, i); next < size && !trial; ++next)
+        trial = trial_of(set, folder, entries[static_cast<size_t>(next)], seconds);
+      if (trial) all.push_back(std::move(*trial));
     }
   }
   return all;

@@ -24,7 +24,8 @@ struct Trial {
   std::string scene_file;  ///< the same for trials on the same chair
 };
 
-/// Trials of the clips of one split in which somebody sits down, at most `count`, evenly spread.
+/// Trials of the clips of one split in which somebody sits down, at most `count`, evenly spread: where nobody sits in a
+/// clip the next one takes its place.
 std::vector<Trial> trials_of(const std::vector<std::string>& folders, const std::string& split, int64_t count,
                              double seconds);
 

@@ -4,6 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
+#include "inhabit/synth/chairs.h"
 #include "interact/sitter_data.h"
 #include "temp_folder.h"
 
@@ -41,6 +45,30 @@ TEST(EvaluateInteract, RecordingsMeetTheirContactsAndWhoStandsStillDoesNot) {
   const std::string text = table_text(table);
   EXPECT_NE(text.find("still"), std::string::npos);
   EXPECT_EQ(table_json(table)["rows"].size(), 2);
+}
+
+// A table of 120 runs is of 120 people who sit, though some clips show people who only walk.
+TEST(EvaluateInteract, ClipsInWhichNobodySitsGiveTheirPlaceToTheNext) {
+  const TempFolder folder;
+  ChairsOptions options;
+  options.minutes = 30;
+  const Dataset made = generate_chairs(folder / "chairs", options);
+  std::vector<std::string> seated;
+  bool walked = false;  // by people who do not sit, before others who do
+  for (const DatasetClip& entry : made.split("train")) {
+    const bool sits = parse_chair_source(entry.source).interaction != Interaction::locomotion;
+    if (sits) seated.push_back(folder / "chairs/" + entry.file);
+    walked = walked || (!sits && seated.size() < 20);
+  }
+  ASSERT_TRUE(walked);
+  const std::vector<Trial> trials = trials_of({folder / "chairs"}, "train", 20, 16);
+  EXPECT_EQ(trials.size(), 20);
+  std::set<std::string> names;
+  for (const Trial& trial : trials) {
+    names.insert(trial.name);
+    EXPECT_NE(std::find(seated.begin(), seated.end(), trial.name), seated.end()) << trial.name;
+  }
+  EXPECT_EQ(names.size(), 20) << "each once";
 }
 
 }  // namespace
