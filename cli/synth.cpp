@@ -10,6 +10,7 @@
 #include "inhabit/synth/check.h"
 #include "inhabit/synth/fit.h"
 #include "inhabit/synth/generate.h"
+#include "inhabit/synth/seat_touch.h"
 #include "inputs.h"
 #include "interrupted.h"
 #include "progress.h"
@@ -64,6 +65,9 @@ void add_chairs(CLI::App& synth) {
       ->capture_default_str();
   verb->add_option("--kinds", given->options.kinds, "Kinds of chairs; all by default")
       ->check(CLI::IsMember(inhabit::chair_kinds()));
+  verb->add_option("--parts", given->options.parts,
+                   "Parts of chairs that hands take hold of, each as often; by default what people do")
+      ->check(CLI::IsMember(inhabit::seat_part_names()));
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();
   add_shard(*verb, given->shard);
   verb->callback([given] {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "inhabit/synth/life.h"
+#include "inhabit/synth/seat_touch.h"
 
 namespace inhabit {
 
@@ -34,6 +35,7 @@ struct ChairTake {
   double distance = 2;   ///< of the start from the chair's middle, metres; farther where that is not free
   double before = 0;     ///< seconds that somebody stands about before setting off, beside up to one
   double after = 0;      ///< seconds left to stand about after walking off; 0: whoever does stands for two or less
+  std::vector<SeatPart> parts = {};  ///< that hands take hold of, each as often; empty: what people do on such a seat
 };
 
 /// A clip of `take`: somebody walks to the chair, around it where they start behind, sits down with the hands of the

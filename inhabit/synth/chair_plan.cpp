@@ -88,7 +88,7 @@ class ChairPlanner : private SittingWriter {
     const bool leaves = seconds_left > 6.5 && (take_.after > 0 || chance(random_, subject_.walks_off));
     stay.rise = leaves ? last - uniform(random_, 3.0, std::min(5.0, seconds_left - 3.2)) : take_.seconds + 2;
     stay.risen = stay.rise + pace * uniform(random_, 1.3, 1.75);
-    if (!live_on(seat, stay, take_.interaction, leaves)) return false;
+    if (!live_on(seat, stay, take_, leaves)) return false;
     life_->steps.wait(std::max(0.0, stay.risen + 0.15 - now()));
     does(Action::stand);
     if (leaves) leave();

@@ -28,6 +28,11 @@ struct ChairJob {
 // Seeds of different kinds of draws.
 enum Stream : uint64_t { kSubjects = 1, kSchedule = 2, kChairs = 1000, kClips = 1000000 };
 
+/// The place of `name` among `names`; their number where it is none of them.
+size_t place_among(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
 template <class T>
 void shuffle(std::vector<T>& items, std::mt19937_64& random) {
   for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
@@ -60,6 +65,8 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
       if (chance(random, 0.5)) job.take.after = uniform(random, least, options.linger);
       job.take.seconds += job.take.before + job.take.after;
     }
+    for (const std::string& part : options.parts)
+      job.take.parts.push_back(static_cast<SeatPart>(place_among(seat_part_names(), part)));
     job.take.seconds = std::round(job.take.seconds * kSynthRate) / kSynthRate;
     lacks[type] -= job.take.seconds;
     left -= job.take.seconds;
@@ -139,6 +146,7 @@ nlohmann::json provenance_of(const ChairsOptions& options, const std::vector<Cha
           {"chairs", options.chairs},
           {"linger", options.linger},
           {"kinds", options.kinds.empty() ? chair_kinds() : options.kinds},
+          {"parts", options.parts.empty() ? seat_part_names() : options.parts},
           {"subjects", people},
           {"interactions", interaction_names()},
           {"source", "subject_N/INTERACTION/chair_NNNNNN"},
@@ -184,8 +192,11 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   if (options.chairs < 1 || options.chairs > 100000) throw Error("the number of chairs must be 1 to 100000");
   if (!(options.linger >= 0 && options.linger <= 60)) throw Error("linger must be 0 to 60 seconds");
   for (const std::string& kind : options.kinds)
-    if (std::find(chair_kinds().begin(), chair_kinds().end(), kind) == chair_kinds().end())
+    if (place_among(chair_kinds(), kind) == chair_kinds().size())
       throw Error(kind, fmt::format("is no kind of chair; there are {}", fmt::join(chair_kinds(), ", ")));
+  for (const std::string& part : options.parts)
+    if (place_among(seat_part_names(), part) == seat_part_names().size())
+      throw Error(part, fmt::format("is no part of a seat; there are {}", fmt::join(seat_part_names(), ", ")));
   std::vector<ChairSubject> subjects;
   subjects.reserve(static_cast<size_t>(options.subjects));
   std::mt19937_64 random(item_seed(options.seed, kSubjects));

@@ -16,6 +16,8 @@ struct ChairsOptions {
   int64_t chairs = 240;  ///< fewer where there are fewer clips; of twelve two are for testing and one for validation
   double linger = 0;  ///< seconds that half of the people stand about at most before they set off, and after they have
                       ///< walked off. 0: none of them for long
+  std::vector<std::string> parts;  ///< of seat_part_names() that hands take hold of, each as often; empty: what people
+                                   ///< do on such a seat
   std::vector<std::string> kinds;  ///< of chair_kinds(); empty: all, in the proportions of draw_chair
   uint64_t seed = 1;               ///< of everything
   Shard shard;                     ///< of clips

@@ -10,8 +10,9 @@ namespace inhabit {
 
 using Eigen::Vector3d;
 
-bool SittingWriter::live_on(const Seat& seat, const SeatStay& times, Interaction interaction, bool leaves) {
-  Stay stay{seat, times, {}, {}, interaction == Interaction::free};
+bool SittingWriter::live_on(const Seat& seat, const SeatStay& times, const ChairTake& take, bool leaves) {
+  const Interaction interaction = take.interaction;
+  Stay stay{seat, times, {}, {}, interaction == Interaction::free, take.parts};
   std::array<bool, 2> first{};
   if (interaction == Interaction::free) {
     stay.may_touch = {true, true};
@@ -60,7 +61,10 @@ std::optional<SittingWriter::Contact> SittingWriter::find_contact(const Stay& st
   for (int attempt = 0; attempt < 6; ++attempt) {
     const double draw = uniform(random_, 0, 1);
     Contact contact;
-    if (stay.seat.arms.empty())
+    if (!stay.parts.empty())
+      contact.part = stay.parts[std::min(static_cast<size_t>(draw * static_cast<double>(stay.parts.size())),
+                                         stay.parts.size() - 1)];
+    else if (stay.seat.arms.empty())
       contact.part = draw < 0.4 ? SeatPart::seat_side : draw < 0.75 ? SeatPart::seat_front : SeatPart::back_rest;
     else
       contact.part = draw < 0.75 ? SeatPart::arm_rest : draw < 0.9 ? SeatPart::seat_front : SeatPart::seat_side;

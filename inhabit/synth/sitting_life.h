@@ -15,9 +15,10 @@ class SittingWriter : protected LifeWriter {
       : LifeWriter(floor, *subject.figure, random), chair_(chair), subject_(subject) {}
 
  protected:
-  /// From `stay.down`, which is now, to getting up at `stay.rise`. False where a hand finds no place on the chair.
+  /// From `stay.down`, which is now, to getting up at `stay.rise`, with the hands of `take`. False where a hand finds
+  /// no place on the chair.
   /// @param leaves whether getting up is seen.
-  bool live_on(const Seat& seat, const SeatStay& stay, Interaction interaction, bool leaves);
+  bool live_on(const Seat& seat, const SeatStay& stay, const ChairTake& take, bool leaves);
 
   const Furniture& chair_;       ///< that is sat on
   const ChairSubject& subject_;  ///< who sits
@@ -34,6 +35,7 @@ class SittingWriter : protected LifeWriter {
     std::array<bool, 2> may_touch{};     ///< hands of the interaction type
     std::array<double, 2> busy_until{};  ///< second at which a hand has left what it holds
     bool lively = false;                 ///< free interactions
+    const std::vector<SeatPart>& parts;  ///< ChairTake::parts
   };
 
   std::optional<Contact> find_contact(const Stay& stay, int side);

@@ -50,16 +50,19 @@ int64_t first_seated(const Clip& clip) {
   return -1;
 }
 
-/// The place of `frame`'s root in the chair's frame.
-Eigen::Vector3d own_place(const Clip& clip, int64_t frame) {
+/// `point` (3), world, in the chair's frame.
+Eigen::Vector3d in_chair(const Clip& clip, const torch::Tensor& point) {
   const auto pose = clip.object_pose.accessor<float, 3>();
-  const auto joints = clip.joints.accessor<float, 3>();
+  const auto at = point.accessor<float, 1>();
   const Eigen::Vector3d rotation(pose[0][0][3], pose[0][0][4], pose[0][0][5]);
   Eigen::Vector3d away;
-  for (int i = 0; i < 3; ++i) away[i] = joints[frame][0][i] - pose[0][0][i];
+  for (int i = 0; i < 3; ++i) away[i] = at[i] - pose[0][0][i];
   return rotation.norm() < 1e-9 ? away
                                 : Eigen::Vector3d(Eigen::AngleAxisd(-rotation.norm(), rotation.normalized()) * away);
 }
+
+/// The place of `frame`'s root in the chair's frame.
+Eigen::Vector3d own_place(const Clip& clip, int64_t frame) { return in_chair(clip, clip.joints[frame][0]); }
 
 // Table 4 of the COUCH paper, minutes of 209.7.
 TEST(Chairs, MinutesAreDividedAsInTheCouchDataSet) {
@@ -302,6 +305,31 @@ TEST(Chairs, KindsMayBeChosenAndBedsAreSatOnAllAlongTheirSides) {
   options.kinds = {"throne"};
   EXPECT_THAT([&] { generate_chairs(folder / "e", options); },
               testing::ThrowsMessage<Error>(testing::HasSubstr("throne: is no kind of chair; there are chair, arm")));
+}
+
+// Both hands on the back rest is rare among people, and a network that has seldom seen it does not sit down.
+TEST(Chairs, PartsThatHandsTakeHoldOfMayBeChosen) {
+  const TempFolder folder;
+  ChairsOptions options;
+  options.minutes = 4;
+  options.kinds = {"chair"};
+  options.parts = {"back"};
+  const Dataset made = generate_chairs(folder / "d", options);
+  int64_t contacts = 0;
+  for (const DatasetClip& entry : made.clips) {
+    const Clip clip = load_clip(made, entry);
+    const torch::Tensor all = clip.hand_targets.view({-1, 4});
+    const torch::Tensor points = all.index_select(0, (all.select(1, 3) > 0).nonzero().flatten()).slice(1, 0, 3);
+    contacts += points.size(0);
+    // Who sits has arm rests, front and sides of the seat beside or before them, and the back rest behind.
+    for (int64_t i = 0; i < points.size(0); ++i)
+      EXPECT_LT(in_chair(clip, points[i]).z(), own_place(clip, first_seated(clip)).z()) << entry.file;
+  }
+  EXPECT_GT(contacts, 500);
+  options.parts = {"wheel"};
+  EXPECT_THAT(
+      [&] { generate_chairs(folder / "e", options); },
+      testing::ThrowsMessage<Error>(testing::HasSubstr("wheel: is no part of a seat; there are armrest, front")));
 }
 
 // Networks learn how people stand from those who stand for more than a moment, and move meanwhile.
