@@ -47,6 +47,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.feet_weight", c.training.feet_weight);
   visit("training.rest_rotation", c.training.rest_rotation);
   visit("training.scene_dropout", c.training.scene_dropout);
+  visit("training.noisiest", c.training.noisiest);
+  visit("training.far_keys", c.training.far_keys);
   visit("training.recorded", c.training.recorded);
   visit("training.time_warp", c.training.time_warp);
   visit("training.blocked", c.training.blocked);
@@ -194,6 +196,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.feet_weight", c.training.feet_weight, 0, 1000);
   check.within("training.rest_rotation", c.training.rest_rotation, 0, 90);
   check.within("training.scene_dropout", c.training.scene_dropout, 0, 1);
+  check.within("training.noisiest", c.training.noisiest, 0, 1);
+  check.within("training.far_keys", c.training.far_keys, 0, 1);
   check.within("training.recorded", c.training.recorded, 0, 1);
   check.within("training.time_warp", c.training.time_warp, 0, 1);
   check.within("training.blocked", c.training.blocked, 0, 1);

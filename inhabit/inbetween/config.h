@@ -88,7 +88,10 @@ struct Config {
     double swinging_weight = 0;     ///< of feet that go faster than the truth's ever do (the same), in stage "deployed"
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
-    int deployed_steps = 8000;      ///< of stage "deployed", half as many windows in each, sampled twice
+    double noisiest = 0.2;      ///< fraction of windows at one of the noisiest tenth of the steps, in stage "denoiser":
+                                ///< where motion that keys leave open is decided
+    double far_keys = 0.5;      ///< fraction of windows whose keys are 30 to 120 frames apart
+    int deployed_steps = 8000;  ///< of stage "deployed", half as many windows in each, sampled twice
     double deployed_learning_rate = 1e-4;  ///< peak of the learning rate in stage "deployed"
     int path_steps = 8000;                 ///< of stage "path"
     int path_batch = 48;                   ///< floors of a step of it

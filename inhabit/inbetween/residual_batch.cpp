@@ -17,9 +17,7 @@ using torch::Tensor;
 
 namespace {
 
-constexpr double kFarKeys = 0.5;          // fraction of windows whose keys are 30 to 120 frames apart
 constexpr double kSelfConditioned = 0.5;  // fraction of batches that see an earlier prediction
-constexpr double kNoisiest = 0.2;         // fraction of windows at one of the noisiest tenth of the steps
 constexpr double kMostNoise = 2.5;        // level of noise on keys
 constexpr double kNoisyLast = 0.5;        // fraction of noisy windows whose last key is noisy, too, as in long clips
 constexpr int kLookedAt = 6;              // windows, to find one whose baseline is blocked
@@ -96,7 +94,7 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     const bool mirrored = chance(random, 0.5);
     const double most = std::log1p(recorded ? c.training.time_warp : 0);
     PoseWindow window = data.window(index, mirrored, most > 0 ? std::exp(uniform(random, -most, most)) : 1);
-    const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : kFarKeys, random);
+    const DrawnKeys keys = draw_keys(c.frames, c.partial_keys, draws > 1 ? 1 : c.training.far_keys, random);
     const KeyNoise noise = draw_noise(keys, c, random);
     const Poses key_poses = key_source(window.poses, noise, random);
     Baseline baseline = baseline_of(key_poses, keys.groups, {}, noise);
@@ -134,8 +132,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
     const Tensor exact = (torch::tensor(e.baseline.noise) == 0).to(torch::kFloat32).unsqueeze(1);
     weights.push_back(1 + (kTargetWeight - 1) * e.baseline.targets.select(2, 3) * exact);
     const int last = c.diffusion_steps - 1;
-    steps.push_back(chance(random, kNoisiest) ? uniform_int(random, last - last / 10, last)
-                                              : uniform_int(random, 0, last));
+    steps.push_back(chance(random, c.training.noisiest) ? uniform_int(random, last - last / 10, last)
+                                                        : uniform_int(random, 0, last));
     out.scenes.push_back(e.window.scene);
   }
   out.frames = residual_frames(baselines, table);
