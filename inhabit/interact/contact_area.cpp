@@ -22,17 +22,17 @@ struct Part {
   Vector2d best;                ///< aside and ahead: the nearest place to this is taken
 };
 
+constexpr const char* kBack = "back";
 constexpr double kSeatLevel = 0.05, kLevel = 0.03;  // metres: with the rounded edges of cushions, and without
 
 // A pelvis rests some 0.2 m behind the front edge. The places are the middle of those where people of the training data
 // take hold of each part: what they never do the networks do badly. What is as high as an arm rest but farther back may
-// be the back rest, and what is farther aside than that an arm rest.
+// be the back rest.
 const std::vector<Part>& parts() {
   static const std::vector<Part> all = {
       {"armrest", {0.16, 0.7}, {0, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
       {"front", {0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.29, 0.5}},
       {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kLevel, kLevel}, {0.3, 0.08}},
-      {"back", {0.02, 0.22}, {-0.7, -0.08}, {0.2, 0.9}, {0.16, -0.1}},
   };
   return all;
 }
@@ -61,8 +61,8 @@ std::optional<Vector3d> nearest_of(const Part& part, const Chair& chair, const T
   return best;
 }
 
-/// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where the
-/// back rest is out of reach or none.
+/// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where there
+/// is none, or it is out of reach. (The top of a back rest behind oneself is, too.)
 std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
   constexpr double kOutside = 12, kFarthest = 0.4, kNearest = 0.1;  // metres aside; meshes are 10 m wide
   constexpr double kBegins = -0.08, kEnds = -0.5, kStep = 0.02, kBehindFace = 0.016;  // metres ahead
@@ -92,8 +92,8 @@ std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
 const std::vector<std::string>& contact_areas() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> out;
-    out.reserve(parts().size());
     for (const Part& part : parts()) out.emplace_back(part.name);
+    out.emplace_back(kBack);
     return out;
   }();
   return names;
@@ -101,17 +101,20 @@ const std::vector<std::string>& contact_areas() {
 
 Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
   const auto part = std::find_if(parts().begin(), parts().end(), [&](const Part& p) { return area == p.name; });
-  if (part == parts().end()) {
+  if (part == parts().end() && area != kBack) {
     std::string names;
     for (const std::string& name : contact_areas()) names += (names.empty() ? "" : ", ") + name;
     throw Error(chair.name, "'" + area + "' is no part of a chair; there are " + names);
   }
   const TopView view = view_from_above(chair.mesh);
   std::optional<Vector3d> best;
-  // Between arm rests nobody gets at the sides of a back rest.
-  if (area == "back" && !nearest_of(parts().front(), chair, view, side)) best = side_of_back(chair, side);
-  if (!best) best = nearest_of(*part, chair, view, side);
-  if (!best) throw Error(chair.name, "has no " + area + " on the " + (side == 0 ? "left" : "right"));
+  if (area != kBack)
+    best = nearest_of(*part, chair, view, side);
+  else if (!nearest_of(parts().front(), chair, view, side))  // between arm rests nobody gets at it
+    best = side_of_back(chair, side);
+  if (!best)
+    throw Error(chair.name, "has no " + area + (area == kBack ? " within reach" : "") + " on the " +
+                                (side == 0 ? "left" : "right"));
   return *best;
 }
 

@@ -10,7 +10,8 @@
 namespace inhabit::interact {
 
 /// The parts of a chair that hands are sent to by name: "armrest", "front" and "side" (edges of the seat; where it
-/// is broad, beside the hip), "back" (the side of the back rest; its top where there are arm rests).
+/// is broad, beside the hip), "back" (the side of the back rest, where it is within reach and no arm rest is before
+/// it).
 const std::vector<std::string>& contact_areas();
 
 /// A point on the surface of a part of a chair, for the left (0) or right (1) hand of a person who sits there, world
