@@ -146,7 +146,7 @@ nlohmann::json provenance_of(const ChairsOptions& options, const std::vector<Cha
           {"chairs", options.chairs},
           {"linger", options.linger},
           {"kinds", options.kinds.empty() ? chair_kinds() : options.kinds},
-          {"parts", options.parts.empty() ? seat_part_names() : options.parts},
+          {"parts", options.parts},
           {"subjects", people},
           {"interactions", interaction_names()},
           {"source", "subject_N/INTERACTION/chair_NNNNNN"},
