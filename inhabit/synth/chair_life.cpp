@@ -92,6 +92,11 @@ const std::vector<std::string>& interaction_names() {
   return names;
 }
 
+const std::vector<std::string>& seat_part_names() {
+  static const std::vector<std::string> names = {"armrest", "front", "side", "back"};
+  return names;
+}
+
 ChairSubject draw_subject(const BodyModel& body, std::mt19937_64& random) {
   ChairSubject subject;
   subject.betas = draw_betas(body, random);

@@ -2,9 +2,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "inhabit/synth/life.h"
-#include "inhabit/synth/seat_touch.h"
 
 namespace inhabit {
 
@@ -12,6 +12,11 @@ namespace inhabit {
 enum class Interaction { right_hand, left_hand, both_hands, no_contact, free, locomotion };
 /// "right_hand", "left_hand", "both_hands", "no_contact", "free", "locomotion".
 const std::vector<std::string>& interaction_names();
+
+/// Where a hand takes hold of what one sits on.
+enum class SeatPart { arm_rest, seat_front, seat_side, back_rest };
+/// "armrest", "front", "side", "back", as interact::contact_areas() has them.
+const std::vector<std::string>& seat_part_names();
 
 /// Somebody with a shape and a style of their own.
 struct ChairSubject {

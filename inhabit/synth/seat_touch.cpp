@@ -44,11 +44,6 @@ HandTrip hand_on_side(int side, const Vector3d& point, const Vector3d& out, cons
 
 }  // namespace
 
-const std::vector<std::string>& seat_part_names() {
-  static const std::vector<std::string> names = {"armrest", "front", "side", "back"};
-  return names;
-}
-
 std::optional<HandTrip> touch_seat(SeatPart part, int side, const Furniture& piece, const Seat& seat,
                                    const Vector3d& root_world, const Figure& figure, std::mt19937_64& random) {
   const double mirror = side == 0 ? 1 : -1;
