@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "inhabit/error.h"
 #include "inhabit/interact/seat_map.h"
@@ -17,29 +18,23 @@ using Eigen::Vector3d;
 
 /// Where on a chair, in the axes of its seat: metres to the side of the hand, ahead, and over the seat.
 struct Part {
-  const char* name;
   Vector2d aside, ahead, over;  ///< from, to
   Vector2d best;                ///< aside and ahead: the nearest place to this is taken
 };
 
-constexpr const char* kBack = "back";
 constexpr double kSeatLevel = 0.05, kLevel = 0.03;  // metres: with the rounded edges of cushions, and without
 
 // A pelvis rests some 0.2 m behind the front edge. The places are the middle of those where people of the training data
 // take hold of each part: what they never do the networks do badly. What is as high as an arm rest but farther back may
 // be the back rest.
-const std::vector<Part>& parts() {
-  static const std::vector<Part> all = {
-      {"armrest", {0.16, 0.7}, {0, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
-      {"front", {0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.29, 0.5}},
-      {"side", {0.12, 0.6}, {-0.2, 0.2}, {-kLevel, kLevel}, {0.3, 0.08}},
-  };
-  return all;
-}
+const Part kArmRestPart = {{0.16, 0.7}, {0, 0.4}, {0.08, 0.4}, {0.27, 0.28}},
+           kFrontPart = {{0.05, 0.4}, {0.1, 0.5}, {-kSeatLevel, kSeatLevel}, {0.29, 0.5}},
+           kSidePart = {{0.12, 0.6}, {-0.2, 0.2}, {-kLevel, kLevel}, {0.3, 0.08}};
 
 /// The place of a part that is nearest to where it is best taken hold of by the left (0) or right (1) hand, world;
-/// nothing where there is none. @param view of the chair
-std::optional<Vector3d> nearest_of(const Part& part, const Chair& chair, const TopView& view, int side) {
+/// nothing where there is none.
+std::optional<Vector3d> nearest_of(const Part& part, const Chair& chair, int side) {
+  const TopView view = view_from_above(chair.mesh);
   const Vector2d middle = on_ground(chair.seat()), ahead = ahead_of(chair.heading()),
                  out = (side == 0 ? 1 : -1) * left_of(chair.heading());
   std::optional<Vector3d> best;
@@ -62,8 +57,9 @@ std::optional<Vector3d> nearest_of(const Part& part, const Chair& chair, const T
 }
 
 /// Where a hand takes hold of the side of the back rest: its front edge, some 0.18 m over the seat. Nothing where there
-/// is none, or it is out of reach. (The top of a back rest behind oneself is, too.)
+/// is none, where it is out of reach, or behind an arm rest. (The top of a back rest behind oneself is out of reach.)
 std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
+  if (nearest_of(kArmRestPart, chair, side)) return {};
   constexpr double kOutside = 12, kFarthest = 0.4, kNearest = 0.1;  // metres aside; meshes are 10 m wide
   constexpr double kBegins = -0.08, kEnds = -0.5, kStep = 0.02, kBehindFace = 0.016;  // metres ahead
   const SceneQuery query(Scene{chair.name, {chair.mesh}, {}});
@@ -87,35 +83,46 @@ std::optional<Vector3d> side_of_back(const Chair& chair, int side) {
   return {};
 }
 
+/// A part of a chair that hands are sent to.
+struct Area {
+  std::string name;     ///< that it is asked for by
+  std::string missing;  ///< what a chair without it has none of
+  std::function<std::optional<Vector3d>(const Chair&, int)> place;
+};
+
+const std::vector<Area>& areas() {
+  const auto nearest = [](const Part& part) {
+    return [&part](const Chair& chair, int side) { return nearest_of(part, chair, side); };
+  };
+  static const std::vector<Area> all = {{"armrest", "armrest", nearest(kArmRestPart)},
+                                        {"front", "front", nearest(kFrontPart)},
+                                        {"side", "side", nearest(kSidePart)},
+                                        {"back", "back within reach", side_of_back}};
+  return all;
+}
+
 }  // namespace
 
 const std::vector<std::string>& contact_areas() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> out;
-    for (const Part& part : parts()) out.emplace_back(part.name);
-    out.emplace_back(kBack);
+    out.reserve(areas().size());
+    for (const Area& area : areas()) out.push_back(area.name);
     return out;
   }();
   return names;
 }
 
 Vector3d contact_on(const Chair& chair, const std::string& area, int side) {
-  const auto part = std::find_if(parts().begin(), parts().end(), [&](const Part& p) { return area == p.name; });
-  if (part == parts().end() && area != kBack) {
+  const auto asked = std::find_if(areas().begin(), areas().end(), [&](const Area& a) { return area == a.name; });
+  if (asked == areas().end()) {
     std::string names;
     for (const std::string& name : contact_areas()) names += (names.empty() ? "" : ", ") + name;
     throw Error(chair.name, "'" + area + "' is no part of a chair; there are " + names);
   }
-  const TopView view = view_from_above(chair.mesh);
-  std::optional<Vector3d> best;
-  if (area != kBack)
-    best = nearest_of(*part, chair, view, side);
-  else if (!nearest_of(parts().front(), chair, view, side))  // between arm rests nobody gets at it
-    best = side_of_back(chair, side);
-  if (!best)
-    throw Error(chair.name, "has no " + area + (area == kBack ? " within reach" : "") + " on the " +
-                                (side == 0 ? "left" : "right"));
-  return *best;
+  const std::optional<Vector3d> place = asked->place(chair, side);
+  if (!place) throw Error(chair.name, "has no " + asked->missing + " on the " + (side == 0 ? "left" : "right"));
+  return *place;
 }
 
 std::optional<Vector3d> contact_at(const Chair& chair, const ContactPlace& place, int side) {

@@ -28,9 +28,12 @@ struct ChairJob {
 // Seeds of different kinds of draws.
 enum Stream : uint64_t { kSubjects = 1, kSchedule = 2, kChairs = 1000, kClips = 1000000 };
 
-/// The place of `name` among `names`; their number where it is none of them.
-size_t place_among(const std::vector<std::string>& names, const std::string& name) {
-  return static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+/// The place of `name` among `names`. Throws Error(name, ...) where it is none of them. @param unless said then, such
+/// as "is no kind of chair"
+size_t place_among(const std::vector<std::string>& names, const std::string& name, const std::string& unless) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw Error(name, fmt::format("{}; there are {}", unless, fmt::join(names, ", ")));
+  return static_cast<size_t>(found - names.begin());
 }
 
 template <class T>
@@ -45,6 +48,9 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
   for (const double m : kMinutes) all += m;
   std::array<double, kMinutes.size()> lacks{};
   for (size_t i = 0; i < kMinutes.size(); ++i) lacks[i] = 60 * options.minutes * kMinutes[i] / all;
+  std::vector<SeatPart> parts;
+  for (const std::string& part : options.parts)
+    parts.push_back(static_cast<SeatPart>(place_among(seat_part_names(), part, "is no part of a seat")));
   std::vector<ChairJob> jobs;
   // Directions fill the circle evenly.
   double left = 60 * options.minutes, around = uniform(random, 0, 1);
@@ -65,8 +71,7 @@ std::vector<ChairJob> schedule(const ChairsOptions& options) {
       if (chance(random, 0.5)) job.take.after = uniform(random, least, options.linger);
       job.take.seconds += job.take.before + job.take.after;
     }
-    for (const std::string& part : options.parts)
-      job.take.parts.push_back(static_cast<SeatPart>(place_among(seat_part_names(), part)));
+    job.take.parts = parts;
     job.take.seconds = std::round(job.take.seconds * kSynthRate) / kSynthRate;
     lacks[type] -= job.take.seconds;
     left -= job.take.seconds;
@@ -191,12 +196,7 @@ Dataset generate_chairs(const std::string& folder, const ChairsOptions& options)
   if (options.subjects < 1 || options.subjects > 1000) throw Error("the number of subjects must be 1 to 1000");
   if (options.chairs < 1 || options.chairs > 100000) throw Error("the number of chairs must be 1 to 100000");
   if (!(options.linger >= 0 && options.linger <= 60)) throw Error("linger must be 0 to 60 seconds");
-  for (const std::string& kind : options.kinds)
-    if (place_among(chair_kinds(), kind) == chair_kinds().size())
-      throw Error(kind, fmt::format("is no kind of chair; there are {}", fmt::join(chair_kinds(), ", ")));
-  for (const std::string& part : options.parts)
-    if (place_among(seat_part_names(), part) == seat_part_names().size())
-      throw Error(part, fmt::format("is no part of a seat; there are {}", fmt::join(seat_part_names(), ", ")));
+  for (const std::string& kind : options.kinds) place_among(chair_kinds(), kind, "is no kind of chair");
   std::vector<ChairSubject> subjects;
   subjects.reserve(static_cast<size_t>(options.subjects));
   std::mt19937_64 random(item_seed(options.seed, kSubjects));

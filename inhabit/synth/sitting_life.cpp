@@ -62,8 +62,7 @@ std::optional<SittingWriter::Contact> SittingWriter::find_contact(const Stay& st
     const double draw = uniform(random_, 0, 1);
     Contact contact;
     if (!stay.parts.empty())
-      contact.part = stay.parts[std::min(static_cast<size_t>(draw * static_cast<double>(stay.parts.size())),
-                                         stay.parts.size() - 1)];
+      contact.part = stay.parts[static_cast<size_t>(draw * static_cast<double>(stay.parts.size()))];
     else if (stay.seat.arms.empty())
       contact.part = draw < 0.4 ? SeatPart::seat_side : draw < 0.75 ? SeatPart::seat_front : SeatPart::back_rest;
     else
