@@ -129,6 +129,14 @@ void add_eval_inbetween(CLI::App& verb) {
   inbetween->add_flag_callback(
       "--no-truth", [o] { o->evaluation.truth = false; },
       "The recordings are noisy themselves: only what needs no truth is measured (Table 4)");
+  inbetween->add_option("--tolerance", o->evaluation.tolerance.other, "Metres that skin may be inside the scene")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  inbetween
+      ->add_option("--supported-tolerance", o->evaluation.tolerance.supported,
+                   "The same of skin that carries weight: of pelvis, thighs, spine, forearms and hands")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
   inbetween->add_option("--windows", o->windows, "Windows at most, spread over the split")
       ->check(whole_over_zero)
       ->capture_default_str();

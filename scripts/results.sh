@@ -74,6 +74,15 @@ inbetween() {
   local counts=(1 2 3 4 8 16 64 250 1000) rows=() count
   for count in "${counts[@]}"; do rows+=(--row "$count steps: inference.steps=$count"); done
   step inbetween_steps "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 40 --no-refine "${rows[@]}"
+  # What collisions depend on: skin that carries weight, then all other skin, by itself deeper than so many metres.
+  local depth
+  for depth in 0 0.005 0.01 0.02 0.04 0.06 0.1; do
+    step "inbetween_supported_$depth" "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 120 --no-refine \
+      --supported-tolerance "$depth" --tolerance 10 --json "$out/inbetween_supported_$depth.json"
+    step "inbetween_other_$depth" "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 120 --no-refine \
+      --supported-tolerance 10 --tolerance "$depth" --json "$out/inbetween_other_$depth.json"
+  done
+  step inbetween_tolerances node scripts/plot_tolerances.mjs "$out/tolerances.svg" "$out"
   step inbetween_detour "$INHABIT" eval detour --rooms 50 --seeds 10 --no-refine --row "$searched" --row "$straight" --row "$varied"
 }
 

@@ -199,7 +199,7 @@ class Measuring {
   }
 
   void score(Row& row, size_t r, size_t w, const Clip& clip, const Compared& with, const CollisionMeter& meter) {
-    row.runs[r][w] = window_scores(clip, with, meter);
+    row.runs[r][w] = window_scores(clip, with, meter, options_.tolerance);
     if (row.features.empty()) return;
     const std::lock_guard<std::mutex> lock(mutex_);
     row.features[r][w] = motion_features(features_, clip.joints.unsqueeze(0))[0];

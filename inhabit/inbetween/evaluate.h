@@ -9,6 +9,7 @@
 #include "inhabit/data/measured_parts.h"
 #include "inhabit/inbetween/methods.h"
 #include "inhabit/inbetween/motion_autoencoder.h"
+#include "inhabit/metrics/collision.h"
 #include "inhabit/metrics/score_table.h"
 #include "inhabit/progress.h"
 
@@ -72,12 +73,13 @@ struct Evaluation {
   uint64_t seed = 1;                                  ///< what noise, random key frames and methods' draws follow from
   double noise = 0;                                   ///< level of noise on the key frames, see noisy_keys
   std::vector<int64_t> key_joints;  ///< joints that keys between the ends constrain, for MPJE Key; empty: whole poses
-  bool truth = true;     ///< false: the recordings are noisy themselves; nothing is measured that needs a truth, and
-                         ///< MPJE Key is the distance from the recording's poses (Table 4)
-  std::string against;   ///< row that differences are taken from; empty: the first method's
-  bool parallel = true;  ///< methods are called on all of LibTorch's threads
-  Progress progress;     ///< called after each filled window, once at a time
-  MeasuredParts parts;   ///< only windows of its shard are filled, those in one scene together
+  bool truth = true;  ///< false: the recordings are noisy themselves; nothing is measured that needs a truth, and
+                      ///< MPJE Key is the distance from the recording's poses (Table 4)
+  CollisionTolerance tolerance;  ///< of all collisions but the exact ones
+  std::string against;           ///< row that differences are taken from; empty: the first method's
+  bool parallel = true;          ///< methods are called on all of LibTorch's threads
+  Progress progress;             ///< called after each filled window, once at a time
+  MeasuredParts parts;           ///< only windows of its shard are filled, those in one scene together
 };
 
 /// The clip with noise of `level` on its poses: `level` degrees on every component of the joints' rotations and `level`

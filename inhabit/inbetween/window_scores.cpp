@@ -46,7 +46,8 @@ Tensor sitting_frames(const Clip& clip) {
   return out;
 }
 
-WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter) {
+WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter,
+                           const CollisionTolerance& tolerance) {
   WindowScores out;
   const auto set = [&](Measure m, double value) {
     out.sum[m] = value;
@@ -63,7 +64,7 @@ WindowScores window_scores(const Clip& clip, const Compared& with, const Collisi
   if (!with.joints.empty()) at_keys = at_keys.slice(0, 1, -1).index_select(1, torch::tensor(with.joints));
   if (at_keys.numel() > 0) set(kKeyError, at_keys.mean().item<double>());
   if (with.known) set(kError, distance.mean().item<double>());
-  const std::vector<Collision> collisions = meter.measure(clip, {CollisionTolerance{}, kNoTolerance});
+  const std::vector<Collision> collisions = meter.measure(clip, {tolerance, kNoTolerance});
   add_collisions(out, kFrames, collisions[0]);
   add_collisions(out, kExactFrames, collisions[1]);
   add_collisions(out, kCloseFrames, collisions[0], with.close);

@@ -57,7 +57,8 @@ struct Compared {
   torch::Tensor upright;        ///< (T) bool: those of them in which nobody sits; undefined: no weight
 };
 /// Scores of a filled window. Collisions need the clip's rotations. kApart, which is about several runs, is left at
-/// weight 0.
-WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter);
+/// weight 0. @param tolerance of all collisions but the exact ones
+WindowScores window_scores(const Clip& clip, const Compared& with, const CollisionMeter& meter,
+                           const CollisionTolerance& tolerance = {});
 
 }  // namespace inhabit::inbetween

@@ -87,6 +87,8 @@ Measured inbetween_rows(const Asked& asked, Options& options) {
   how.seed = seed_of(options);
   how.noise = options.number("noise", 0, 0, 90);
   how.key_joints = inbetween::key_joints_of(models.options.key_groups);
+  how.tolerance.other = options.number("tolerance", how.tolerance.other, 0, 10);
+  how.tolerance.supported = options.number("supported_tolerance", how.tolerance.supported, 0, 10);
   how.truth = options.flag("truth", files.motions.empty()) && files.motions.empty();
   how.against = options.text("against");
   how.progress = asked.progress;

@@ -374,6 +374,17 @@ TEST(EvaluateInbetween, CountsCollisionsWithoutToleranceToo) {
   EXPECT_GT(into.exact_vertices.mean, into.vertex_ratio.mean);
   EXPECT_GE(into.exact_depth.mean, into.penetration.mean);
   EXPECT_THAT(table_text(table, Layout::collisions), HasSubstr("Vertices, exact"));
+
+  // With a tolerance of one's own: none is exact, and by a metre nothing collides.
+  Evaluation own;
+  own.tolerance = kNoTolerance;
+  const Scores strict = row(evaluate({window}, {shifted("aside", aside)}, MotionAutoencoder{nullptr}, own), "aside");
+  EXPECT_EQ(strict.frame_ratio.mean, into.exact_frames.mean);
+  EXPECT_EQ(strict.penetration.mean, into.exact_depth.mean);
+  own.tolerance = {1, 1};
+  const Scores lax = row(evaluate({window}, {shifted("aside", aside)}, MotionAutoencoder{nullptr}, own), "aside");
+  EXPECT_EQ(lax.frame_ratio.mean, 0);
+  EXPECT_EQ(lax.exact_frames.mean, into.exact_frames.mean);
 }
 
 TEST(SittingFrames, AreLabelledOrLow) {
