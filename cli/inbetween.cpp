@@ -86,6 +86,8 @@ void run_inbetween(InbetweenArguments& o) {
       model_file(o.model, o.noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
   const auto inbetweener = inbetween::SceneInbetweener::load(model);
   if (o.noisy) inbetween::require_noise_aware(inbetweener.config(), model);
+  // Between poses that stand at times of their own there is no motion that would tell.
+  if (inbetweener.config().inference.noisy_keys && !o.times.empty() && !o.options.noise) o.options.noise = 1;
   Notes notes;
   const Clip clip = read_keys(o, inbetweener.config().rate, notes);
   set_contacts(o.options.controls, o.controls, clip.skeleton);
@@ -148,6 +150,10 @@ void add_inbetween(CLI::App& app) {
           "(default: whole poses)")
       ->check(not_empty);
   verb->add_flag("--noisy", o->noisy, "Key frames are noisy: they are cleaned, but for the ends");
+  verb->add_option("--noise", o->options.noise,
+                   "With --noisy: how noisy, so many degrees and cm (default: as all frames of the file tell it)")
+      ->check(CLI::Range(0.0, 10.0))
+      ->needs("--noisy");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");
   add_sampler(*verb, o->options.sampler);
   verb->add_option("--steps", o->options.steps, "Evaluations of the denoiser (default: the model's own, 2)")

@@ -67,6 +67,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
   visit("inference.steps", c.inference.steps);
+  visit("inference.noisy_keys", c.inference.noisy_keys);
 };
 
 }  // namespace
@@ -185,6 +186,7 @@ void validate(const Config& c, const std::string& subject) {
               "keys_seen");  // these are of keys
   check.within("inference.guidance", c.inference.guidance, 0, 100);
   check.within("inference.steps", c.inference.steps, 1, c.diffusion_steps);
+  check.holds(c.takes_noise() || !c.inference.noisy_keys, "inference.noisy_keys");
   check.within("training.steps", c.training.steps, 1, 1e8);
   check.within("training.batch", c.training.batch, 1, 100'000);
   check.within("training.stride", c.training.stride, 1, 100'000);
@@ -216,7 +218,7 @@ void validate(const Config& c, const std::string& subject) {
 }
 
 void require_noise_aware(const Config& config, const std::string& file) {
-  if (config.t_star == 0) throw Error(file, "was not trained on noisy key frames");
+  if (config.t_star == 0 && !config.inference.noisy_keys) throw Error(file, "was not trained on noisy key frames");
 }
 
 }  // namespace inhabit::inbetween

@@ -103,8 +103,9 @@ struct Config {
 
   /// How motion is sampled where Options say nothing else.
   struct Inference {
-    double guidance = 2.5;  ///< w
-    int steps = 2;          ///< evaluations of the denoiser: those that stage "deployed" trains
+    double guidance = 2.5;    ///< w
+    int steps = 2;            ///< evaluations of the denoiser: those that stage "deployed" trains
+    bool noisy_keys = false;  ///< whole keys are noisy where nobody says how much (Options::noise)
 
     bool operator==(const Inference&) const = default;  ///< compares all settings
   } inference;                                          ///< how motion is sampled
@@ -140,7 +141,7 @@ void set_fields(Config& config, const std::vector<std::string>& settings);
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
 void validate(const Config& config, const std::string& subject);
 
-/// Throws Error(file, ...) unless the model cleans noisy keys by itself (t_star).
+/// Throws Error(file, ...) unless the model cleans noisy keys by itself (t_star or inference.noisy_keys).
 void require_noise_aware(const Config& config, const std::string& file);
 
 }  // namespace inhabit::inbetween

@@ -172,7 +172,7 @@ Clip predict_features(Filling& f, const FillWindow& window, const std::function<
 
 /// How noisy a window's keys are: the ends of the clip and what is filled already have no noise.
 KeyNoise noise_of(const Filling& f, const FillWindow& window) {
-  KeyNoise out{f.options.noise, std::vector<char>(static_cast<size_t>(f.config().frames), 0), f.config().rate};
+  KeyNoise out{f.noise, std::vector<char>(static_cast<size_t>(f.config().frames), 0), f.config().rate};
   for (int64_t frame = window.first; frame <= window.known; ++frame)
     out.exact[static_cast<size_t>(frame - window.first)] = 1;
   if (window.last == f.last_frame()) out.exact[static_cast<size_t>(window.last - window.first)] = 1;

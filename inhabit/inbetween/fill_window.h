@@ -30,6 +30,7 @@ struct Filling {
   const Options& options;
   const std::vector<int64_t>& keys;
   bool noisy = false;  ///< keys between the ends are cleaned
+  double noise = 0;    ///< level of noise on them, of models that are told it
   int64_t steps = 1;
   double temperature = 0;           ///< of Options
   torch::Tensor body_shape;         ///< (1, 7)

@@ -45,6 +45,10 @@ Eigen::Quaternionf local_rotation(const Poses& poses, int64_t frame, int64_t joi
 /// the root's position.
 Poses with_noise(const Poses& poses, double level, std::mt19937_64& random);
 
+/// The level of with_noise that moves joints by as much as what is quicker in a clip than motion is (refine/noise.h).
+/// Noise that stays for several frames, as in estimates from video, is not seen.
+double measured_noise(const Clip& clip);
+
 /// Puts a frame of `from` into the same frame of `to`.
 void copy_frame(const Poses& from, int64_t frame, Poses& to);
 

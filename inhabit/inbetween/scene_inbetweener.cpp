@@ -11,6 +11,7 @@
 #include "inhabit/inbetween/fill_window.h"
 #include "inhabit/inbetween/keyed_clip.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/poses.h"
 #include "inhabit/inbetween/sample.h"
 #include "inhabit/metrics/collision.h"
 #include "inhabit/motion/pose_track.h"
@@ -29,6 +30,7 @@ namespace {
 constexpr int64_t kOverlap = 60;        // frames of a window that the one before filled (supplement 8.2)
 constexpr int64_t kLeastOverlap = 8;    // fewer do not tell how fast everything moves
 constexpr double kMostNoiseAsked = 10;  // degrees and cm
+constexpr double kLeastNoise = 0.5;     // of keys that are noisy by nobody knows how much
 constexpr float kWithinReach = 2.5F;    // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's last key stays as noisy as it was
 constexpr int64_t kMostSamples = 1000;
@@ -107,12 +109,18 @@ void require_possible(const Config& c, const Options& options) {
     throw Error("controls", "this model takes neither contacts nor a root path");
   if (options.temperature && !(*options.temperature >= 0 && *options.temperature <= 2))
     throw Error("temperature", "is not from 0 to 2");
-  if (!(options.noise >= 0 && options.noise <= kMostNoiseAsked))
+  const double noise = options.noise.value_or(0);
+  if (!(noise >= 0 && noise <= kMostNoiseAsked))
     throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
-  if (options.noise > 0 && !c.takes_noise())
-    throw Error("noise level", "this model was not trained on noisy key frames");
+  if (noise > 0 && !c.takes_noise()) throw Error("noise level", "this model was not trained on noisy key frames");
   if (options.steps > c.diffusion_steps)
     throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
+}
+
+/// Level of noise on the clip's keys.
+double noise_level(const Config& c, const Clip& clip, const Options& options) {
+  if (options.noise || !c.inference.noisy_keys) return options.noise.value_or(0);
+  return std::clamp(measured_noise(clip), kLeastNoise, kMostNoiseAsked);
 }
 
 /// The keys of each pass: those of less than the whole weight are poses between what is there without them and what
@@ -220,13 +228,15 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.stage == Stage::baseline && !has_baseline())
     throw Error("stage", "this model starts from no interpolation");
   require_possible(c, options);
-  const bool noisy = c.t_star > 0 || options.noise > 0;
+  const double noise = noise_level(c, clip, options);
+  const bool noisy = c.t_star > 0 || noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   const KeyedClip asked = keyed_clip(clip, options, c.rate);
   KeyedClip keyed = options.controls.loop ? twice(asked) : asked;
 
   Result out;
   out.keys = asked.keys;
+  out.noise = noise;
   out.key_poses = frames_at(asked.clip, asked.keys);
   out.floor_assumed = scene.empty();
   out.scene =
@@ -264,6 +274,7 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
                             asking,
                             passes[pass],
                             noisy,
+                            noise,
                             steps,
                             options.temperature.value_or(0),
                             body_shape,

@@ -38,7 +38,10 @@ Detours detours_named(const std::string& name);
 struct Options {
   std::vector<int64_t> keys;  ///< key frames of the clip, in order (see key_frames); empty: its ends
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
-  double noise = 0;   ///< level of noise on whole keys between the ends, so many degrees and cm, which are cleaned
+  /// Level of noise on whole keys between the ends, so many degrees and cm, which are cleaned by models that take it
+  /// (Config::takes_noise). Nothing: 0 or, of models for noisy keys (inference.noisy_keys), as all frames of the clip
+  /// tell it (measured_noise), but no less than 0.5.
+  std::optional<double> noise;
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together
   uint64_t seed = 1;                      ///< what the noise follows from that motion begins as
@@ -64,6 +67,7 @@ struct Result {
                    ///< clip without rotations `motion` at its rate; empty where Options::standard is set
   std::vector<int64_t> keys;       ///< key frames of it: those asked for, at the nearest of its frames
   Clip key_poses;                  ///< (K frames) the poses asked for there
+  double noise = 0;                ///< level of noise that they were taken to have (Options::noise)
   Scene scene;                     ///< what was looked at: the one given or, where that is empty, an assumed flat floor
   bool floor_assumed = false;      ///< `scene` is that assumed floor
   std::vector<int64_t> unreached;  ///< of `keys`: whose straight line is blocked and that no path leads to in time

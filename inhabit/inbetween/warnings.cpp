@@ -32,10 +32,15 @@ std::vector<std::string> warnings_of(const Result& result, const std::vector<std
 }
 
 std::vector<std::string> notes_of(const Result& result) {
-  if (result.floor_assumed) return {"no scene given: a flat floor under the feet is assumed"};
-  if (!result.scene.meshes.empty()) return {};
+  std::vector<std::string> out;
+  if (result.noise > 0)
+    out.push_back(fmt::format("keys are taken to be off by {0:.1f} degrees and {0:.1f} cm (--noise)", result.noise));
   const std::string& name = result.scene.name;
-  return {(name.empty() ? "scene" : name) + ": is a point cloud: where a body is inside it cannot be told"};
+  if (result.floor_assumed)
+    out.emplace_back("no scene given: a flat floor under the feet is assumed");
+  else if (result.scene.meshes.empty())
+    out.push_back((name.empty() ? "scene" : name) + ": is a point cloud: where a body is inside it cannot be told");
+  return out;
 }
 
 }  // namespace inhabit::inbetween

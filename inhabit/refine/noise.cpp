@@ -85,6 +85,19 @@ Level level_of(const Track& z, double rate) {
   return best;
 }
 
+double noise_of_places(const torch::Tensor& joints, double rate) {
+  const torch::Tensor places = joints.to(torch::kFloat64).contiguous();
+  const int64_t frames = places.size(0), count = places.size(1);
+  const double* data = places.data_ptr<double>();
+  std::vector<double> noises;
+  for (int64_t j = 0; j < count; ++j) {
+    Track track;
+    for (int64_t t = 0; t < frames; ++t) track.emplace_back(Eigen::Map<const Vector3d>(data + 3 * (t * count + j)));
+    noises.push_back(level_of(third_differences(track), rate).noise);
+  }
+  return median(std::move(noises));
+}
+
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate) {
   Levels out;
   const Poses poses = posed(bones, trajectory);

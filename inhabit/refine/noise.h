@@ -1,4 +1,6 @@
 #pragma once
+#include <torch/types.h>
+
 #include <Eigen/Core>
 #include <vector>
 
@@ -26,6 +28,10 @@ struct Levels {
   double place = 0;               ///< metres, of joints' places, the median over the joints
   double jerk = 0;                ///< m/s^3, of joints' places without that noise, the median over the joints
 };
+/// White noise of joints' places (T, J, 3), metres, on any skeleton: the median over the joints.
+/// @param rate frames a second
+double noise_of_places(const torch::Tensor& joints, double rate);
+
 /// Noise and jerk of a motion.
 /// @param rate frames a second
 Levels levels_of(const Bones& bones, const Trajectory& trajectory, double rate);

@@ -55,7 +55,8 @@ constexpr const char* kInbetweenRun =
     "scene: left out, a flat floor under the feet is assumed.\n"
     "keys: frames of the clip, or 'every:N', '0,30,95', 'random:P' or 'ends'.\n"
     "joints: what keys between the ends constrain, such as 'pelvis,left_wrist' (default: whole poses).\n"
-    "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it).\n"
+    "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it);\n"
+    "    None: 0 or, of models for noisy keys, as the clip's frames tell it.\n"
     "steps: evaluations of the denoiser, 0: the model's own; sampler: 'dpm', 'ddim' or 'ddpm'; seed of the noise.\n"
     "samples: so many motions, with seeds from `seed` on: `samples` of the result.\n"
     "temperature: how much of the motion's course is left to the seed, 0 the likeliest course, 1 any that people "
@@ -144,8 +145,8 @@ void add_inbetween(py::module_& m) {
       .def(
           "run",
           [](const SceneInbetweener& inbetweener, const Clip& clip, const std::optional<Scene>& scene, const Keys& keys,
-             const std::string& joints, double noise, int64_t steps, const std::string& sampler, uint64_t seed,
-             int64_t samples, std::optional<double> temperature, const std::vector<double>& key_weights,
+             const std::string& joints, std::optional<double> noise, int64_t steps, const std::string& sampler,
+             uint64_t seed, int64_t samples, std::optional<double> temperature, const std::vector<double>& key_weights,
              const std::vector<JointContactArgument>& contacts, const std::vector<PathArgument>& root_path, bool loop,
              bool refine, const std::string& detours, bool collisions, const py::object& progress, bool standard,
              const std::string& name) {
@@ -168,11 +169,13 @@ void add_inbetween(py::module_& m) {
                 [&, clip] { return inbetweener.run_samples(clip, scene.value_or(Scene()), options, samples); });
             tell_of(made.front(), contacts);
             std::vector<InbetweenResult> all;
-            for (inbetween::Result& one : made)
-              all.push_back({std::move(one), noise > 0 || inbetweener.config().t_star > 0, options.key_groups, {}});
+            for (inbetween::Result& one : made) {
+              const bool cleaned = one.noise > 0 || inbetweener.config().t_star > 0;
+              all.push_back({std::move(one), cleaned, options.key_groups, {}});
+            }
             return first_of(std::move(all));
           },
-          "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = 0.0,
+          "clip"_a, "scene"_a = py::none(), py::kw_only(), "keys"_a = "ends", "joints"_a = "", "noise"_a = py::none(),
           "steps"_a = 0, "sampler"_a = "dpm", "seed"_a = 1, "samples"_a = 1, "temperature"_a = py::none(),
           "key_weights"_a = std::vector<double>(), "contacts"_a = std::vector<JointContactArgument>(),
           "root_path"_a = std::vector<PathArgument>(), "loop"_a = false, "refine"_a = true, "detours"_a = "learned",

@@ -40,6 +40,10 @@ TEST(Config, SaysWhichModelWasNotTrainedOnNoisyKeys) {
             "m.safetensors: was not trained on noisy key frames");
   c.t_star = 20;
   EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
+  c = preset("compact");  // was, but takes keys as they are
+  EXPECT_NE(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
+  c.inference.noisy_keys = true;
+  EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
 }
 
 TEST(Config, RefusesWhatCannotBeBuilt) {
@@ -73,6 +77,7 @@ TEST(Config, RefusesWhatCannotBeBuilt) {
                           R"({"t_star": 1001})",
                           R"({"keys_seen": false})",
                           R"({"inference": {"guidance": -1}})",
+                          R"({"inference": {"noisy_keys": true}})",
                           R"({"training": {"scene_dropout": 2}})"}) {
     SCOPED_TRACE(bad);
     const std::string why = refusal(bad);

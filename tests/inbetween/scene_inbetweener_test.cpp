@@ -10,6 +10,7 @@
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/inbetween/conditioning.h"
+#include "inhabit/inbetween/evaluate.h"
 #include "inhabit/inbetween/features.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyed_clip.h"
@@ -391,6 +392,20 @@ TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
   untold.config.training.noisy = 0;
   EXPECT_THAT(refusal_of([&] { SceneInbetweener(untold).run(clip, floor_scene(), r); }),
               HasSubstr("was not trained on noisy key frames"));
+}
+
+TEST(SceneInbetweener, ForNoisyKeysTellsTheirNoiseFromAllFrames) {
+  Networks networks = residual_networks();
+  const Clip clip = walker(121, 1.1, 0.8, 1, 2, -1);
+  Options r = request("every:15", 121);
+  r.refine = false;
+  EXPECT_EQ(SceneInbetweener(networks).run(clip, floor_scene(), r).noise, 0) << "keys are exact";
+  networks.config.inference.noisy_keys = true;
+  const SceneInbetweener inbetweener(networks);
+  EXPECT_EQ(inbetweener.run(clip, floor_scene(), r).noise, 0.5) << "the least of keys that are said to be noisy";
+  EXPECT_NEAR(inbetweener.run(noisy_keys(clip, 2, 3), floor_scene(), r).noise, 2, 0.3);
+  r.noise = 0;
+  EXPECT_EQ(inbetweener.run(clip, floor_scene(), r).noise, 0) << "as asked for";
 }
 
 TEST(SceneInbetweener, WithoutPathNetSearchesForDetours) {

@@ -34,6 +34,13 @@ TEST(InbetweenWarnings, AFloorThatIsAssumedAndASceneWithoutAnInsideAreNoted) {
   EXPECT_THAT(notes_of(r), ElementsAre("scan.ply: is a point cloud: where a body is inside it cannot be told"));
 }
 
+TEST(InbetweenWarnings, HowNoisyKeysAreTakenToBeIsNoted) {
+  Result r = result();
+  r.scene = floor_scene();
+  r.noise = 1.25;
+  EXPECT_THAT(notes_of(r), ElementsAre("keys are taken to be off by 1.2 degrees and 1.2 cm (--noise)"));
+}
+
 TEST(InbetweenWarnings, TheDeepestKeysAreNamedFirst) {
   Result r = result();
   r.key_immersions = {{30, 0.02, "table_0"}, {90, 0.17, "sofa_1"}};
