@@ -86,8 +86,6 @@ void run_inbetween(InbetweenArguments& o) {
       model_file(o.model, o.noisy ? "inbetween-noisy.safetensors" : "inbetween-compact.safetensors");
   const auto inbetweener = inbetween::SceneInbetweener::load(model);
   if (o.noisy) inbetween::require_noise_aware(inbetweener.config(), model);
-  // Between poses that stand at times of their own there is no motion that would tell.
-  if (inbetweener.config().inference.noisy_keys && !o.times.empty() && !o.options.noise) o.options.noise = 1;
   Notes notes;
   const Clip clip = read_keys(o, inbetweener.config().rate, notes);
   set_contacts(o.options.controls, o.controls, clip.skeleton);

@@ -74,7 +74,7 @@ inbetween() {
   local counts=(1 2 3 4 8 16 64 250 1000) rows=() count
   for count in "${counts[@]}"; do rows+=(--row "$count steps: inference.steps=$count"); done
   step inbetween_steps "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 40 --no-refine "${rows[@]}"
-  # The paper's Tables 2, 3, 4, 6 and 9; Tables 1 and 8 are the rows and settings of those above.
+  # The paper's Tables 2, 3, 4, 6 and 9; those above are Table 1.
   local noisy="$PWD/models/inbetween-noisy.safetensors"
   step inbetween_table_2 "$INHABIT" eval inbetween --data "$out/rooms" --split "$split" --windows 120 --no-refine --layout close \
     --row 'blind: inference.guidance=0 detours=straight'
@@ -88,7 +88,7 @@ inbetween() {
     step inbetween_table_4 "$INHABIT" eval inbetween --data "$out/trumans" --split test --windows 120 --no-refine --no-truth \
       --keyframes every:15 --model "$noisy"
   fi
-  # What collisions depend on: skin that carries weight, then all other skin, by itself deeper than so many metres.
+  # How collisions depend on the tolerance: of skin that carries weight, then of all other skin, each by itself.
   local depth
   for depth in 0 0.005 0.01 0.02 0.04 0.06 0.1; do
     step "inbetween_supported_$depth" "$INHABIT" eval inbetween --data "$out/rooms" --split val --windows 120 --no-refine \

@@ -147,7 +147,7 @@ Poses with_noise(const Poses& poses, double level, std::mt19937_64& random) {
 }
 
 double measured_noise(const Clip& clip) {
-  // By with_noise of level 1 the places of the standard joints have this noise in the median, by which level it is.
+  // Of joints' places by with_noise of level 1, the median over the joints: 13.4 to 14.5 mm in clips of four data sets.
   constexpr double kPlaceNoise = 0.0140;  // metres
   return refine::noise_of_places(clip.joints, clip.rate) / kPlaceNoise;
 }

@@ -31,6 +31,7 @@ constexpr int64_t kOverlap = 60;        // frames of a window that the one befor
 constexpr int64_t kLeastOverlap = 8;    // fewer do not tell how fast everything moves
 constexpr double kMostNoiseAsked = 10;  // degrees and cm
 constexpr double kLeastNoise = 0.5;     // of keys that are noisy by nobody knows how much
+constexpr double kUntoldNoise = 1;      // of keys between which there is no motion that would tell
 constexpr float kWithinReach = 2.5F;    // metres from the keys that obstacles are looked for
 constexpr int64_t kRedone = 8;          // of a noise-aware model: a window's last key stays as noisy as it was
 constexpr int64_t kMostSamples = 1000;
@@ -112,14 +113,28 @@ void require_possible(const Config& c, const Options& options) {
   const double noise = options.noise.value_or(0);
   if (!(noise >= 0 && noise <= kMostNoiseAsked))
     throw Error("noise level", "is not from 0 to " + std::to_string(static_cast<int>(kMostNoiseAsked)));
-  if (noise > 0 && !c.takes_noise()) throw Error("noise level", "this model was not trained on noisy key frames");
+  if (noise > 0 && !c.takes_noise())
+    throw Error("noise level", c.t_star > 0 ? "this model cleans noisy key frames without being told"
+                                            : "this model was not trained on noisy key frames");
   if (options.steps > c.diffusion_steps)
     throw Error("steps", "are more than the model's " + std::to_string(c.diffusion_steps));
 }
 
+/// Whether a clip has nothing but key poses: each stays until the next (poses_at_times).
+bool poses_alone(const Clip& clip, const std::vector<int64_t>& keys) {
+  if (static_cast<int64_t>(keys.size()) == clip.frames()) return false;
+  for (size_t k = 0; k + 1 < keys.size(); ++k) {
+    const Tensor until_next = clip.joints.slice(0, keys[k], keys[k + 1]);
+    if (!(until_next == until_next.slice(0, 0, 1)).all().item<bool>()) return false;
+  }
+  return true;
+}
+
 /// Level of noise on the clip's keys.
-double noise_level(const Config& c, const Clip& clip, const Options& options) {
+double noise_level(const Config& c, const Clip& clip, const std::vector<int64_t>& keys, const Options& options) {
   if (options.noise || !c.inference.noisy_keys) return options.noise.value_or(0);
+  if (poses_alone(clip, keys)) return kUntoldNoise;
+  if (!clip.joints.isfinite().all().item<bool>()) return kLeastNoise;  // frames that are no keys may be anything
   return std::clamp(measured_noise(clip), kLeastNoise, kMostNoiseAsked);
 }
 
@@ -228,10 +243,10 @@ Result SceneInbetweener::run(const Clip& clip, const Scene& scene, const Options
   if (options.stage == Stage::baseline && !has_baseline())
     throw Error("stage", "this model starts from no interpolation");
   require_possible(c, options);
-  const double noise = noise_level(c, clip, options);
-  const bool noisy = c.t_star > 0 || noise > 0;
   const int64_t steps = options.steps > 0 ? options.steps : c.inference.steps;
   const KeyedClip asked = keyed_clip(clip, options, c.rate);
+  const double noise = noise_level(c, clip, asked.source.frames, options);
+  const bool noisy = c.t_star > 0 || noise > 0;
   KeyedClip keyed = options.controls.loop ? twice(asked) : asked;
 
   Result out;

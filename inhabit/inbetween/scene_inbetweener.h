@@ -40,7 +40,7 @@ struct Options {
   torch::Tensor key_groups;   ///< (25) groups that keys between the ends constrain; undefined: whole poses
   /// Level of noise on whole keys between the ends, so many degrees and cm, which are cleaned by models that take it
   /// (Config::takes_noise). Nothing: 0 or, of models for noisy keys (inference.noisy_keys), as all frames of the clip
-  /// tell it (measured_noise), but no less than 0.5.
+  /// tell it (measured_noise), but no less than 0.5; of clips with nothing between the keys (poses_at_times) 1.
   std::optional<double> noise;
   int64_t steps = 0;  ///< evaluations of the denoiser; 0: the model's own (config().inference.steps)
   Sampler sampler = Sampler::dpm_solver;  ///< how the evaluations are put together

@@ -56,7 +56,7 @@ constexpr const char* kInbetweenRun =
     "keys: frames of the clip, or 'every:N', '0,30,95', 'random:P' or 'ends'.\n"
     "joints: what keys between the ends constrain, such as 'pelvis,left_wrist' (default: whole poses).\n"
     "noise: level of noise on the keys between the ends, degrees and cm, which are cleaned (models that take it);\n"
-    "    None: 0 or, of models for noisy keys, as the clip's frames tell it.\n"
+    "    None: 0 or, of models for noisy keys, as all frames of the clip tell it.\n"
     "steps: evaluations of the denoiser, 0: the model's own; sampler: 'dpm', 'ddim' or 'ddpm'; seed of the noise.\n"
     "samples: so many motions, with seeds from `seed` on: `samples` of the result.\n"
     "temperature: how much of the motion's course is left to the seed, 0 the likeliest course, 1 any that people "

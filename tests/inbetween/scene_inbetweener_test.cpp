@@ -392,6 +392,8 @@ TEST(SceneInbetweener, OfResidualMotionLeavesNoisyKeysOpenButTheEnds) {
   untold.config.training.noisy = 0;
   EXPECT_THAT(refusal_of([&] { SceneInbetweener(untold).run(clip, floor_scene(), r); }),
               HasSubstr("was not trained on noisy key frames"));
+  EXPECT_THAT(refusal_of([&] { SceneInbetweener(networks(20)).run(clip, floor_scene(), r); }),
+              HasSubstr("without being told"));
 }
 
 TEST(SceneInbetweener, ForNoisyKeysTellsTheirNoiseFromAllFrames) {
@@ -404,6 +406,15 @@ TEST(SceneInbetweener, ForNoisyKeysTellsTheirNoiseFromAllFrames) {
   const SceneInbetweener inbetweener(networks);
   EXPECT_EQ(inbetweener.run(clip, floor_scene(), r).noise, 0.5) << "the least of keys that are said to be noisy";
   EXPECT_NEAR(inbetweener.run(noisy_keys(clip, 2, 3), floor_scene(), r).noise, 2, 0.3);
+  Clip elsewhere = clip;
+  elsewhere.joints = clip.joints.clone();
+  elsewhere.joints[20].fill_(std::nan(""));  // no key
+  EXPECT_EQ(inbetweener.run(elsewhere, floor_scene(), r).noise, 0.5);
+  std::vector<int64_t> stays;  // each key until the next
+  for (int64_t frame = 0; frame < 121; ++frame) stays.push_back(frame / 15 * 15);
+  EXPECT_EQ(inbetweener.run(frames_at(clip, stays), floor_scene(), r).noise, 1) << "nothing between them tells";
+  r.keys = {};
+  EXPECT_NEAR(inbetweener.run(noisy_keys(clip, 2, 3), floor_scene(), r).noise, 2, 0.3) << "keys are its ends";
   r.noise = 0;
   EXPECT_EQ(inbetweener.run(clip, floor_scene(), r).noise, 0) << "as asked for";
 }
