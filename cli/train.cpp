@@ -85,8 +85,9 @@ void add_train(CLI::App& app) {
                });
   add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20",
                folders + " (for all stages but path)",
-               "Which of denoiser and, of residual motion, deployed (the denoiser as it is sampled in use) and path "
-               "(PathNet, detours around what stands between keys); default: all",
+               "Which of denoiser and, of residual motion, deployed (the denoiser as it is sampled in use), contacts "
+               "(FootContactNet, when feet stand) and path (PathNet, detours around what stands between keys); "
+               "default: all",
                inhabit::inbetween::preset, inhabit::inbetween::train);
   add_training(*verb, "interact", "Human-chair interaction: PoseNet, ControlNet and ContactNet", folders,
                "Which of pose, rollout (PoseNet on its own motion), control, contact, and of what they are compared "

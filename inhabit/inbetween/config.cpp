@@ -63,6 +63,8 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.path_steps", c.training.path_steps);
   visit("training.path_batch", c.training.path_batch);
   visit("training.path_learning_rate", c.training.path_learning_rate);
+  visit("training.contact_steps", c.training.contact_steps);
+  visit("training.contact_learning_rate", c.training.contact_learning_rate);
   visit("training.warmup", c.training.schedule.warmup);
   visit("training.rate_floor", c.training.schedule.floor);
   visit("inference.guidance", c.inference.guidance);
@@ -214,6 +216,8 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.path_steps", c.training.path_steps, 1, 1e8);
   check.within("training.path_batch", c.training.path_batch, 1, 100'000);
   check.within("training.path_learning_rate", c.training.path_learning_rate, 0, 100);
+  check.within("training.contact_steps", c.training.contact_steps, 1, 1e8);
+  check.within("training.contact_learning_rate", c.training.contact_learning_rate, 0, 100);
   check_schedule(check, c.training.schedule);
 }
 

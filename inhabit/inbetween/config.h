@@ -96,6 +96,8 @@ struct Config {
     int path_steps = 8000;                 ///< of stage "path"
     int path_batch = 48;                   ///< floors of a step of it
     double path_learning_rate = 1e-3;      ///< its peak
+    int contact_steps = 2000;              ///< of stage "contacts", half as many windows in each
+    double contact_learning_rate = 1e-3;   ///< its peak
     RateSchedule schedule;                 ///< of the learning rates
 
     bool operator==(const Training&) const = default;  ///< compares all settings

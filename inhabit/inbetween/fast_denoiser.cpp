@@ -330,4 +330,12 @@ Tensor FastDenoiser::residual(const Tensor& input, int64_t t, const Tensor& embe
   return impl_->forward(mixed.contiguous(), step + embedding);
 }
 
+Tensor FastDenoiser::features() const {
+  const Rows& end = impl_->end;
+  Tensor out = torch::empty({end.batch, end.frames, end.channels});
+  for (int64_t b = 0; b < end.batch; ++b)
+    std::copy_n(end.clip(b), end.frames * end.channels, out.data_ptr<float>() + b * end.frames * end.channels);
+  return out.slice(1, 0, impl_->last_frames).transpose(1, 2);
+}
+
 }  // namespace inhabit::inbetween

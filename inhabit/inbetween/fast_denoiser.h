@@ -30,6 +30,8 @@ class FastDenoiser {
   /// As DenoiserImpl::residual() at one step. @param input (B, kResidualChannels, T). @param embedding (B, width) of
   /// embed_shape()
   torch::Tensor residual(const torch::Tensor& input, int64_t t, const torch::Tensor& embedding);
+  /// As DenoiserImpl::features() of the call before.
+  torch::Tensor features() const;
 
  private:
   struct Impl;

@@ -243,7 +243,13 @@ Clip predict_residual(Filling& f, const FillWindow& window, const std::function<
   ResidualSampling how{f.schedule, f.options.sampler, f.steps, c.inference.guidance};
   how.noise = with_temperature(seeded_noise(1, kResidualFeatures, c.frames, seed), f.temperature);
   how.progress = progress;
-  return clip_of(sample_residual(f.networks, f.denoiser, baseline, f.distances, how), keys, f.floor);
+  const SampledMotion sampled = sample_residual(f.networks, f.denoiser, baseline, f.distances, how);
+  if (sampled.feet.defined()) {
+    if (!f.feet.defined()) f.feet = torch::zeros({f.motion.frames(), sampled.feet.size(1)});
+    const int64_t from = window.first == 0 ? 0 : window.known + 1, to = window.last + 1;
+    f.feet.slice(0, from, to).copy_(sampled.feet.slice(0, from - window.first, to - window.first));
+  }
+  return clip_of(sampled.poses, keys, f.floor);
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ struct Filling {
   FrameConstraints constraints;     ///< of the whole clip
   Clip motion;                      ///< key poses, and what is filled so far
   std::vector<int64_t> unreached;   ///< keys that no path around obstacles leads to
+  torch::Tensor feet = {};          ///< (T, 4) of SampledMotion
 
   const Config& config() const { return networks.config; }
   int64_t last_frame() const { return motion.frames() - 1; }

@@ -21,6 +21,7 @@ void save_networks(const std::string& path, const Networks& networks, bool half)
   SafeTensors content = model_header(networks);
   nn::collect_parameters(*networks.network, "net.", content);
   if (networks.path) nn::collect_parameters(*networks.path, "path.", content);
+  if (networks.feet) nn::collect_parameters(*networks.feet, "feet.", content);
   write_safetensors(path, content, half);
 }
 
@@ -40,6 +41,7 @@ Networks load_networks(const std::string& path) {
   n.network = file.network("net.", [&] { return Denoiser(n.config); });
   if (n.network.is_empty()) throw Error(path, "holds no network");
   n.path = file.network("path.", [] { return PathNet(); });
+  n.feet = file.network("feet.", [&] { return foot_contact_net(n.config); });
   return n;
 }
 

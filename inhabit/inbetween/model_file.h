@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "inhabit/inbetween/foot_contact_net.h"
 #include "inhabit/inbetween/network.h"
 #include "inhabit/inbetween/path_net.h"
 #include "inhabit/io/safetensors.h"
@@ -8,13 +9,15 @@
 
 namespace inhabit::inbetween {
 
-/// A trained denoiser, the scale of its features, and PathNet.
+/// A trained denoiser, the scale of its features, PathNet and FootContactNet.
 struct Networks {
   Config config;                 ///< sizes and settings that the denoiser was made with
   Denoiser network{nullptr};     ///< "net." in the file
   FeatureScale scale;            ///< (201)
   torch::Tensor residual_table;  ///< (61, 135) of residual motion (residual.h) instead
   PathNet path{nullptr};         ///< "path." in the file, of residual motion; may be empty: detours are searched for
+  FootContactNet feet{nullptr};  ///< "feet." in the file, of residual motion; may be empty: contacts are found in the
+                                 ///< motion
 };
 
 /// The system's name in its files.

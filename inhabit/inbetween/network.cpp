@@ -70,9 +70,13 @@ Tensor DenoiserImpl::forward(const Tensor& x, const Tensor& mask, const Tensor& 
 }
 
 Tensor DenoiserImpl::residual(const Tensor& input, const Tensor& steps, const Tensor& embedding) {
+  return unet->out_conv(features(input, steps, embedding));
+}
+
+Tensor DenoiserImpl::features(const Tensor& input, const Tensor& steps, const Tensor& embedding) {
   const int64_t frames = input.size(2);
   const Tensor all = torch::constant_pad_nd(stem(input).to(torch::kFloat32), {0, config.padded - frames});
-  return unet(all, embed_steps(steps) + embedding).slice(2, 0, frames);
+  return unet->features(all, embed_steps(steps) + embedding).slice(2, 0, frames);
 }
 
 }  // namespace inhabit::inbetween

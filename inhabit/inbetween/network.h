@@ -32,6 +32,8 @@ struct DenoiserImpl : torch::nn::Module {
   /// Of residual motion: the residual of the clean clip (B, 135, T), divided by its scale.
   /// @param input (B, kResidualChannels, T) of residual_input.h. @param embedding (B, width) of shape
   torch::Tensor residual(const torch::Tensor& input, const torch::Tensor& steps, const torch::Tensor& embedding);
+  /// What the residual is read from, (B, C, T): see TemporalUnetImpl::features. Arguments as of residual().
+  torch::Tensor features(const torch::Tensor& input, const torch::Tensor& steps, const torch::Tensor& embedding);
 
   /// Sines and cosines of the step, through two layers: (B, width).
   torch::Tensor embed_steps(const torch::Tensor& steps);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "inhabit/inbetween/drawn_keys.h"
+#include "inhabit/inbetween/foot_contact_net.h"
 #include "inhabit/inbetween/learned_detours.h"
 #include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/inbetween/residual_input.h"
@@ -119,7 +120,7 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   const torch::NoGradGuard no_gradients;
   ResidualBatch out;
   std::vector<const Baseline*> baselines;
-  std::vector<Tensor> residuals, fixed, bones, weights;
+  std::vector<Tensor> residuals, fixed, bones, weights, feet;
   std::vector<float> kept;
   std::vector<int64_t> steps;
   for (const Example& e : examples) {
@@ -131,6 +132,7 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
     bones.push_back(bone_lengths(e.window.poses));
     const Tensor exact = (torch::tensor(e.baseline.noise) == 0).to(torch::kFloat32).unsqueeze(1);
     weights.push_back(1 + (kTargetWeight - 1) * e.baseline.targets.select(2, 3) * exact);
+    feet.push_back(foot_contacts(e.window.poses, c.rate));
     const int last = c.diffusion_steps - 1;
     steps.push_back(chance(random, c.training.noisiest) ? uniform_int(random, last - last / 10, last)
                                                         : uniform_int(random, 0, last));
@@ -142,6 +144,7 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   out.fixed = torch::stack(fixed);
   out.bones = torch::stack(bones);
   out.weights = torch::stack(weights);
+  out.feet = torch::stack(feet);
   out.kept = torch::tensor(kept);
   out.steps = torch::tensor(steps);
   auto generator = at::detail::createCPUGenerator(random());
@@ -157,8 +160,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
 ResidualBatch ResidualBatch::to(torch::Device device) const {
   ResidualBatch out = *this;
   out.frames = frames.to(device);
-  for (Tensor* t :
-       {&out.residual, &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.kept, &out.steps, &out.noise})
+  for (Tensor* t : {&out.residual, &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept,
+                    &out.steps, &out.noise})
     *t = t->to(device);
   return out;
 }
@@ -189,7 +192,7 @@ ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
   ResidualBatch out = batch;
   const auto doubled = [](Tensor& values) { values = torch::cat({values, values}); };
   for (Tensor* values : {&out.frames.root, &out.frames.bones, &out.frames.rotation, &out.frames.scale, &out.residual,
-                         &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.kept, &out.steps})
+                         &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept, &out.steps})
     doubled(*values);
   out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());
   auto generator = at::detail::createCPUGenerator(seed);

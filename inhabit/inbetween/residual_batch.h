@@ -21,6 +21,7 @@ struct ResidualBatch {
   torch::Tensor weights;   ///< (B, T, 22) of joints in their loss: 10 where a partial key has one, else 1
   torch::Tensor room;      ///< (B, T, 30) metres that the true body points keep from obstacles, their radius
                            ///< at most
+  torch::Tensor feet;      ///< (B, T, 4) of foot_contacts
   torch::Tensor kept;      ///< (B) 1, or 0 where the scene is hidden
   torch::Tensor steps;     ///< (B) int64 diffusion steps, 0 the cleanest
   torch::Tensor noise;     ///< (B, 135, T) normal, deviation 1; 0 where `open` is

@@ -18,16 +18,19 @@ constexpr double kStanding = 0.008;                                       // met
 constexpr double kLeastSwing = 0.08;                                      // metres a frame: a calm step's
 constexpr double kLow = 0.05, kLowUnit = 0.01;                            // metres over the floor
 constexpr double kBendUnit = 0.01, kJerkUnit = 0.01;                      // metres a frame^2 and a frame^3
+constexpr double kSameStep = 0.1;                                         // metres between feet that take the same step
 constexpr double kLeast = 0.05;  // of distances in these units, in the energy score
 
-/// One evaluation of the denoiser. @param before (B, 135, T) what it predicted before
+/// One evaluation of the denoiser. @param before (B, 135, T) what it predicted before. @param known set to its features
 Tensor denoise(const Networks& networks, const ResidualBatch& b, const Tensor& x, const Tensor& before,
-               const Tensor& steps, bool bfloat16) {
+               const Tensor& steps, bool bfloat16, Tensor* known = nullptr) {
   Denoiser network = networks.network;
   const Tensor body = body_features(b.frames, b.scenes, before) * b.kept.view({-1, 1, 1});
   const Bfloat16Products products(bfloat16);
   const Tensor input = denoiser_channels(x, before, b.fixed, body);
-  return network->residual(input, steps, network->embed_shape(b.bones)).to(torch::kFloat32) * b.open;
+  const Tensor features = network->features(input, steps, network->embed_shape(b.bones));
+  if (known != nullptr) *known = features.to(torch::kFloat32);
+  return network->unet->out_conv(features).to(torch::kFloat32) * b.open;
 }
 
 /// sqrt(1 + (distance / unit)^2) - 1 from the square of a distance: quadratic below the unit, linear beyond, so that a
@@ -65,6 +68,20 @@ Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
   const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
   const Tensor inside = ((b.room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
   return mean_over(inside, b.kept);
+}
+
+/// Residuals (B, 135, T) as they are sampled in use. @param known set to the features of the last evaluation
+Tensor sampled(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b, bool bfloat16,
+               Tensor* known = nullptr) {
+  Tensor before = torch::zeros_like(b.residual);
+  const auto predict = [&](const Tensor& x, int64_t t) {
+    const Tensor clean = denoise(networks, b, x, before, torch::full_like(b.steps, t), bfloat16, known);
+    before = clean.detach();
+    return clean;
+  };
+  const KeyConstraints nothing_imposed{torch::zeros_like(b.open), 1 - b.open};
+  const NoiseSource noise = [&](int64_t) { return b.noise; };
+  return sample(schedule, Sampler::dpm_solver, networks.config.inference.steps, predict, nothing_imposed, noise, {});
 }
 
 }  // namespace
@@ -120,19 +137,27 @@ Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, doubl
   return 0.5 * (apart(a, truth) + apart(b, truth) - apart(a, b));
 }
 
+Losses contact_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b,
+                      bool bfloat16) {
+  FootContactNet feet = networks.feet;
+  Tensor known, near;
+  {
+    const torch::NoGradGuard no_gradients;
+    const Tensor predicted = sampled(networks, schedule, b, bfloat16, &known);
+    const Joints j = joints_of(b, predicted);
+    near = torch::exp(-foot_positions(j.here - j.there).norm(2, 3) / kSameStep);
+  }
+  const Tensor logits = feet(known).transpose(1, 2);  // (B, T, 4)
+  const Tensor each = torch::nn::functional::binary_cross_entropy_with_logits(
+      logits, b.feet, torch::nn::functional::BinaryCrossEntropyWithLogitsFuncOptions().reduction(torch::kNone));
+  const Tensor right = ((logits.detach() > 0) == (b.feet > 0.5)).to(torch::kFloat32);
+  return {{"total", mean_over(each, near)}, {"right", mean_over(right, near)}};
+}
+
 Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b,
                        bool bfloat16) {
   const Config& config = networks.config;
-  Tensor before = torch::zeros_like(b.residual);
-  const auto predict = [&](const Tensor& x, int64_t t) {
-    const Tensor clean = denoise(networks, b, x, before, torch::full_like(b.steps, t), bfloat16);
-    before = clean.detach();
-    return clean;
-  };
-  const KeyConstraints nothing_imposed{torch::zeros_like(b.open), 1 - b.open};
-  const NoiseSource noise = [&](int64_t) { return b.noise; };
-  const Tensor predicted =
-      sample(schedule, Sampler::dpm_solver, config.inference.steps, predict, nothing_imposed, noise, {});
+  const Tensor predicted = sampled(networks, schedule, b, bfloat16);
   const Joints j = joints_of(b, predicted);
   const int64_t half = b.residual.size(0) / 2;
   const auto score = [&](const Tensor& here, const Tensor& there, double unit, const Tensor& mask) {

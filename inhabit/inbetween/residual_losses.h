@@ -19,6 +19,13 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
 Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
                        bool bfloat16);
 
+/// Of FootContactNet, which alone gets gradients: the cross-entropy of the contacts that it predicts for motion as it
+/// is sampled in use ("total"), and the fraction of feet and frames that it is right about ("right"). Where a sampled
+/// foot steps elsewhere than the true one, the true contacts are not its own: each foot and frame counts exp(-distance
+/// / 10 cm), of the sampled foot from the true one.
+Losses contact_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
+                      bool bfloat16);
+
 /// How fast feet near the floor go, as foot_skating() but with gradients and stricter: low x robust(speed), low falling
 /// from 1 to 0 around 5 cm, speed beyond 8 mm a frame in units of 2 cm, the mean over ankles and balls of both feet. A
 /// sample takes its steps at other times than the truth does: what must not happen is that its own footholds slide.

@@ -7,8 +7,8 @@ namespace inhabit::inbetween {
 
 using torch::Tensor;
 
-Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Baseline& baseline,
-                      const SceneDistances& scene, const ResidualSampling& how) {
+SampledMotion sample_residual(const Networks& networks, FastDenoiser& denoiser, const Baseline& baseline,
+                              const SceneDistances& scene, const ResidualSampling& how) {
   const torch::NoGradGuard no_gradients;
   Denoiser network = networks.network;
   const double rate = networks.config.rate;
@@ -20,6 +20,8 @@ Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Ba
   const Tensor hidden = static_features(baseline, no_fan, rate).unsqueeze(0);
   const Tensor shown =
       how.guidance == 0 ? hidden : static_features(baseline, scene_fan(scene, baseline), rate).unsqueeze(0);
+  FootContactNet feet = networks.feet;
+  Tensor known;  // features of the last evaluation
   Tensor before = torch::zeros({1, kResidualFeatures, count});
   const auto denoise = [&](const Tensor& x, int64_t t) {
     const auto predict = [&](const Tensor& fixed, const Tensor& body) {
@@ -28,15 +30,19 @@ Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Ba
     Tensor clean;
     if (how.guidance == 0) {
       clean = predict(hidden, no_points);
+      if (feet) known = denoiser.features();
     } else {
       clean = predict(shown, body_features(frames, {scene}, before));
+      if (feet) known = denoiser.features();
       if (how.guidance != 1) clean = how.guidance * clean + (1 - how.guidance) * predict(hidden, no_points);
     }
     return before = clean;
   };
   const KeyConstraints keys{torch::zeros_like(open), 1 - open};
   const Tensor residual = sample(how.schedule, how.sampler, how.steps, denoise, keys, how.noise, how.progress);
-  return motion_of(residual[0], frames.scale[0], baseline);
+  SampledMotion out{motion_of(residual[0], frames.scale[0], baseline), {}};
+  if (feet) out.feet = torch::sigmoid(feet(known))[0].t().contiguous();
+  return out;
 }
 
 }  // namespace inhabit::inbetween

@@ -19,10 +19,17 @@ struct ResidualSampling {
   std::function<void(int64_t done)> progress = {};  ///< may be empty
 };
 
+/// A window's motion as it was sampled.
+struct SampledMotion {
+  Poses poses;  ///< of all its frames
+  torch::Tensor
+      feet;  ///< (T, 4) probabilities that feet are in contact, of a model with FootContactNet; else undefined
+};
+
 /// Motion of a window between its keys: a sample of the residual on the baseline. At each step the denoiser sees what
 /// it predicted before and the scene around that. Whole keys come out as they are; frames behind the last repeat it.
 /// @param denoiser of `networks`. @param scene the baseline's floor at height 0
-Poses sample_residual(const Networks& networks, FastDenoiser& denoiser, const Baseline& baseline,
-                      const SceneDistances& scene, const ResidualSampling& how);
+SampledMotion sample_residual(const Networks& networks, FastDenoiser& denoiser, const Baseline& baseline,
+                              const SceneDistances& scene, const ResidualSampling& how);
 
 }  // namespace inhabit::inbetween

@@ -48,6 +48,7 @@ Clip refined(const Filling& f, const KeyedClip& asked, const Result& result, con
   options.generated = true;
   options.standard = true;
   options.name = name;
+  if (!f.options.controls.loop) options.feet = f.feet;  // a loop is mixed from two courses of its motion
   const std::vector<int64_t> joints = key_joints_of(groups);
   for (size_t k = 0; k < asked.keys.size(); ++k) {
     const int64_t frame = asked.keys[k];
@@ -211,6 +212,7 @@ SceneInbetweener::SceneInbetweener(const Networks& networks)
                      nn::InstancePool<FastDenoiser>([network = networks.network] { return FastDenoiser(network); })}) {
   impl_->networks.network->eval();
   if (impl_->networks.path) impl_->networks.path->eval();
+  if (impl_->networks.feet) impl_->networks.feet->eval();
 }
 SceneInbetweener::~SceneInbetweener() = default;
 SceneInbetweener::SceneInbetweener(SceneInbetweener&&) noexcept = default;

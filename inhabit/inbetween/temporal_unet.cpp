@@ -86,6 +86,10 @@ TemporalUnetImpl::TemporalUnetImpl(int64_t in, int64_t out, int64_t width, const
 }
 
 Tensor TemporalUnetImpl::forward(Tensor x, const Tensor& embedding) {
+  return out_conv(features(std::move(x), embedding));
+}
+
+Tensor TemporalUnetImpl::features(Tensor x, const Tensor& embedding) {
   const Tensor c = nn::mish(embed_out(nn::mish(embed_in(embedding))));
   std::vector<Tensor> left;
   for (Down& level : downs) {
@@ -98,7 +102,7 @@ Tensor TemporalUnetImpl::forward(Tensor x, const Tensor& embedding) {
     x = level.twice(level.second(level.first(torch::cat({x, left.back()}, 1), c), c));
     left.pop_back();
   }
-  return out_conv(nn::mish(last(x)));
+  return nn::mish(last(x));
 }
 
 }  // namespace inhabit::inbetween

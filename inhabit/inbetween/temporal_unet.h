@@ -43,6 +43,8 @@ struct TemporalUnetImpl : torch::nn::Module {
   TemporalUnetImpl(int64_t in, int64_t out, int64_t width, const std::vector<int>& multipliers);
   /// @param x (B, in, T), T a multiple of 2^(levels - 1). @param embedding (B, width). @return (B, out, T)
   torch::Tensor forward(torch::Tensor x, const torch::Tensor& embedding);
+  /// What the output is read from: (B, C, T), C the channels of the first level.
+  torch::Tensor features(torch::Tensor x, const torch::Tensor& embedding);
 
   /// A level on the way down.
   struct Down {

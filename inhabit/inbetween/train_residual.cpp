@@ -19,13 +19,15 @@ using torch::Tensor;
 constexpr int64_t kValidationBatches = 6, kValidations = 20;
 
 std::vector<std::string> stages_of(const TrainRun& run) {
-  const std::vector<std::string> all = {"denoiser", "deployed", "path"};
+  const std::vector<std::string> all = {"denoiser", "deployed", "contacts", "path"};
   return chosen_stages(run.stages, all, all);
 }
 
-/// The configuration of a run that trains PathNet alone: the file's denoiser stays as it is.
-Config of_path_alone(const Config& file, const Config& config) {
+/// The configuration of a run in which the file's denoiser stays as it is.
+Config of_kept_denoiser(const Config& file, const Config& config) {
   Config out = file;
+  out.training.contact_steps = config.training.contact_steps;
+  out.training.contact_learning_rate = config.training.contact_learning_rate;
   out.training.path_steps = config.training.path_steps;
   out.training.path_batch = config.training.path_batch;
   out.training.path_learning_rate = config.training.path_learning_rate;
@@ -43,7 +45,7 @@ class Stages {
   Stages& operator=(const Stages&) = delete;
   Stages(const TrainRun& run, const Config& config) : run_(run), config_(config), names_(stages_of(run)) {
     const bool moves = names_.front() != "path";
-    if (run.from.empty() && (!moves || (names_.front() != "denoiser" && !run.resume)))
+    if (run.from.empty() && (keeps_denoiser() || (names_.front() != "denoiser" && !run.resume)))
       throw Error("stage '" + names_.front() + "'", "starts from the weights of a model: --from is missing");
     if (moves) {
       data_.emplace(run.data, "train", config, config.training.stride);
@@ -54,7 +56,7 @@ class Stages {
     }
     if (!run.from.empty()) start_ = load_networks(run.from);
     if (start_ && !start_->config.residual) throw Error(run.from, "is not of residual motion");
-    networks_.config = moves ? config : of_path_alone(start_->config, config);
+    networks_.config = keeps_denoiser() ? of_kept_denoiser(start_->config, config) : config;
     networks_.residual_table = start_ ? start_->residual_table : residual_table(*data_, config, run.seed);
     schedule_ = cosine_schedule(config.diffusion_steps);
   }
@@ -62,8 +64,9 @@ class Stages {
   /// With the networks of --from that are not trained, which stay in the file beside those that are.
   SafeTensors header() const {
     SafeTensors out = model_header(networks_);
-    if (start_ && names_.front() == "path") nn::collect_parameters(*start_->network, "net.", out);
+    if (start_ && keeps_denoiser()) nn::collect_parameters(*start_->network, "net.", out);
     if (start_ && start_->path && names_.back() != "path") nn::collect_parameters(*start_->path, "path.", out);
+    if (start_ && start_->feet && names_.front() == "path") nn::collect_parameters(*start_->feet, "feet.", out);
     return out;
   }
 
@@ -72,32 +75,54 @@ class Stages {
     std::vector<TrainStage> out;
     out.reserve(names_.size());
     for (const std::string& name : names_) {
-      if (name == "denoiser")
-        out.push_back(
-            {name, t.steps, t.batch, t.learning_rate, t.schedule, kValidations, [this] { return denoiser(); }});
-      else if (name == "deployed")
-        out.push_back({name, t.deployed_steps, t.batch / 2, t.deployed_learning_rate, t.schedule, kValidations,
-                       [this] { return deployed(); }});
-      else
-        out.push_back({name, t.path_steps, t.path_batch, t.path_learning_rate, t.schedule, kValidations,
-                       [this] { return path(); }});
+      const auto add = [&](int64_t steps, int64_t batch, double rate, TrainTask (Stages::*task)()) {
+        out.push_back({name, steps, batch, rate, t.schedule, kValidations, [this, task] { return (this->*task)(); }});
+      };
+      if (name == "denoiser") add(t.steps, t.batch, t.learning_rate, &Stages::denoiser);
+      if (name == "deployed") add(t.deployed_steps, t.batch / 2, t.deployed_learning_rate, &Stages::deployed);
+      if (name == "contacts") add(t.contact_steps, t.batch / 2, t.contact_learning_rate, &Stages::contacts);
+      if (name == "path") add(t.path_steps, t.path_batch, t.path_learning_rate, &Stages::path);
     }
     return out;
   }
 
  private:
+  bool keeps_denoiser() const { return names_.front() == "contacts" || names_.front() == "path"; }
+
+  /// The file that a stage finds the denoiser in: that of --from before this run has written one.
+  const std::string& file_before(const char* stage) const { return names_.front() == stage ? run_.from : run_.out; }
+
+  ResidualBatch once(const PoseWindows& windows, size_t count, uint64_t seed) const {
+    return draw_batch(windows, networks_.config, networks_.residual_table, count, seed);
+  }
+  ResidualBatch two(const PoseWindows& windows, size_t count, uint64_t seed) const {
+    return twice(once(windows, count, seed), item_seed(seed, 1));
+  }
+
   TrainTask denoiser() {
-    const auto once = [this](const PoseWindows& windows, size_t count, uint64_t seed) {
-      return draw_batch(windows, config_, networks_.residual_table, count, seed);
-    };
-    return task(run_.from, once, denoising_losses);
+    TrainTask out = task(run_.from);
+    set_batches(out, &Stages::once, denoising_losses);
+    return out;
   }
 
   TrainTask deployed() {
-    const auto two = [this](const PoseWindows& windows, size_t count, uint64_t seed) {
-      return twice(draw_batch(windows, config_, networks_.residual_table, count, seed), item_seed(seed, 1));
-    };
-    return task(names_.front() == "deployed" ? run_.from : run_.out, two, deployed_losses);
+    TrainTask out = task(file_before("deployed"));
+    set_batches(out, &Stages::two, deployed_losses);
+    return out;
+  }
+
+  /// Of FootContactNet: the denoiser stays as it is.
+  TrainTask contacts() {
+    const std::string& from = file_before("contacts");
+    TrainTask out = task(from);
+    networks_.network->to(run_.device);
+    networks_.feet = foot_contact_net(networks_.config);
+    if (keeps_denoiser() && start_->feet) nn::load_parameters(*networks_.feet, "feet.", read_safetensors(from), from);
+    out.module = networks_.feet.ptr();
+    out.networks = {{"feet.", networks_.feet.ptr()}};
+    out.outdated.clear();
+    set_batches(out, &Stages::once, contact_losses);
+    return out;
   }
 
   TrainTask path() {
@@ -111,26 +136,32 @@ class Stages {
     return out;
   }
 
-  /// Of the denoiser. @param from whose weights it begins with; empty: at random. @param draw its batches, of windows,
-  /// their number and a seed. @param losses of a batch
-  template <class Draw, class LossesOf>
-  TrainTask task(const std::string& from, const Draw& draw, const LossesOf& losses) {
-    networks_.network = Denoiser(config_);
+  /// Of the denoiser, without its batches. @param from whose weights it begins with; empty: at random
+  TrainTask task(const std::string& from) {
+    networks_.network = Denoiser(networks_.config);
     if (!from.empty()) nn::load_parameters(*networks_.network, "net.", read_safetensors(from), from);
     TrainTask out = denoiser_task(networks_, run_, data_->size());
-    out.prepare = batches([this, draw](const TrainStep& step) { return draw(*data_, step.indices.size(), step.seed); },
-                          [this, losses](const ResidualBatch& b, const TrainStep&) {
-                            return losses(networks_, schedule_, b.to(run_.device), config_.training.bfloat16);
-                          });
+    out.outdated = {"feet."};
+    return out;
+  }
+
+  /// @param draw its batches, of windows, their number and a seed. @param losses of a batch
+  void set_batches(TrainTask& out, ResidualBatch (Stages::*draw)(const PoseWindows&, size_t, uint64_t) const,
+                   Losses (*losses)(const Networks&, const DiffusionSchedule&, const ResidualBatch&, bool)) {
+    out.prepare =
+        batches([this, draw](const TrainStep& step) { return (this->*draw)(*data_, step.indices.size(), step.seed); },
+                [this, losses](const ResidualBatch& b, const TrainStep&) {
+                  return losses(networks_, schedule_, b.to(run_.device), networks_.config.training.bfloat16);
+                });
     out.validate = [this, draw, losses] {
       double sum = 0;
       for (int64_t i = 0; i < kValidationBatches; ++i) {
-        const ResidualBatch b = draw(*validation_, 32, item_seed(run_.seed, static_cast<uint64_t>(i))).to(run_.device);
-        sum += losses(networks_, schedule_, b, false).front().second.template item<double>();
+        const ResidualBatch b =
+            (this->*draw)(*validation_, 32, item_seed(run_.seed, static_cast<uint64_t>(i))).to(run_.device);
+        sum += losses(networks_, schedule_, b, false).front().second.item<double>();
       }
       return sum / kValidationBatches;
     };
-    return out;
   }
 
   const TrainRun& run_;

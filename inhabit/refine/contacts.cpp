@@ -14,6 +14,9 @@ using Eigen::Vector3d;
 
 constexpr double kSlowest = 0.1;  // m/s: what drifts more slowly than this is nobody's step, but no contact either
 
+constexpr float kPredicted = 0.5F;        // probability
+constexpr double kPredictedGlide = 0.12;  // metres
+
 constexpr double kPalmApart = 0.02;  // metres from its place: a hand comes or goes
 
 /// Speed in each frame, m/s, by central differences.
@@ -98,6 +101,30 @@ std::vector<Contact> detect_contacts(int joint, const Track& track, const std::v
     level[t].y() = 0;
   }
   return still_stretches(joint, level, low, rate, detection);
+}
+
+std::vector<Contact> predicted_contacts(int joint, const std::vector<float>& probability, const Track& track,
+                                        const std::vector<double>& floor, double standing, double rate,
+                                        const ContactDetection& detection) {
+  const auto frames = static_cast<int64_t>(track.size());
+  const auto shortest = static_cast<int64_t>(std::ceil(detection.shortest * rate));
+  std::vector<Contact> out;
+  for (int64_t first = 0; first < frames; ++first) {
+    if (probability[first] < kPredicted) continue;
+    int64_t last = first;
+    while (last + 1 < frames && probability[last + 1] >= kPredicted) ++last;
+    Contact contact{joint, first, last};
+    first = last;
+    const Vector3d place = contact_place(contact, track);
+    const auto away = [&](int64_t t) {
+      return track[t].y() - floor[t] > standing + detection.low ||
+             std::hypot(track[t].x() - place.x(), track[t].z() - place.z()) > kPredictedGlide;
+    };
+    while (contact.first <= contact.last && away(contact.first)) ++contact.first;
+    while (contact.last >= contact.first && away(contact.last)) --contact.last;
+    if (contact.last + 1 - contact.first >= shortest) out.push_back(contact);
+  }
+  return out;
 }
 
 std::vector<Contact> detect_palm_contacts(int joint, const Track& track, const std::vector<double>& distances,

@@ -23,6 +23,9 @@ struct ContactDetection {
   double shortest = 0.13;  ///< seconds
 };
 
+/// Of heels: they leave the floor sooner than balls do, and roll less.
+inline constexpr ContactDetection kHeelDetection = {0.03, 0.2, 0.3, 0.03, 0.1};
+
 /// The track that is nearest to `track` and smooth: least sum of |x - track|^2 + (seconds rate / 2 pi)^4 |second
 /// difference|^2, which keeps what lasts longer than `seconds` and takes away what is quicker.
 Track smoothed(const Track& track, double rate, double seconds);
@@ -34,6 +37,13 @@ double standing_height(const Track& track, const std::vector<double>& floor);
 /// @param standing see standing_height
 std::vector<Contact> detect_contacts(int joint, const Track& track, const std::vector<double>& floor, double standing,
                                      double rate, const ContactDetection& detection = {});
+
+/// Contacts of one joint that a network predicts: stretches of frames in which they are likelier than not, without the
+/// frames at both ends in which the joint is more than 12 cm along the floor from its place or higher than `low`.
+/// @param probability (frames); the others as of detect_contacts
+std::vector<Contact> predicted_contacts(int joint, const std::vector<float>& probability, const Track& track,
+                                        const std::vector<double>& floor, double standing, double rate,
+                                        const ContactDetection& detection = {});
 
 /// When a palm rests on a scene. By the labels of generated people on chairs, with noise 1 (docs/refinement.md) and
 /// smoothed, 99 of 100 palms in contact are within 2.3 cm of the surface, and 99 of 100 that are slower than 0.1 m/s

@@ -72,8 +72,6 @@ constexpr int kLeftWrist = 20;
 
 double squared(double x) { return x * x; }
 
-constexpr ContactDetection kHeel = {0.03, 0.2, 0.3, 0.03, 0.1};
-
 bool is_ball(int joint) { return joint >= 10; }
 
 struct Foot {
@@ -273,6 +271,13 @@ class Refinement {
                                    {}});
   }
 
+  /// What Options::feet says of a joint.
+  std::vector<float> predicted(int joint) const {
+    const auto column = std::find(kFootJoints.begin(), kFootJoints.end(), joint) - kFootJoints.begin();
+    const torch::Tensor of_joint = options_.feet.select(1, column).to(torch::kFloat32).contiguous();
+    return {of_joint.data_ptr<float>(), of_joint.data_ptr<float>() + of_joint.numel()};
+  }
+
   void find_contacts(const Poses& poses) {
     const double flat = flat_floor(poses);
     for (const int joint : kBallsThenAnkles) {
@@ -281,10 +286,15 @@ class Refinement {
       for (double& f : foot.floor)
         if (std::isnan(f)) f = flat;
       foot.standing = standing_height(foot.track, foot.floor);
-      const ContactDetection& detect = is_ball(joint) ? belief_.detect : kHeel;
-      foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detect);
-      if (is_ball(joint) && belief_.glide > 0)
-        extend_contacts(foot.contacts, foot.track, foot.floor, foot.standing, kGlideHeight, belief_.glide);
+      const ContactDetection& detect = is_ball(joint) ? belief_.detect : kHeelDetection;
+      if (options_.feet.defined()) {
+        foot.contacts =
+            predicted_contacts(joint, predicted(joint), foot.track, foot.floor, foot.standing, clip_.rate, detect);
+      } else {
+        foot.contacts = detect_contacts(joint, foot.track, foot.floor, foot.standing, clip_.rate, detect);
+        if (is_ball(joint) && belief_.glide > 0)
+          extend_contacts(foot.contacts, foot.track, foot.floor, foot.standing, kGlideHeight, belief_.glide);
+      }
       feet_.push_back(std::move(foot));
     }
   }
@@ -548,6 +558,8 @@ Result refine(const Clip& clip, const Scene& scene, const Options& options) {
   if (!(options.foot_change > 0)) throw Error("foot_change", "is not over 0");
   if (!(options.smooth >= 0 && options.smooth <= 1e6)) throw Error("smooth", "is not from 0 to a million");
   if (!(options.keep_within > 0)) throw Error("keep_within", "is not over 0");
+  if (options.feet.defined() && options.feet.sizes() != torch::IntArrayRef({clip.frames(), 4}))
+    throw Error("feet", "are not four numbers for each frame");
   if (options.skin_depth && !(*options.skin_depth >= 0)) throw Error("skin_depth", "is under 0");
   for (const int64_t frame : options.keep_frames)
     if (frame < 0 || frame >= clip.frames())

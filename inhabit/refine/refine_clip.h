@@ -24,7 +24,10 @@ struct GivenContact {
 
 /// What is wanted of a refined motion.
 struct Options {
-  bool contacts = true;              ///< find contacts of the feet and keep feet in place while they last
+  bool contacts = true;  ///< find contacts of the feet and keep feet in place while they last
+  /// (T, 4) probabilities that kFootJoints are in contact, where a network predicts them; undefined: contacts are
+  /// found in the motion.
+  torch::Tensor feet;
   bool hands = true;                 ///< find those of hands with the scene too
   std::vector<int64_t> keep_frames;  ///< frames, as the clip counts them, that come out exactly as they are
   /// Joints of the standard skeleton whose places are kept, to some millimetres where the rest is noisy.

@@ -37,6 +37,15 @@ bool agree(const nlohmann::json& a, const nlohmann::json& b) {
 /// Whether a tensor is recorded motion (interact/habits.h), no weight: two files' have no mean.
 bool is_recorded(const std::string& name) { return name.starts_with("habits."); }
 
+/// Whether a tensor is of a network that reads what another one knows (inbetween/foot_contact_net.h): it fits no other
+/// weights of that one.
+bool is_reader(const std::string& name) { return name.starts_with("feet."); }
+
+SafeTensors without_readers(SafeTensors model) {
+  std::erase_if(model.tensors, [](const auto& entry) { return is_reader(entry.first); });
+  return model;
+}
+
 auto count_of_weights(const SafeTensors& model) {
   return std::count_if(model.tensors.begin(), model.tensors.end(),
                        [](const auto& entry) { return !is_recorded(entry.first); });
@@ -60,10 +69,10 @@ SafeTensors mean_of_models(const std::vector<std::string>& paths, const std::vec
     if (!(weight >= 0) || !std::isfinite(sum) || sum <= 0)
       throw Error("mean of models", "weights must be numbers from 0 on, one of them above it");
 
-  SafeTensors mean = read_safetensors(paths[0]);
+  SafeTensors mean = without_readers(read_safetensors(paths[0]));
   std::map<std::string, Tensor> sums;
   for (size_t i = 0; i < paths.size(); ++i) {
-    const SafeTensors model = i == 0 ? mean : read_safetensors(paths[i]);
+    const SafeTensors model = i == 0 ? mean : without_readers(read_safetensors(paths[i]));
     if (!same_kind(model, mean) || !agree(sizes_of(model), sizes_of(mean)))
       throw Error(paths[i], "has another configuration than " + paths[0]);
     if (count_of_weights(model) != count_of_weights(mean)) throw Error(paths[i], "has other tensors than " + paths[0]);

@@ -257,7 +257,7 @@ TEST(Inbetween, FromADataSetToAModelToItsTable) {
   expect_refused(more + " --out " + folder / "out/more.safetensors", {model, "another configuration"}, folder / "out");
 }
 
-TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
+TEST(Inbetween, ResidualMotionIsTrainedInStages) {
   const TempFolder folder;
   Dataset data = create_dataset(folder / "data", {});
   for (const char* split : {"train", "val"}) {
@@ -271,7 +271,7 @@ TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
   const std::string model = folder / "m.safetensors",
                     train = "train inbetween --data " + folder / "data" + " --out " + model +
                             " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=2 "
-                            "training.path_steps=2 training.path_batch=2 training.steps=2";
+                            "training.path_steps=2 training.path_batch=2 training.steps=2 training.contact_steps=2";
   CommandResult r = run_command(train);
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const std::string log = read_whole_file(model + ".log.jsonl");
@@ -279,13 +279,26 @@ TEST(Inbetween, ResidualMotionIsTrainedInThreeStages) {
   EXPECT_THAT(log, HasSubstr("\"stage\":\"deployed\""));
   EXPECT_THAT(log, HasSubstr("jerk"));
   EXPECT_THAT(log, HasSubstr("\"stage\":\"path\""));
+  EXPECT_THAT(log, HasSubstr("\"stage\":\"contacts\""));
+  EXPECT_THAT(log, HasSubstr("right"));
   EXPECT_TRUE(inbetween::load_networks(model).path) << "in the same file";
+  EXPECT_TRUE(inbetween::load_networks(model).feet);
   r = run_command("train inbetween --data " + folder / "data" + " --from " + model + " --stage deployed --out " +
                   folder / "more.safetensors" +
                   " --set width=16 multipliers=[1,1] training.batch=4 training.deployed_steps=1");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   EXPECT_THAT(read_whole_file(folder / "more.safetensors.log.jsonl"), testing::Not(HasSubstr("denoiser")));
   EXPECT_TRUE(inbetween::load_networks(folder / "more.safetensors").path) << "kept beside what was trained";
+  EXPECT_FALSE(inbetween::load_networks(folder / "more.safetensors").feet) << "of another denoiser";
+  r = run_command("train inbetween --data " + folder / "data" + " --from " + model + " --stage contacts --out " +
+                  folder / "feet.safetensors --set training.batch=4 training.contact_steps=2");
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  {
+    const auto was = inbetween::load_networks(model), is = inbetween::load_networks(folder / "feet.safetensors");
+    EXPECT_TRUE(torch::equal(was.network->unet->out_conv->weight, is.network->unet->out_conv->weight));
+    EXPECT_TRUE(torch::equal(was.path->move->bias, is.path->move->bias));
+    EXPECT_FALSE(torch::equal(was.feet->tell->bias, is.feet->tell->bias));
+  }
   r = run_command("train inbetween --stage path --from " + model + " --out " + folder / "path.safetensors" +
                   " --set training.path_steps=1 training.path_batch=2");
   ASSERT_EQ(r.exit_code, 0) << r.err << ": of the sizes of the file, without data";

@@ -59,6 +59,7 @@ TEST(FastDenoiser, SaysWhatTheNetworkOfResidualMotionSays) {
   const Tensor embedding = network->embed_shape(bones);
   expect_same(fast.residual(input, 7, embedding),
               network->residual(input, torch::full({2}, 7, torch::kInt64), embedding));
+  expect_same(fast.features(), network->features(input, torch::full({2}, 7, torch::kInt64), embedding));
 }
 
 TEST(FastDenoiser, ForgetsTheLastClip) {

@@ -10,6 +10,7 @@
 #include "inbetween/small_network.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/safetensors.h"
+#include "inhabit/train/model_mean.h"
 #include "largest.h"
 #include "refusal_of.h"
 #include "temp_folder.h"
@@ -68,6 +69,23 @@ TEST(InbetweenModelFile, KeepsPathNetWhereThereIsOne) {
   write_safetensors(folder / "m.safetensors", bad);
   EXPECT_THAT(refusal_of([&] { load_networks(folder / "m.safetensors"); }),
               AllOf(HasSubstr("path.move.bias"), HasSubstr("not finite")));
+}
+
+TEST(InbetweenModelFile, KeepsFootContactNetWhichNoMeanHas) {
+  const torch::NoGradGuard no_gradients;
+  const TempFolder folder;
+  Networks saved = small_networks();
+  const std::string without = folder / "without.safetensors", with = folder / "with.safetensors";
+  save_networks(without, saved);
+  EXPECT_FALSE(load_networks(without).feet);
+  saved.feet = foot_contact_net(saved.config);
+  save_networks(with, saved);
+  Networks loaded = load_networks(with);
+  ASSERT_TRUE(loaded.feet);
+  const Tensor features = torch::randn({1, 16, 9});
+  EXPECT_TRUE(torch::equal(loaded.feet(features), saved.feet(features)));
+  write_safetensors(folder / "mean.safetensors", mean_of_models({with, without}, {0.5, 0.5}));
+  EXPECT_FALSE(load_networks(folder / "mean.safetensors").feet) << "it reads what other weights know";
 }
 
 TEST(InbetweenModelFile, HalfPrecisionIsNearlyTheSame) {

@@ -17,14 +17,14 @@ namespace {
 
 using torch::Tensor;
 
-struct Walk {
+struct BlockedWalk {
   Detour detour = table_detour(121, 30);
   Tensor root = detour.ends.root_path() - detour.ends.root_path()[0] * torch::tensor({1.F, 0.F, 1.F});
   Tensor floor = scene_floor(SceneQuery(detour.room), detour.ends.joints[0][0], 0);
 };
 
 TEST(ObstacleDetours, BendWhereTheTableStands) {
-  const Walk w;
+  const BlockedWalk w;
   const Tensor detours = detours_around(w.floor, w.root, whole_keys(121, {0, 120}));
   EXPECT_TRUE(crosses_table(w.detour.ends));
   EXPECT_FALSE(crosses_table(walked_along(w.detour.ends, detours)));
@@ -34,7 +34,7 @@ TEST(ObstacleDetours, BendWhereTheTableStands) {
 }
 
 TEST(ObstacleDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
-  const Walk w;
+  const BlockedWalk w;
   const Tensor free = torch::full({96, 96}, -1.F);
   EXPECT_EQ(detours_around(free, w.root, whole_keys(121, {0, 120})).abs().max().item<float>(), 0);
   Tensor groups = whole_keys(121, {0, 60, 120});
@@ -54,7 +54,7 @@ TEST(ObstacleDetours, AreStraightWhereNothingStandsOrTheRootIsNotTold) {
 }
 
 TEST(ObstacleDetours, AreFoundFromDistancesAsFromTheSceneItself) {
-  const Walk w;
+  const BlockedWalk w;
   Clip ends = w.detour.ends;  // beside the table's middle, so that one side is shorter
   ends.trans = ends.trans + torch::tensor({0.2F, 0.F, 0.F});
   ends.joints = ends.joints + torch::tensor({0.2F, 0.F, 0.F});
@@ -103,7 +103,7 @@ TEST(ObstacleDetours, LeaveRoomForArmsWhereThatIsHardlyLonger) {
 }
 
 TEST(ObstacleDetours, TurnWithThePerson) {
-  const Walk w;
+  const BlockedWalk w;
   Tensor left = torch::full({96, 96}, -1.F);
   left.slice(0, 52, 56).slice(1, 40, 56).fill_(1);  // 0.4 to 0.8 m to the left
   Tensor root = torch::zeros({41, 3});

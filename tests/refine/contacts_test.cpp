@@ -54,6 +54,24 @@ TEST(Contacts, WhatGlidesOrIsInTheAirIsNone) {
   EXPECT_LT(contacts[0].last, 5);
 }
 
+TEST(Contacts, ThatANetworkPredictsAreTakenWhereTheFootIsLowAndNear) {
+  Track track;  // glides by 1 cm a frame for 10 frames, then is lifted and goes on
+  std::vector<float> told;
+  for (int64_t t = 0; t < 40; ++t) {
+    const double later = std::max<double>(0, static_cast<double>(t) - 10);
+    track.emplace_back(0.01 * static_cast<double>(std::min<int64_t>(t, 10)) + 0.1 * later, t < 12 ? 0.02 : 0.2, 0);
+    told.push_back(t < 20 || t == 30 ? 0.9F : 0.1F);
+  }
+  const std::vector<double> floor(track.size(), 0);
+  const std::vector<Contact> contacts = predicted_contacts(10, told, track, floor, 0.02, kRate);
+  ASSERT_EQ(contacts.size(), 1U) << "a frame in the air is none";
+  EXPECT_EQ(contacts[0].joint, 10);
+  EXPECT_EQ(contacts[0].first, 0) << "a foot that glides is told to stand";
+  EXPECT_EQ(contacts[0].last, 11) << "one that is lifted does not";
+  EXPECT_TRUE(found(track).empty() || found(track)[0].last < 11) << "by its motion it would not stand so long";
+  EXPECT_TRUE(predicted_contacts(10, std::vector<float>(40, 0.4F), track, floor, 0.02, kRate).empty());
+}
+
 TEST(Contacts, AreExtendedWhileTheFootIsLowAndNearAndNoFarther) {
   Track track;
   for (int64_t t = 0; t < 40; ++t)  // stands for 20 frames, glides 3 cm a frame for 6, is lifted

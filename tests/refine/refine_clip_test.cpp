@@ -108,6 +108,17 @@ TEST(Refine, FeetThatANetworkLetsGlideStand) {
   EXPECT_LT(moved(refine(input, {}, generated).clip), 0.02);
 }
 
+TEST(Refine, FeetStandWhereContactsArePredicted) {
+  const Clip input = walk();
+  Options options;
+  options.feet = torch::zeros({input.frames(), 4});
+  EXPECT_EQ(refine(input, {}, options).contacts, 0);
+  options.feet.select(1, 2).slice(0, 10, 17).fill_(1);  // the left ball, while it stands
+  EXPECT_EQ(refine(input, {}, options).contacts, 1);
+  options.feet = torch::zeros({input.frames() - 1, 4});
+  EXPECT_THAT(refusal_of([&] { refine(input, {}, options); }), testing::HasSubstr("four numbers for each frame"));
+}
+
 TEST(Refine, WhatIsKeptIsKept) {
   const Clip input = noisy(walk(), 1);
   Options options;

@@ -1,0 +1,46 @@
+#include "inhabit/inbetween/foot_contact_net.h"
+
+#include "inhabit/body/skeleton.h"
+#include "inhabit/inbetween/temporal_unet.h"
+#include "inhabit/nn/mish.h"
+#include "inhabit/refine/contacts.h"
+
+namespace inhabit::inbetween {
+
+namespace {
+
+constexpr int64_t kMixed = 32;  // channels
+constexpr int kFirstBall = 10;  // joint
+
+}  // namespace
+
+FootContactNetImpl::FootContactNetImpl(int64_t channels) {
+  using Options = torch::nn::Conv1dOptions;
+  mix = register_module("mix", torch::nn::Conv1d(Options(channels, kMixed, kTaps).padding(kTaps / 2)));
+  tell = register_module("tell", torch::nn::Conv1d(Options(kMixed, static_cast<int64_t>(kFootJoints.size()), 1)));
+}
+
+torch::Tensor FootContactNetImpl::forward(const torch::Tensor& features) { return tell(nn::mish(mix(features))); }
+
+FootContactNet foot_contact_net(const Config& config) {
+  return FootContactNet(config.width * config.multipliers.front());
+}
+
+torch::Tensor foot_contacts(const Poses& poses, double rate) {
+  const int64_t frames = poses.frames();
+  torch::Tensor out = torch::zeros({frames, static_cast<int64_t>(kFootJoints.size())});
+  const std::vector<double> floor(static_cast<size_t>(frames), 0);
+  for (size_t i = 0; i < kFootJoints.size(); ++i) {
+    const int joint = kFootJoints[i];
+    refine::Track track;
+    for (int64_t t = 0; t < frames; ++t) track.push_back(poses.joints[Poses::at(t, joint)].cast<double>());
+    const bool heel = joint < kFirstBall;
+    for (const refine::Contact& contact :
+         refine::detect_contacts(joint, track, floor, refine::standing_height(track, floor), rate,
+                                 heel ? refine::kHeelDetection : refine::ContactDetection{}))
+      out.select(1, static_cast<int64_t>(i)).slice(0, contact.first, contact.last + 1).fill_(1);
+  }
+  return out;
+}
+
+}  // namespace inhabit::inbetween
