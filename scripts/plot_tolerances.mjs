@@ -9,7 +9,7 @@ import { axisTitle, curve, legend, svg, text } from "./svg.mjs";
 const [out, folder] = process.argv.slice(2);
 const rows = [["real motion", "#059669"], ["linear + slerp", "#dc2626"], ["slerp + detour", "#d97706"], ["ours, raw", "#2563eb"]];
 const skins = [["supported", "skin that carries weight", 0.04], ["other", "all other skin", 0.01]];
-const panel = 300, height = 300, left = 58, top = 40, bottom = 46, gap = 24, key = 130;
+const panel = 300, height = 300, left = 64, top = 40, bottom = 46, gap = 24, key = 140;
 const width = left + 2 * panel + gap + key;
 const least = 1e-4, decades = Math.log10(1 / least);  // nothing is drawn at the axis
 const y = (v) => height - bottom - (Math.max(0, Math.log10(Math.max(v, least) / least)) / decades) * (height - top - bottom);
