@@ -7,6 +7,8 @@
 
 namespace inhabit::inbetween {
 
+namespace tn = torch::nn;
+
 namespace {
 
 constexpr int64_t kMixed = 32;  // channels
@@ -15,9 +17,9 @@ constexpr int kFirstBall = 10;  // joint
 }  // namespace
 
 FootContactNetImpl::FootContactNetImpl(int64_t channels) {
-  using Options = torch::nn::Conv1dOptions;
-  mix = register_module("mix", torch::nn::Conv1d(Options(channels, kMixed, kTaps).padding(kTaps / 2)));
-  tell = register_module("tell", torch::nn::Conv1d(Options(kMixed, static_cast<int64_t>(kFootJoints.size()), 1)));
+  constexpr auto kJoints = static_cast<int64_t>(kFootJoints.size());
+  mix = register_module("mix", tn::Conv1d(tn::Conv1dOptions(channels, kMixed, kTaps).padding(kTaps / 2)));
+  tell = register_module("tell", tn::Conv1d(tn::Conv1dOptions(kMixed, kJoints, 1)));
 }
 
 torch::Tensor FootContactNetImpl::forward(const torch::Tensor& features) { return tell(nn::mish(mix(features))); }

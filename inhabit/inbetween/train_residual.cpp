@@ -75,8 +75,8 @@ class Stages {
     std::vector<TrainStage> out;
     out.reserve(names_.size());
     for (const std::string& name : names_) {
-      const auto add = [&](int64_t steps, int64_t batch, double rate, TrainTask (Stages::*task)()) {
-        out.push_back({name, steps, batch, rate, t.schedule, kValidations, [this, task] { return (this->*task)(); }});
+      const auto add = [&](int64_t steps, int64_t batch, double rate, TrainTask (Stages::*make)()) {
+        out.push_back({name, steps, batch, rate, t.schedule, kValidations, [this, make] { return (this->*make)(); }});
       };
       if (name == "denoiser") add(t.steps, t.batch, t.learning_rate, &Stages::denoiser);
       if (name == "deployed") add(t.deployed_steps, t.batch / 2, t.deployed_learning_rate, &Stages::deployed);
