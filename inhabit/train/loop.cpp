@@ -147,15 +147,15 @@ class TrainLoop {
 
     // Batches that are made ahead, the next one first. Where several are made at once, each has one thread.
     const int64_t ahead = task_.concurrent ? std::max<int64_t>(1, options_.workers) : 1;
-    const auto prepared = [this, ahead](int64_t step) {
+    const auto prepared = [this, ahead](const TrainStep& step) {
       if (ahead > 1) omp_set_num_threads(1);
-      return prepare(step);
+      return task_.prepare(step);
     };
     std::deque<std::future<std::function<Losses()>>> next;
     int64_t begun = first_step_;
     const auto begin_up_to = [&](int64_t end) {
       for (; begun < std::min(end, options_.steps); ++begun)
-        next.push_back(std::async(std::launch::async, prepared, begun));
+        next.push_back(std::async(std::launch::async, prepared, step_at(begun)));
     };
     begin_up_to(first_step_ + ahead);
     for (int64_t step = first_step_; step < options_.steps; ++step) {
@@ -246,10 +246,11 @@ class TrainLoop {
     return rank_ == 0 ? seed : item_seed(seed, static_cast<uint64_t>(rank_));
   }
 
-  std::function<Losses()> prepare(int64_t step) {
+  /// On the loop's own thread alone: the order keeps the permutation of one epoch.
+  TrainStep step_at(int64_t step) {
     const std::vector<int64_t> all = order_.indices(step);
     const auto first = all.begin() + rank_ * options_.batch;
-    return task_.prepare({step, {first, first + options_.batch}, seed_of(1, step)});
+    return {step, {first, first + options_.batch}, seed_of(1, step)};
   }
 
   /// One step of the optimiser. @param stop_now set where a rank is to stop.

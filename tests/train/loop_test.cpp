@@ -92,8 +92,12 @@ TEST(TrainLoop, BatchesMadeAheadOnSeveralThreadsAreTheSame) {
     return std::pair(toy.layer->weight.detach().clone(), most.load());
   };
   const auto [one, one_at_once] = trained(1);
-  const auto [four, four_at_once] = trained(4);
-  EXPECT_TRUE(torch::equal(one, four));
+  int four_at_once = 0;
+  for (int run = 0; run < 8; ++run) {  // threads that shared the order of an epoch differed in one of ten
+    const auto [four, at_once] = trained(4);
+    EXPECT_TRUE(torch::equal(one, four));
+    four_at_once = std::max(four_at_once, at_once);
+  }
   EXPECT_EQ(one_at_once, 1);
   EXPECT_GT(four_at_once, 1);
   EXPECT_LE(four_at_once, 4);
