@@ -12,7 +12,6 @@ namespace tn = torch::nn;
 namespace {
 
 constexpr int64_t kMixed = 32;  // channels
-constexpr int kFirstBall = 10;  // joint
 
 }  // namespace
 
@@ -36,10 +35,9 @@ torch::Tensor foot_contacts(const Poses& poses, double rate) {
     const int joint = kFootJoints[i];
     refine::Track track;
     for (int64_t t = 0; t < frames; ++t) track.push_back(poses.joints[Poses::at(t, joint)].cast<double>());
-    const bool heel = joint < kFirstBall;
     for (const refine::Contact& contact :
          refine::detect_contacts(joint, track, floor, refine::standing_height(track, floor), rate,
-                                 heel ? refine::kHeelDetection : refine::ContactDetection{}))
+                                 refine::is_ball(joint) ? refine::ContactDetection{} : refine::kHeelDetection))
       out.select(1, static_cast<int64_t>(i)).slice(0, contact.first, contact.last + 1).fill_(1);
   }
   return out;

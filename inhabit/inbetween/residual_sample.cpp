@@ -20,8 +20,6 @@ SampledMotion sample_residual(const Networks& networks, FastDenoiser& denoiser, 
   const Tensor hidden = static_features(baseline, no_fan, rate).unsqueeze(0);
   const Tensor shown =
       how.guidance == 0 ? hidden : static_features(baseline, scene_fan(scene, baseline), rate).unsqueeze(0);
-  FootContactNet feet = networks.feet;
-  Tensor known;  // features of the last evaluation
   Tensor before = torch::zeros({1, kResidualFeatures, count});
   const auto denoise = [&](const Tensor& x, int64_t t) {
     const auto predict = [&](const Tensor& fixed, const Tensor& body) {
@@ -30,18 +28,18 @@ SampledMotion sample_residual(const Networks& networks, FastDenoiser& denoiser, 
     Tensor clean;
     if (how.guidance == 0) {
       clean = predict(hidden, no_points);
-      if (feet) known = denoiser.features();
     } else {
+      // What sees the scene is asked last, for feet are told from its features.
+      const Tensor blind = how.guidance == 1 ? Tensor() : predict(hidden, no_points);
       clean = predict(shown, body_features(frames, {scene}, before));
-      if (feet) known = denoiser.features();
-      if (how.guidance != 1) clean = how.guidance * clean + (1 - how.guidance) * predict(hidden, no_points);
+      if (blind.defined()) clean = how.guidance * clean + (1 - how.guidance) * blind;
     }
     return before = clean;
   };
   const KeyConstraints keys{torch::zeros_like(open), 1 - open};
   const Tensor residual = sample(how.schedule, how.sampler, how.steps, denoise, keys, how.noise, how.progress);
   SampledMotion out{motion_of(residual[0], frames.scale[0], baseline), {}};
-  if (feet) out.feet = torch::sigmoid(feet(known))[0].t().contiguous();
+  if (FootContactNet feet = networks.feet) out.feet = torch::sigmoid(feet(denoiser.features()))[0].t().contiguous();
   return out;
 }
 

@@ -23,7 +23,9 @@ struct ContactDetection {
   double shortest = 0.13;  ///< seconds
 };
 
-/// Of heels: they leave the floor sooner than balls do, and roll less.
+/// Whether a foot joint of the standard skeleton is a ball (10, 11) and no ankle (7, 8).
+constexpr bool is_ball(int joint) { return joint >= 10; }
+/// Of ankles, which stand for heels; the defaults are those of balls.
 inline constexpr ContactDetection kHeelDetection = {0.03, 0.2, 0.3, 0.03, 0.1};
 
 /// The track that is nearest to `track` and smooth: least sum of |x - track|^2 + (seconds rate / 2 pi)^4 |second

@@ -72,8 +72,6 @@ constexpr int kLeftWrist = 20;
 
 double squared(double x) { return x * x; }
 
-bool is_ball(int joint) { return joint >= 10; }
-
 struct Foot {
   int joint;
   Track track;

@@ -7,7 +7,6 @@
 #include "inbetween/small_network.h"
 #include "inhabit/body/kinematics.h"
 #include "inhabit/inbetween/keyframes.h"
-#include "inhabit/inbetween/residual.h"
 #include "inhabit/inbetween/scene_inbetweener.h"
 #include "inhabit/io/files.h"
 #include "inhabit/scene/shapes.h"
@@ -50,14 +49,7 @@ TEST(FootContacts, LastWhileSomebodyStands) {
 /// A model that tells, whatever it sees, that feet are in contact with a probability of sigmoid(logit).
 SceneInbetweener telling(double logit) {
   const torch::NoGradGuard no_gradients;
-  Networks networks;
-  networks.config = preset("compact");
-  networks.config.width = 32;
-  networks.config.multipliers = {1, 1};
-  networks.network = untrained(networks.config);
-  torch::manual_seed(6);
-  networks.residual_table = torch::rand({kScaleRows, kResidualFeatures}) * 0.02;
-  networks.residual_table[0].zero_();
+  Networks networks = residual_networks(0.02);
   networks.feet = foot_contact_net(networks.config);
   for (Tensor& p : networks.feet->parameters()) p.zero_();
   networks.feet->tell->bias.fill_(logit);

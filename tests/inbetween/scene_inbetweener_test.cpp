@@ -298,19 +298,6 @@ TEST(SceneInbetweener, TurnsAndRaisesWithItsRoom) {
   }
 }
 
-/// Residual motion: small sizes, weights of no training.
-Networks residual_networks() {
-  Networks out;
-  out.config = preset("compact");
-  out.config.width = 32;
-  out.config.multipliers = {1, 1};
-  out.network = untrained(out.config);
-  torch::manual_seed(6);
-  out.residual_table = torch::rand({kScaleRows, kResidualFeatures}) * 0.1;
-  out.residual_table[0].zero_();
-  return out;
-}
-
 Scene scene_with_block() {
   Scene scene = floor_scene();
   MeshBuilder block;

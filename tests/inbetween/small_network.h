@@ -1,5 +1,6 @@
 #pragma once
 #include "inhabit/inbetween/model_file.h"
+#include "inhabit/inbetween/residual.h"
 
 /// Sizes small enough to build and run in a test.
 inline inhabit::inbetween::Config small_inbetween_config() {
@@ -23,6 +24,19 @@ inline inhabit::inbetween::Denoiser untrained(const inhabit::inbetween::Config& 
   for (torch::Tensor& p : network->parameters()) p.add_(torch::randn_like(p), 0.1);
   network->eval();
   return network;
+}
+
+/// Residual motion: small sizes, weights of no training. @param deviation largest of what it moves beyond the baseline
+inline inhabit::inbetween::Networks residual_networks(double deviation = 0.1) {
+  inhabit::inbetween::Networks out;
+  out.config = inhabit::inbetween::preset("compact");
+  out.config.width = 32;
+  out.config.multipliers = {1, 1};
+  out.network = untrained(out.config);
+  torch::manual_seed(6);
+  out.residual_table = torch::rand({inhabit::inbetween::kScaleRows, inhabit::inbetween::kResidualFeatures}) * deviation;
+  out.residual_table[0].zero_();
+  return out;
 }
 
 /// What a network sees of `batch` random clips.
