@@ -1,5 +1,5 @@
-// Protects what is told of feet's contacts: the labels that FootContactNet learns from, what its loss is made of, and
-// that refinement goes by what it tells.
+// Protects what is predicted of the contacts of feet: the labels that FootContactNet learns from, and that refinement
+// goes by what it predicts.
 #include "inhabit/inbetween/foot_contact_net.h"
 
 #include <gtest/gtest.h>
