@@ -150,8 +150,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   auto generator = at::detail::createCPUGenerator(random());
   out.noise = torch::randn(out.residual.sizes(), generator) * out.open;
   out.self_conditioned = chance(random, kSelfConditioned);
-  const Tensor points = body_points(to_world(out.frames, residual_joints(out.frames, out.residual)));
-  out.room = torch::minimum(probe(out.scenes, points).distance, body_point_radii());
+  const Tensor points = guarded_points(to_world(out.frames, residual_joints(out.frames, out.residual)));
+  out.room = torch::minimum(probe(out.scenes, points).distance, guarded_radii());
   return out;
 }
 

@@ -62,7 +62,7 @@ Tensor feet_loss(const Joints& j) {
 }
 
 Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
-  const Tensor points = body_points(joints);
+  const Tensor points = guarded_points(joints);
   const ProbedPoints probed = probe(b.scenes, points);
   // The distance as it changes with the points: its value and its gradient are the field's.
   const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);

@@ -29,6 +29,18 @@ static_assert(kFanFeatures == 3 * (1 + 3 * kFanDirections));
 constexpr std::array<std::array<int, 2>, kBodyPoints - kStandardJoints> kLimbs = {
     {{1, 4}, {2, 5}, {4, 7}, {5, 8}, {16, 18}, {17, 19}, {18, 20}, {19, 21}}};
 
+/// Beyond the ends of limbs, in the direction of their last bone.
+struct LimbEnd {
+  int64_t from, to;      // joints of the bone
+  float beyond, radius;  // metres
+};
+constexpr std::array<LimbEnd, 6> kLimbEnds = {{{18, 20, 0.08F, 0.035F},
+                                               {19, 21, 0.08F, 0.035F},
+                                               {18, 20, 0.16F, 0.02F},
+                                               {19, 21, 0.16F, 0.02F},
+                                               {7, 10, 0.06F, 0.02F},
+                                               {8, 11, 0.06F, 0.02F}}};
+
 float closeness(float distance) { return std::max(0.0F, 1 - std::max(distance, -kMostInside) / kSeen); }
 
 /// Around the obstacles, as far as they are seen and people are high.
@@ -174,6 +186,21 @@ Tensor body_point_radii() {
                                              0.03F, 0.03F, 0.06F, 0.08F, 0.08F, 0.1F,  0.06F, 0.06F, 0.045F, 0.045F,
                                              0.04F, 0.04F, 0.08F, 0.08F, 0.05F, 0.05F, 0.05F, 0.05F, 0.04F,  0.04F});
   return radii;
+}
+
+Tensor guarded_points(const Tensor& joints) {
+  std::vector<Tensor> out = {body_points(joints)};
+  for (const LimbEnd& end : kLimbEnds) {
+    const Tensor to = joints.select(-2, end.to), bone = to - joints.select(-2, end.from);
+    out.push_back((to + end.beyond * bone / bone.norm(2, {-1}, true).clamp_min(1e-3)).unsqueeze(-2));
+  }
+  return torch::cat(out, -2);
+}
+
+Tensor guarded_radii() {
+  std::vector<float> ends;
+  for (const LimbEnd& end : kLimbEnds) ends.push_back(end.radius);
+  return torch::cat({body_point_radii(), torch::tensor(ends)});
 }
 
 ProbedPoints probe(const SceneDistances& scene, const Tensor& points) {

@@ -51,6 +51,12 @@ torch::Tensor body_points(const torch::Tensor& joints);
 /// Metres of flesh around each (30).
 torch::Tensor body_point_radii();
 
+/// Points that the penetration loss keeps out of obstacles, (..., 36, 3) of joints (..., 22, 3): the body points, then
+/// what no joint marks: palms and fingertips, which go on as the forearms do, and toes. Differentiable.
+torch::Tensor guarded_points(const torch::Tensor& joints);
+/// Metres of flesh around each (36).
+torch::Tensor guarded_radii();
+
 /// Distances of points to a scene, as SceneDistances::distance has them.
 struct ProbedPoints {
   torch::Tensor distance;  ///< (...) metres, negative inside
