@@ -61,15 +61,6 @@ Tensor feet_loss(const Joints& j) {
   return mean_over(steps(j.here).square().sum(3), standing) / (kMoveUnit * kMoveUnit);
 }
 
-Tensor penetration_loss(const ResidualBatch& b, const Tensor& joints) {
-  const Tensor points = guarded_points(joints);
-  const ProbedPoints probed = probe(b.scenes, points);
-  // The distance as it changes with the points: its value and its gradient are the field's.
-  const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
-  const Tensor inside = ((b.room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
-  return mean_over(inside, b.kept);
-}
-
 /// Residuals (B, 135, T) as they are sampled in use. @param known set to the features of the last evaluation
 Tensor sampled(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& b, bool bfloat16,
                Tensor* known = nullptr) {
@@ -103,7 +94,7 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
   const Tensor joints = mean_over(robust(square, kPlaceUnit) * b.weights, j.open.expand_as(square));
   const Tensor drift = off.diff(1, 1).square().sum(3);
   const Tensor velocity = mean_over(robust(drift, kMoveUnit), j.moving.expand_as(drift));
-  const Tensor feet = feet_loss(j), penetration = penetration_loss(b, j.here);
+  const Tensor feet = feet_loss(j), penetration = penetration_loss(b.scenes, j.here, b.room, b.kept);
   return {{"total", simple + weigh.joints_weight * joints + weigh.velocity_weight * velocity +
                         weigh.feet_weight * feet + weigh.penetration_weight * penetration},
           {"simple", simple},
@@ -128,6 +119,16 @@ Tensor swinging_loss(const Tensor& joints, const Tensor& truth, const Tensor& mo
   const Tensor limit = speed(truth).amax({1, 2}, true).clamp_min(kLeastSwing);  // (B, 1, 1)
   const Tensor beyond = robust((speed(joints) - limit).clamp_min(0).square(), kMoveUnit);
   return mean_over(beyond, moving.expand_as(beyond));
+}
+
+Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const Tensor& joints, const Tensor& room,
+                        const Tensor& kept) {
+  const Tensor points = guarded_points(joints);
+  const ProbedPoints probed = probe(scenes, points);
+  // The distance as it changes with the points: its value and its gradient are the field's.
+  const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
+  const Tensor inside = ((room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
+  return mean_over(inside, kept);
 }
 
 Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, double least) {
@@ -181,7 +182,8 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
   }
   const Config::Training& weigh = config.training;
   const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving),
-               swings = swinging_loss(j.here, j.there, j.moving), penetration = penetration_loss(b, j.here);
+               swings = swinging_loss(j.here, j.there, j.moving),
+               penetration = penetration_loss(b.scenes, j.here, b.room, b.kept);
   Losses out = {
       {"total", frames + joints + moves + weigh.feet_weight * feet + weigh.sliding_weight * slides +
                     weigh.swinging_weight * swings + weigh.penetration_weight * penetration},

@@ -7,7 +7,7 @@
 namespace inhabit::inbetween {
 
 /// Of one evaluation of the denoiser at each window's diffusion step: the residual (simple), joints, their velocities,
-/// feet that stand, body points deeper in obstacles than the true ones. "mm" is reported only.
+/// feet that stand, points of the body deeper in obstacles than the true ones. "mm" is reported only.
 Losses denoising_losses(const Networks& networks, const DiffusionSchedule& schedule, const ResidualBatch& batch,
                         bool bfloat16);
 
@@ -37,6 +37,13 @@ torch::Tensor sliding_loss(const torch::Tensor& joints, const torch::Tensor& mov
 /// ankles and balls of both feet. Feet that are held back while they are low make up for it in the air: nothing else
 /// that is scored names their speed. @param joints, truth (B, T, 22, 3) metres. @param moving as above
 torch::Tensor swinging_loss(const torch::Tensor& joints, const torch::Tensor& truth, const torch::Tensor& moving);
+
+/// How deep guarded_points are in obstacles beyond `room`: the sum over points of ((room - distance) / 5 cm)^2 where
+/// that is positive, the mean over frames and over the windows that are `kept`. @param joints (B, T, 22, 3) metres,
+/// world, of B windows, each in its own scene. @param room (B, T, 36) ResidualBatch::room. @param kept (B)
+/// ResidualBatch::kept
+torch::Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const torch::Tensor& joints,
+                               const torch::Tensor& room, const torch::Tensor& kept);
 
 /// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the
 /// square of a distance is increased by, so that its root is smooth

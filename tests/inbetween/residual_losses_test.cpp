@@ -1,8 +1,10 @@
 // Protects the energy score that the denoiser is tuned by as it is deployed: least where samples are distributed as the
-// truth is, with the value that normal distributions have. And what it says of feet that slide.
+// truth is, with the value that normal distributions have. And what is said of feet that slide, and of hands in walls.
 #include "inhabit/inbetween/residual_losses.h"
 
 #include <gtest/gtest.h>
+
+#include "inhabit/scene/shapes.h"
 
 namespace inhabit::inbetween {
 namespace {
@@ -102,6 +104,48 @@ TEST(SwingingLoss, SlowsFeetDown) {
   EXPECT_TRUE(joints.grad().isfinite().all().item<bool>());
   EXPECT_GT(joints.grad()[0][19][10][2].item<double>(), 0);  // the last one goes too far
   EXPECT_LT(joints.grad()[0][0][10][2].item<double>(), 0);
+}
+
+/// A wall that begins at x = 0.5.
+std::vector<SceneDistances> beside_a_wall() {
+  Scene room = floor_scene();
+  MeshBuilder wall;
+  wall.box({0.7, 1, 0}, {0.2, 1, 1});
+  room.meshes.push_back(wall.mesh("wall", {0.5F, 0.5F, 0.5F}));
+  return {SceneDistances(room)};
+}
+
+/// One frame of a body at x = 0 whose left forearm points at the wall, the wrist `gap` metres before it.
+Tensor reaching(double gap) {
+  Tensor joints = torch::zeros({1, 1, kStandardJoints, 3});
+  joints.select(3, 1).fill_(1);
+  joints.select(3, 2).copy_(torch::linspace(-0.3, 0.3, kStandardJoints));  // no bone is a point
+  joints[0][0][20][0] = 0.5 - gap;
+  joints[0][0][18][0] = 0.2 - gap;
+  joints[0][0][20][2] = joints[0][0][18][2] = 0;
+  return joints;
+}
+
+double inside(const Tensor& joints, double kept = 1) {
+  return penetration_loss(beside_a_wall(), joints, guarded_radii().view({1, 1, -1}), torch::full({1}, kept))
+      .item<double>();
+}
+
+TEST(PenetrationLoss, IsOfHandsBeyondTheWrist) {
+  EXPECT_LT(inside(reaching(0.3)), 1e-6);
+  // The fingertips (radius 2 cm) are 6 cm inside, the palm (3.5 cm) is 2 cm before the wall, the wrist far enough.
+  EXPECT_NEAR(inside(reaching(0.1)), std::pow((0.02 + 0.06) / 0.05, 2) + std::pow((0.035 - 0.02) / 0.05, 2), 0.2);
+  EXPECT_EQ(inside(reaching(0.1), 0), 0) << "the scene is hidden";
+  Tensor joints = reaching(0.1).requires_grad_(true);
+  penetration_loss(beside_a_wall(), joints, guarded_radii().view({1, 1, -1}), torch::ones({1})).backward();
+  EXPECT_GT(joints.grad()[0][0][20][0].item<double>(), 0) << "away from the wall is better";
+  EXPECT_EQ(joints.grad()[0][0][0].abs().max().item<double>(), 0) << "the pelvis is free";
+  const double step = 1e-3;
+  Tensor nearer = reaching(0.1), farther = reaching(0.1);
+  nearer[0][0][20][0] += step;
+  farther[0][0][20][0] -= step;
+  const double slope = (inside(nearer) - inside(farther)) / (2 * step);
+  EXPECT_NEAR(joints.grad()[0][0][20][0].item<double>(), slope, 0.05 * slope);
 }
 
 }  // namespace

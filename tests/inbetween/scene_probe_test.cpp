@@ -118,5 +118,20 @@ TEST(BodyPoints, AreJointsAndTheMiddlesOfLimbs) {
   EXPECT_TRUE((body_point_radii() > 0).all().item<bool>());
 }
 
+TEST(GuardedPoints, GoOnBeyondWristsAndBallsOfTheFeet) {
+  torch::manual_seed(1);
+  const Tensor joints = torch::randn({2, 3, kStandardJoints, 3});
+  const Tensor points = guarded_points(joints);
+  ASSERT_EQ(points.sizes(), torch::IntArrayRef({2, 3, kBodyPoints + 6, 3}));
+  EXPECT_TRUE(torch::equal(points.slice(2, 0, kBodyPoints), body_points(joints)));
+  EXPECT_EQ(guarded_radii().size(0), points.size(2));
+  const Tensor forearm = joints.select(2, 20) - joints.select(2, 18),
+               hand = points.select(2, kBodyPoints + 2) - joints.select(2, 20);
+  EXPECT_TRUE(torch::allclose(hand, 0.16 * forearm / forearm.norm(2, {-1}, true), 1e-4, 1e-5)) << "left fingertips";
+  Tensor same = torch::zeros({1, 1, kStandardJoints, 3}, torch::requires_grad());
+  guarded_points(same).sum().backward();
+  EXPECT_TRUE(same.grad().isfinite().all().item<bool>()) << "no bone has a length";
+}
+
 }  // namespace
 }  // namespace inhabit::inbetween
