@@ -30,7 +30,9 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   // PathNet of in-betweening is trained without any.
   own->add_option("--data", o->run.data, data)->required(name != "inbetween");
   own->add_option("--out", o->run.out, "Model file to write (.safetensors)")->required();
-  own->add_option("--preset", o->preset, "Configuration: compact, or paper where there is one")->capture_default_str();
+  own->add_option("--preset", o->preset,
+                  "Configuration: compact, or paper where there is one, or of inbetween features")
+      ->capture_default_str();
   own->add_option("--set", o->settings,
                   "Settings of the configuration, KEY=VALUE, such as training.batch=16 (docs/training.md)");
   if (!stages.empty()) own->add_option("--stage", o->run.stages, stages);
@@ -44,7 +46,7 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   own->add_option("--seed", o->run.seed, "Seed of weights, order and whatever else is drawn")
       ->check(whole_number)
       ->capture_default_str();
-  own->add_option("--device", o->device, "cpu or cuda")->capture_default_str();
+  own->add_option("--device", o->device, "cpu, cuda or cuda:N")->capture_default_str();
   own->add_option("--workers", o->run.workers, "Threads that make batches ahead, for a GPU that waits for them")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
@@ -83,8 +85,8 @@ void add_train(CLI::App& app) {
                  for (const std::string& note : notes) spdlog::info("{}", note);
                  return done;
                });
-  add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser; noise-aware with --set t_star=20",
-               folders + " (for all stages but path)",
+  add_training(*verb, "inbetween", "Scene-aware in-betweening: the denoiser, and what stands beside it",
+               folders + " (path alone, with --from, needs none)",
                "Which of denoiser and, of residual motion, deployed (the denoiser as it is sampled in use), contacts "
                "(FootContactNet, when feet stand) and path (PathNet, detours around what stands between keys); "
                "default: all",

@@ -222,7 +222,9 @@ void validate(const Config& c, const std::string& subject) {
 }
 
 void require_noise_aware(const Config& config, const std::string& file) {
-  if (config.t_star == 0 && !config.inference.noisy_keys) throw Error(file, "was not trained on noisy key frames");
+  // Imputation from T* on cleans keys of features alone.
+  const bool aware = config.residual ? config.inference.noisy_keys : config.t_star > 0;
+  if (!aware) throw Error(file, "was not trained on noisy key frames");
 }
 
 }  // namespace inhabit::inbetween

@@ -45,7 +45,7 @@ struct Config {
   SceneEncoderSpec scene_encoder;            ///< sizes of what sees the occupancy; not used without global_scene
   int anchors = 64;                          ///< points on the body's surface with an offset to the scene
   int diffusion_steps = 1000;                ///< T
-  int t_star = 0;             ///< T*: keys inside the clip are imputed at steps t >= T* (0: at all; noise-aware: 20)
+  int t_star = 0;  ///< T*: keys inside the clip are imputed at steps t >= T* (0: at every one; noise-aware: 20)
   bool global_scene = true;   ///< the occupancy is seen (Table 1)
   bool local_scene = true;    ///< the offsets at key frames are seen (Table 1)
   bool body_shape = true;     ///< the body-shape features are seen (Table 8)
@@ -88,10 +88,10 @@ struct Config {
     double swinging_weight = 0;     ///< of feet that go faster than the truth's ever do (the same), in stage "deployed"
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
-    double noisiest = 0.2;      ///< fraction of windows at one of the noisiest tenth of the steps, in stage "denoiser":
-                                ///< where motion that keys leave open is decided
-    double far_keys = 0.5;      ///< fraction of windows whose keys are 30 to 120 frames apart
-    int deployed_steps = 8000;  ///< of stage "deployed", half as many windows in each, sampled twice
+    double noisiest = 0.2;  ///< fraction of windows at one of the noisiest tenth of the steps, in stage "denoiser":
+                            ///< where motion that keys leave open is decided
+    double far_keys = 0.5;  ///< fraction of windows whose keys are 30 to 120 frames apart, beside those of `blocked`
+    int deployed_steps = 8000;             ///< of stage "deployed", half as many windows in each, sampled twice
     double deployed_learning_rate = 1e-4;  ///< peak of the learning rate in stage "deployed"
     int path_steps = 8000;                 ///< of stage "path"
     int path_batch = 48;                   ///< floors of a step of it
@@ -143,7 +143,8 @@ void set_fields(Config& config, const std::vector<std::string>& settings);
 /// Throws Error(subject, ...) unless sizes are positive, bounded and fit together.
 void validate(const Config& config, const std::string& subject);
 
-/// Throws Error(file, ...) unless the model cleans noisy keys by itself (t_star or inference.noisy_keys).
+/// Throws Error(file, ...) unless the model cleans noisy keys by itself (t_star of models of features,
+/// inference.noisy_keys of residual motion).
 void require_noise_aware(const Config& config, const std::string& file);
 
 }  // namespace inhabit::inbetween

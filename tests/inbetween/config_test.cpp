@@ -42,6 +42,9 @@ TEST(Config, SaysWhichModelWasNotTrainedOnNoisyKeys) {
   EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
   c = preset("compact");  // was, but takes keys as they are
   EXPECT_NE(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
+  c.t_star = 20;  // residual motion imputes nothing
+  EXPECT_NE(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
+  c.t_star = 0;
   c.inference.noisy_keys = true;
   EXPECT_EQ(refusal_of([&] { require_noise_aware(c, "m.safetensors"); }), "");
 }
