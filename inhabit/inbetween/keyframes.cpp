@@ -17,6 +17,8 @@
 namespace inhabit::inbetween {
 namespace {
 
+constexpr double kLeastRate = 12;  // frames a second, of motion
+
 /// "a,b,,c" -> a, b, "", c.
 std::vector<std::string_view> parts(std::string_view text) {
   std::vector<std::string_view> out;
@@ -80,6 +82,9 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   if (seconds.size() != poses.size())
     throw Error("--times",
                 std::to_string(seconds.size()) + " are named for " + std::to_string(poses.size()) + " poses");
+  double own = 0;
+  for (const Clip& pose : poses) own = std::max(own, pose.rate);
+  if (own >= kLeastRate) rate = own;
   std::vector<Clip> sources, standard;
   for (size_t i = 0; i < poses.size(); ++i) {
     if (i > 0 && std::llround((seconds[i] - seconds[0]) * rate) <= std::llround((seconds[i - 1] - seconds[0]) * rate))
@@ -95,8 +100,8 @@ PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<dou
   PosesInTime out;
   out.standard = all.frames() == 0;
   if (out.standard) all = joined_poses(standard);
-  all.rate = std::max(all.rate, rate);
-  for (const double second : seconds) out.keys.push_back(std::llround((second - seconds[0]) * all.rate));
+  all.rate = rate;
+  for (const double second : seconds) out.keys.push_back(std::llround((second - seconds[0]) * rate));
   std::vector<int64_t> pose_of;
   for (size_t k = 0; k + 1 < out.keys.size(); ++k)
     pose_of.insert(pose_of.end(), static_cast<size_t>(out.keys[k + 1] - out.keys[k]), static_cast<int64_t>(k));

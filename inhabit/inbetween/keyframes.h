@@ -31,9 +31,11 @@ struct PosesInTime {
   bool standard = false;      ///< the clip is on the standard skeleton because the poses share none
 };
 
-/// @param poses clips on any skeleton, whose first frames count; @param seconds the time of each, in order; @param
-/// names what errors call them. Throws Error where times are not a frame apart, more than 55 minutes apart or not one
-/// for each pose, or a pose is of a person with other bones than the first's (2 cm).
+/// The clip has the highest rate of the poses, at which their times are rounded to frames.
+/// @param poses clips on any skeleton, whose first frames count. @param seconds the time of each, in order. @param rate
+/// frames a second of poses that have less than 12: a pose by itself needs none. @param names what errors call them.
+/// Throws Error where times are not a frame apart, more than 55 minutes apart or not one for each pose, or a pose is of
+/// a person with other bones than the first's (2 cm).
 PosesInTime poses_at_times(const std::vector<Clip>& poses, const std::vector<double>& seconds, double rate,
                            const std::vector<std::string>& names);
 

@@ -8,6 +8,7 @@
 #include "inhabit/error.h"
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
+#include "inhabit/io/utf8.h"
 #include "inhabit/lower_case.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
@@ -189,11 +190,11 @@ Layout lay_out(const Acclaim& asf, Skeleton& skeleton, const std::string& name) 
     skeleton.parents.push_back(step.parent);
     offsets.push_back(step.parent < 0 ? Eigen::Vector3d::Zero() : asf.bones[from].tip);
     if (step.bone < 0) {
-      skeleton.names.push_back(asf.bones[from].name + "_end");
+      skeleton.names.push_back(as_utf8(asf.bones[from].name) + "_end");
       continue;
     }
     const Bone& bone = asf.bones[static_cast<size_t>(step.bone)];
-    skeleton.names.push_back(bone.name);
+    skeleton.names.push_back(as_utf8(bone.name));
     out.joint_of_bone[static_cast<size_t>(step.bone)] = joint;
     if (bone.children.empty()) open.push_back({-1, joint});
     for (auto child = bone.children.rbegin(); child != bone.children.rend(); ++child)

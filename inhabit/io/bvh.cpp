@@ -13,6 +13,7 @@
 #include "inhabit/io/atomic_file.h"
 #include "inhabit/io/text_lines.h"
 #include "inhabit/io/upright.h"
+#include "inhabit/io/utf8.h"
 #include "inhabit/math/quantile.h"
 #include "inhabit/motion/locomotion.h"
 #include "inhabit/motion/pose_track.h"
@@ -93,7 +94,8 @@ std::vector<Joint> read_hierarchy(TextLines& lines) {
   std::vector<int> open;  // the joints whose braces are open
   std::set<std::string> names;
   std::map<std::string, int> again;  // how often a name came once more
-  const auto begin_joint = [&](const std::string& given) {
+  const auto begin_joint = [&](const std::string& bytes) {
+    const std::string given = as_utf8(bytes);
     if (given.empty()) lines.fail("a joint has no name");
     std::string name = given;
     while (!names.insert(name).second) name = given + "_" + std::to_string(++again[given] + 1);
@@ -350,10 +352,11 @@ void append_numbers(std::string& out, const Eigen::Vector3d& v, const char* sepa
   out.append(text, static_cast<size_t>(std::clamp(n, 0, 95)));
 }
 
-/// True for the joints that parse_bvh makes of end sites, as long as they neither rotate nor translate: they are
-/// written as such again.
+/// True for the joints that parse_bvh makes of end sites, as long as they do not translate: they are written as such
+/// again. @param channels of the file that the skeleton was read from, empty for an end site; without them, what
+/// rotates is none
 std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const PoseTrack& track,
-                            const std::vector<bool>& translates) {
+                            const std::vector<bool>& translates, const std::vector<std::string>& channels) {
   std::vector<int> children(skeleton.names.size(), 0);
   for (const int parent : bones.parents)
     if (parent >= 0) ++children[static_cast<size_t>(parent)];
@@ -361,8 +364,8 @@ std::vector<bool> end_sites(const Skeleton& skeleton, const Bones& bones, const 
   for (size_t j = 1; j < out.size(); ++j) {
     const auto parent = static_cast<size_t>(bones.parents[j]);
     if (children[j] > 0 || children[parent] != 1 || skeleton.names[j] != skeleton.names[parent] + "_end") continue;
-    out[j] = !translates[j];
-    for (int64_t t = 0; t < track.frames() && out[j]; ++t)
+    out[j] = !translates[j] && (channels.empty() || channels[j].empty());
+    for (int64_t t = 0; channels.empty() && t < track.frames() && out[j]; ++t)
       out[j] = track.at(t, static_cast<int>(j)).vec().norm() < 1e-6;
   }
   return out;
@@ -450,7 +453,8 @@ void write_bvh(const std::string& path, const Clip& motion, double units_per_met
   layout.as_read = channels_known;
   layout.scale = as_read ? 1 / motion.file.metres_per_unit : units_per_metre;
   if (as_read) layout.root_offset = Eigen::Map<const Eigen::Vector3d>(motion.file.root_offset.data()) / layout.scale;
-  layout.ends = end_sites(clip.skeleton, bones, track, translates);
+  layout.ends = end_sites(clip.skeleton, bones, track, translates,
+                          channels_known ? motion.file.channels : std::vector<std::string>());
   for (size_t j = 0; j < joints; ++j) {
     std::string letters = channels_known ? motion.file.channels[j] : "";
     const bool all_rotations = letters.find('X') != std::string::npos && letters.find('Y') != std::string::npos &&

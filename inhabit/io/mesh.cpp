@@ -18,7 +18,7 @@ namespace {
 std::vector<Mesh> parse(std::string_view bytes, const std::string& extension, const std::string& subject,
                         const std::string& folder, MeshAxes* axes) {
   if (bytes.empty()) throw Error(subject, "is empty");
-  if (extension == "ply") return {parse_ply(bytes, subject)};
+  if (extension == "ply") return {parse_ply(bytes, subject, axes)};
   if (extension == "stl") return {parse_stl(bytes, subject)};
   if (extension == "off") return {parse_off(bytes, subject)};
   if (extension == "glb" || extension == "gltf") return parse_gltf(bytes, subject, folder);

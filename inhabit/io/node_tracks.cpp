@@ -191,6 +191,7 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
                             const std::vector<int>& joints, const std::string& path) {
   Span out;
   bool any = false, moved = false;
+  size_t keyed = 0;  // joints with rotations
   std::vector<double> densest;
   const auto times_of = [](const auto* keys, unsigned count) {
     std::vector<double> times;
@@ -202,6 +203,7 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
     if (found == channels.end()) continue;
     const aiNodeAnim& c = *found->second;
     moved = moved || moves(c);
+    if (c.mNumRotationKeys > 0) ++keyed;
     for (std::vector<double> times :
          {times_of(c.mPositionKeys, c.mNumPositionKeys), times_of(c.mRotationKeys, c.mNumRotationKeys)}) {
       if (times.empty()) continue;
@@ -214,7 +216,8 @@ std::optional<Span> span_of(const aiAnimation& animation, const Channels& channe
       if (times.size() > densest.size()) densest = std::move(times);
     }
   }
-  if (!moved) return {};
+  // Somebody who holds a pose, in one frame or in many, is one whose joints it sets.
+  if (!moved && keyed < kLeastJoints) return {};
   out.ticks =
       animation.mTicksPerSecond > 0 && std::isfinite(animation.mTicksPerSecond) ? animation.mTicksPerSecond : 25;
   std::vector<double> gaps;

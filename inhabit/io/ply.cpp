@@ -10,6 +10,9 @@
 namespace inhabit {
 namespace {
 
+// PLY itself has no axes or units.
+constexpr std::string_view kOurAxes = "inhabit: metres, +Y up";
+
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 struct Property {
@@ -28,6 +31,7 @@ struct Element {
 struct PlyHeader {
   enum class Format { ascii, little, big } format = Format::ascii;
   std::vector<Element> elements;
+  bool ours = false;  // of write_ply
 };
 
 size_t size_of(Type type) {
@@ -81,6 +85,8 @@ PlyHeader read_header(std::string_view& text, const std::string& subject) {
         throw Error(subject, "PLY format '" + std::string(format.substr(0, 30)) + "' is unknown");
       }
       format_seen = true;
+    } else if (key == "comment") {
+      if (line.find(kOurAxes) != std::string_view::npos) header.ours = true;
     } else if (key == "element") {
       Element element;
       element.name = next_token(line);
@@ -255,8 +261,9 @@ void read_faces(Body& body, const Element& element, std::vector<int64_t>& faces,
 
 }  // namespace
 
-Mesh parse_ply(std::string_view bytes, const std::string& subject) {
+Mesh parse_ply(std::string_view bytes, const std::string& subject, MeshAxes* axes) {
   const PlyHeader header = read_header(bytes, subject);
+  if (header.ours && axes != nullptr) *axes = {'y', 1};
   Body body(bytes, header.format, subject);
   Mesh mesh;
   std::vector<int64_t> faces;
@@ -290,8 +297,8 @@ void write_ply(const std::string& path, const Scene& scene) {
   Mesh mesh = merged_mesh(scene);
   if (scene.meshes.empty()) mesh.vertices = scene.points;
   const torch::Tensor vertices = mesh.vertices.to(torch::kFloat32).contiguous();
-  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices.size(0)) +
-                      "\nproperty float x\nproperty float y\nproperty float z\n";
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment " + std::string(kOurAxes) + "\nelement vertex " +
+                      std::to_string(vertices.size(0)) + "\nproperty float x\nproperty float y\nproperty float z\n";
   if (mesh.faces.size(0) > 0)
     bytes += "element face " + std::to_string(mesh.faces.size(0)) + "\nproperty list uchar int vertex_indices\n";
   bytes += "end_header\n";

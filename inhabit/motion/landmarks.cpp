@@ -38,7 +38,9 @@ class Finder {
     int out = -1;
     for (int j = above + 1; j < skeleton_.size(); ++j) {
       const JointLabel& label = labels_[static_cast<size_t>(j)];
-      const bool central = label.side < 0 && (label.part.rfind("spine", 0) == 0 || label.part.rfind("neck", 0) == 0);
+      // The end site of the head's joint is where the skull ends (io/bvh.h).
+      const bool central = label.side < 0 && !skeleton_.names[static_cast<size_t>(j)].ends_with("_end") &&
+                           (label.part.rfind("spine", 0) == 0 || label.part.rfind("neck", 0) == 0);
       if (central && is_below(j, above) && (out < 0 || is_below(j, out))) out = j;
     }
     return out;

@@ -189,7 +189,8 @@ void add_inbetween(py::module_& m) {
         return std::pair(std::move(made.clip), std::move(made.keys));
       },
       "poses"_a, "seconds"_a, "rate"_a = 30.0,
-      "The first frames of clips at given times, as a Clip and the key frames of it: what Inbetweener.run takes.");
+      "The first frames of clips at given times, as a Clip and the key frames of it: what Inbetweener.run takes.\n"
+      "rate: frames a second where the clips have less than 12.");
 }
 
 }  // namespace inhabit::python

@@ -69,6 +69,20 @@ TEST(FramesAtTimes, StandWhereTheyAreWantedAndThePoseBeforeFillsTheRest) {
   EXPECT_TRUE(back.clip.joints[0].allclose(clip.joints[30], 0, 1e-5)) << "in the order of the list";
 }
 
+TEST(PosesAtTimes, HaveTheirFilesRate) {
+  Clip pose = walker(2, 1);
+  const auto rate = [&](double a, double b) {
+    Clip first = pose, second = pose;
+    first.rate = a, second.rate = b;
+    const PosesInTime out = poses_at_times({first, second}, {0, 1.5}, 30, {"a.bvh", "b.bvh"});
+    EXPECT_EQ(out.keys.back(), std::llround(1.5 * out.clip.rate));
+    return out.clip.rate;
+  };
+  EXPECT_EQ(rate(24, 24), 24);
+  EXPECT_EQ(rate(24, 60), 60);
+  EXPECT_EQ(rate(1, 1), 30) << "a pose by itself has no rate";
+}
+
 TEST(FramesAtTimes, RefuseTimesThatDoNotFit) {
   const Clip clip = walker(40, 1);
   const auto refused = [&](const std::vector<double>& seconds) {

@@ -65,6 +65,19 @@ TEST(AssimpMotion, AGlbComesBackAsItWasWritten) {
   EXPECT_FALSE(back.translations.defined());
 }
 
+TEST(AssimpMotion, AHeldPoseIsAMotion) {
+  const TempFolder folder;
+  const Clip walk = the_walk();
+  for (const std::vector<int64_t>& held : {std::vector<int64_t>{40}, std::vector<int64_t>(20, 40)}) {
+    const Clip pose = frames_at(walk, held);
+    write_clip(folder / "pose.glb", pose);
+    ASSERT_TRUE(is_clip_file(folder / "pose.glb")) << held.size();
+    const Clip back = read_clip(folder / "pose.glb");
+    EXPECT_EQ(back.frames(), pose.frames());
+    EXPECT_LT(farthest(back.joints, pose.joints), 1e-5);
+  }
+}
+
 TEST(AssimpMotion, SeveralPeopleOfAGlbAreReadOneByOne) {
   const TempFolder folder;
   const Clip walk = the_walk();

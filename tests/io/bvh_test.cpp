@@ -153,6 +153,14 @@ TEST(Bvh, DeepAndCrowdedHierarchiesAreRefusedWithoutHarm) {
   EXPECT_THAT(bvh_error(text), HasSubstr("more than 2000 joints"));
 }
 
+TEST(Bvh, NamesOfOlderToolsBecomeUtf8) {
+  std::string text = small(kTwoFrames);
+  text.replace(text.find("Left Leg"), 8, "LinkerFu\xDF");
+  EXPECT_EQ(parse_bvh(text, "a").clip.skeleton.names[1], "LinkerFu\xC3\x9F");
+  text.replace(text.find("LinkerFu\xDF"), 9, "\xE5\xB7\xA6\xE8\x85\xBF");
+  EXPECT_EQ(parse_bvh(text, "a").clip.skeleton.names[1], "\xE5\xB7\xA6\xE8\x85\xBF") << "UTF-8 stays";
+}
+
 TEST(Bvh, OneFrameIsAMotion) {
   EXPECT_EQ(parse_bvh(small("MOTION\nFrames: 1\nFrame Time: 1\n0 0 0 0 0 0 0 0 0"), "a").clip.frames(), 1);
 }
@@ -196,6 +204,12 @@ TEST(Bvh, EndSitesStayEndSites) {
   Clip hanging = parse_bvh(small(kTwoFrames), "walk.bvh").clip;
   write_bvh(folder / "a.bvh", hanging);
   EXPECT_EQ(read_bvh(folder / "a.bvh").clip.skeleton.names, hanging.skeleton.names) << "as they were read";
+  Clip moved = hanging;
+  moved.rotations = hanging.rotations.clone();
+  moved.rotations[1][2][0] = 0.5F;
+  write_bvh(folder / "moved.bvh", moved);
+  EXPECT_THAT(read_whole_file(folder / "moved.bvh"), testing::Not(HasSubstr("_end")))
+      << "what has no channels in its file has none, however a network moves it";
   hanging.file = {};
   write_bvh(folder / "a.bvh", hanging);
   Clip again = read_bvh(folder / "a.bvh").clip;

@@ -13,6 +13,7 @@
 #include "inhabit/io/files.h"
 #include "inhabit/io/mesh.h"
 #include "inhabit/io/npz.h"
+#include "inhabit/io/ply.h"
 #include "inhabit/io/point_cloud.h"
 #include "refusal_of.h"
 #include "shared.h"
@@ -205,11 +206,16 @@ TEST(SceneFile, ALoneChairStandsAsItsFormatHasIt) {
       for (const double z : {-0.23, 0.19}) box({x, 0, z}, {x + 0.04, 0.41, z + 0.04});
     return parse_scene(text, "obj", "chair.obj");
   };
+  const TempFolder folder;
   for (const double unit : {1.0, 100.0}) {
     const SceneFile chair = seen(unit);
     EXPECT_EQ(chair.report.up, 'y') << unit;
     EXPECT_FALSE(chair.report.up_detected) << unit;
     EXPECT_NEAR(chair.report.upper[1], 0.87, 1e-4) << unit;
+    write_ply(folder / "chair.ply", chair.scene);
+    const SceneReport ply = read_scene_file(folder / "chair.ply").report;
+    EXPECT_EQ(ply.up, 'y') << "as its header says; chairs of other .ply files stand along z";
+    EXPECT_EQ(ply.upper, chair.report.upper);
   }
 }
 

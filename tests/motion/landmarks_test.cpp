@@ -124,6 +124,16 @@ TEST(Landmarks, KnowsTheNamesOfManyTools) {
   }
 }
 
+TEST(Landmarks, TheHeadOfASpineIsBeforeItsEndSite) {
+  Skeleton rigify = person({"spine",  "spine.001", "spine.002",  "spine.003",   "spine.004",   "thigh.L",   "shin.L",
+                            "foot.L", "toe.L",     "shoulder.L", "upper_arm.L", "forearm.L",   "hand.L",    "thigh.R",
+                            "shin.R", "foot.R",    "toe.R",      "shoulder.R",  "upper_arm.R", "forearm.R", "hand.R"});
+  rigify.names.emplace_back("spine.004_end");
+  rigify.parents.push_back(4);
+  rigify.offsets = torch::full({rigify.size(), 3}, 0.1);
+  expect_person(find_landmarks(rigify, "rigify.bvh"));
+}
+
 TEST(Landmarks, CmuJointsBeforeTheLimbsAreNoHipsAndShoulders) {
   const Skeleton& cmu = expmap_skeleton(ExpmapSkeleton::cmu);
   const Landmarks found = find_landmarks(cmu, "cmu");
