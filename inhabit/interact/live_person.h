@@ -28,8 +28,8 @@ constexpr double kHold = 2;
 ///   while (...) { person.step(); draw(person.pose()); }
 class LivePerson {
  public:
-  /// @param engine must outlive the person. @param start its last frame is where the person is; with half a second of
-  /// motion before it their velocity is known too. Standard skeleton with rotations. @param seed of what is drawn
+  /// @param engine must outlive the person. @param start its last frame is the pose that they stand in; their first
+  /// velocity is zero. Standard skeleton with rotations. @param seed of what is drawn
   /// (habits while seated; SAMP).
   LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
