@@ -17,6 +17,7 @@
 #include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
+#include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/random_tensor.h"
@@ -115,6 +116,15 @@ void require_free(const Clip& person, const Surroundings& around, const std::str
       throw Error(name, fmt::format("begins inside what stands in the scene ({})",
                                     standard_joint_names()[static_cast<size_t>(j)]));
   }
+}
+
+/// The end of a clip on the standard skeleton at the networks' rate, a second of it where it is as long.
+Clip second_before(const Clip& clip, double rate, const std::string& name) {
+  const auto frames = static_cast<int64_t>(std::ceil(1.1 * clip.rate)) + 1;
+  const Clip end = retarget(slice(clip, std::max<int64_t>(0, clip.frames() - frames), clip.frames()), name);
+  int64_t at = 0;
+  const Clip out = resample_through(end, rate, end.frames() - 1, at, name);
+  return slice(out, 0, at + 1);
 }
 
 using ContactErrors = std::vector<std::array<std::optional<double>, 2>>;
@@ -295,20 +305,21 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   Result out;
   if (start.frames() < 1) throw Error(options.name, "has no frame");
   out.chair = chosen;
-  Clip person = retarget(slice(start, start.frames() - 1, start.frames()), options.name);
+  Clip past = second_before(start, config().rate, options.name);
   const double floor = out.chair.frame.translation().y();
 
   out.contacts = options.draw_contacts ? draw_contacts(out.chair, 1, options.seed) : options.contacts;
-  for (HandContacts& contacts : out.contacts) settle_contacts(out.chair, person.skeleton, options.force, contacts);
+  for (HandContacts& contacts : out.contacts) settle_contacts(out.chair, past.skeleton, options.force, contacts);
   const Scene there = raised(scene, -floor);  // what the chair stands on is y = 0
   const auto around = std::make_shared<const Surroundings>(there);
   Chair chair = out.chair;
   chair.frame.translation().y() = 0;
   chair.mesh.vertices = chair.mesh.vertices - torch::tensor({0.F, static_cast<float>(floor), 0.F});
-  person.trans = person.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
-  person.joints = joint_positions(person.skeleton, person.rotations, person.trans);
+  past.trans = past.trans - torch::tensor({0.F, static_cast<float>(floor), 0.F});
+  past.joints = joint_positions(past.skeleton, past.rotations, past.trans);
+  const Clip person = slice(past, past.frames() - 1, past.frames());
   if (!options.force) require_free(person, *around, options.name);
-  LivePerson live(impl_->engine, person, options.seed);
+  LivePerson live(impl_->engine, past, options.seed);
   live.plan_routes(!options.straight);
   std::vector<HandContacts> series = out.contacts;
   for (HandContacts& contacts : series)

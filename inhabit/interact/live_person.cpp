@@ -10,6 +10,7 @@
 #include "inhabit/interact/guide.h"
 #include "inhabit/interact/habits.h"
 #include "inhabit/interact/labels.h"
+#include "inhabit/interact/recording.h"
 #include "inhabit/interact/route.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/quaternion.h"
@@ -217,7 +218,7 @@ LivePerson::LivePerson(const Engine& engine, const Clip& start, uint64_t seed) :
     position[j] = single(p.pose.posed.positions[j]);
     rotation[j] = p.pose.posed.rotations[j].toRotationMatrix().cast<float>();
   }
-  p.state = standing_state(position, rotation);
+  p.state = start.frames() > 1 ? state_after(start, "start") : standing_state(position, rotation);
   if (const Habits& habits = engine.networks().habits; habits.standing.size() > 0) p.standing_life.emplace(habits);
   p.around = std::make_shared<Surroundings>(Scene{});
 }

@@ -28,9 +28,9 @@ constexpr double kHold = 2;
 ///   while (...) { person.step(); draw(person.pose()); }
 class LivePerson {
  public:
-  /// @param engine must outlive the person. @param start its last frame is the pose that they stand in; their first
-  /// velocity is zero. Standard skeleton with rotations. @param seed of what is drawn
-  /// (habits while seated; SAMP).
+  /// @param engine must outlive the person. @param start ends in their pose; of the second before it their velocity and
+  /// trajectory are taken, where it has frames. 30 frames a second, standard skeleton with rotations. @param seed of
+  /// what is drawn (habits while seated; SAMP).
   LivePerson(const Engine& engine, const Clip& start, uint64_t seed = 1);
   ~LivePerson();
   LivePerson(LivePerson&&) noexcept;  ///< what was moved from may only be destroyed

@@ -112,6 +112,29 @@ State state_at(const Recording& recording, int64_t frame) {
   return out;
 }
 
+State state_after(const Clip& motion, const std::string& subject) {
+  constexpr int kLately = 5;  // frames
+  const Recording recording = record(motion, label(motion, {}), subject);
+  State out = state_at(recording, recording.size() - 1);
+  const Sample now = out.now(), before = out.samples[kNow - kLately];
+  const bool walks = now.action[1] > 0.5F;
+  const Vector2f step = (now.root.position - before.root.position) / kLately;
+  for (int i = 0; i < kSamples; ++i) {
+    Sample& s = out.samples[static_cast<size_t>(i)];
+    const auto ahead = static_cast<float>(std::max(0, i - kNow));
+    if (walks) {
+      s.root.position += ahead * step;
+      s.phase += ahead * (now.phase - before.phase) / kLately;
+      for (Vector3f& hand : s.hand) hand += ahead * Vector3f(step.x(), 0, step.y());
+    }
+    s.goal = now.root.origin();
+    s.goal_facing = now.root.facing;
+    s.goal_action = {1, 0, 0};
+  }
+  out.ahead = {};
+  return out;
+}
+
 Scene mirrored(const Scene& scene) {
   const auto mirrored_points = [](const torch::Tensor& points) { return points * torch::tensor({-1.F, 1.F, 1.F}); };
   Scene out = scene;

@@ -43,6 +43,10 @@ bool stands(const Recording::Frame& frame);
 /// The state at a frame. Before its start and after its end the recording stands still.
 State state_at(const Recording& recording, int64_t frame);
 
+/// The state of somebody at the end of a motion whose second after it nobody knows: who walks goes on as in the last
+/// sixth of a second, others stay. Goals are where they are. Needs what record() needs.
+State state_after(const Clip& motion, const std::string& subject);
+
 /// The image of a scene in the plane x = 0, as mirrored() of motion/mirror.h gives that of a clip.
 Scene mirrored(const Scene& scene);
 
