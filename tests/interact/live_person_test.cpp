@@ -1,10 +1,14 @@
 // Protects when somebody has arrived at a place on the floor by networks that are known: they say that the person walks
 // and stands where they are. Then walking there has failed, and the person is to stay and not to drift off.
+// And what is known of somebody who was seen before they are moved.
 #include "inhabit/interact/live_person.h"
 
 #include <gtest/gtest.h>
 
 #include "inhabit/interact/layout.h"
+#include "inhabit/interact/recording.h"
+#include "inhabit/io/files.h"
+#include "inhabit/motion/retarget.h"
 #include "small_networks.h"
 
 namespace inhabit::interact {
@@ -54,6 +58,29 @@ TEST(LivePerson, WhoStopsBesideTheirPlaceHasArrivedOnceTheyCouldSetOff) {
     EXPECT_LT(frames, 60) << away;
   }
   EXPECT_LT(frames_until_arrived(0.2), 5) << "they were there from the start";
+}
+
+TEST(StateAfter, KnowsTheSecondBeforeAndGoesOnAsThey) {
+  const Clip walk = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz"));
+  const int64_t last = walk.frames() - 1;
+  const auto root = [&](int64_t t) {
+    return Eigen::Vector2f(walk.joints[t][0][0].item<float>(), walk.joints[t][0][2].item<float>());
+  };
+  const State s = state_after(walk, "walk");
+  EXPECT_GT(s.now().action[kWalks], 0.9F);
+  for (const int64_t ago : {0, 10, 29})
+    EXPECT_LT((s.samples[static_cast<size_t>(kNow - ago)].root.position - root(last - ago)).norm(), 1e-4F) << ago;
+  const Eigen::Vector2f step = (root(last) - root(last - 5)) / 5;
+  EXPECT_GT(30 * step.norm(), 0.5F) << "m/s: they walk";
+  EXPECT_LT((s.samples[kNow + 20].root.position - root(last) - 20 * step).norm(), 1e-3F);
+  EXPECT_GT(s.samples[kNow + 20].phase, s.now().phase);
+  EXPECT_NEAR(s.velocity[0].x(), 30 * (root(last) - root(last - 1)).x(), 1e-3);
+  EXPECT_EQ(s.samples.front().goal_action[kWalks], 0) << "they have no goal";
+
+  const State still = state_after(frames_at(walk, std::vector<int64_t>(40, last)), "standing");
+  EXPECT_LT((still.samples.back().root.position - root(last)).norm(), 1e-5F);
+  EXPECT_LT(still.velocity[10].norm(), 1e-4F);
+  EXPECT_EQ(still.now().action[0], 1);
 }
 
 }  // namespace
