@@ -61,7 +61,7 @@ TEST(LivePerson, WhoStopsBesideTheirPlaceHasArrivedOnceTheyCouldSetOff) {
 }
 
 TEST(StateAfter, KnowsTheSecondBeforeAndGoesOnAsThey) {
-  const Clip walk = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz"));
+  const Clip walk = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz"), "walk");
   const int64_t last = walk.frames() - 1;
   const auto root = [&](int64_t t) {
     return Eigen::Vector2f(walk.joints[t][0][0].item<float>(), walk.joints[t][0][2].item<float>());
