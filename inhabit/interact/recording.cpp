@@ -118,13 +118,20 @@ State state_after(const Clip& motion, const std::string& subject) {
   State out = state_at(recording, recording.size() - 1);
   const Sample now = out.now(), before = out.samples[kNow - kLately];
   const bool walks = now.action[1] > 0.5F;
+  // The phase is known up to the last foothold, and rests from there: it goes on at the pace before.
+  int known = kNow;
+  while (known > 1 &&
+         out.samples[static_cast<size_t>(known)].phase <= out.samples[static_cast<size_t>(known) - 1].phase)
+    --known;
+  const Sample last = out.samples[static_cast<size_t>(known)];
+  const float pace = last.phase - out.samples[static_cast<size_t>(known) - 1].phase;
   const Vector2f step = (now.root.position - before.root.position) / kLately;
   for (int i = 0; i < kSamples; ++i) {
     Sample& s = out.samples[static_cast<size_t>(i)];
     const auto ahead = static_cast<float>(std::max(0, i - kNow));
     if (walks) {
       s.root.position += ahead * step;
-      s.phase += ahead * (now.phase - before.phase) / kLately;
+      if (i > known) s.phase = last.phase + static_cast<float>(i - known) * pace;
       for (Vector3f& hand : s.hand) hand += ahead * Vector3f(step.x(), 0, step.y());
     }
     s.goal = now.root.origin();
