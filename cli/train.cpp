@@ -30,8 +30,7 @@ void add_training(CLI::App& verb, const std::string& name, const std::string& wh
   // PathNet of in-betweening is trained without any.
   own->add_option("--data", o->run.data, data)->required(name != "inbetween");
   own->add_option("--out", o->run.out, "Model file to write (.safetensors)")->required();
-  own->add_option("--preset", o->preset,
-                  "Configuration: compact, or paper where there is one, or of inbetween features")
+  own->add_option("--preset", o->preset, "Configuration: compact, paper where there is one, of inbetween also features")
       ->capture_default_str();
   own->add_option("--set", o->settings,
                   "Settings of the configuration, KEY=VALUE, such as training.batch=16 (docs/training.md)");

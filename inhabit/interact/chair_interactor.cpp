@@ -17,8 +17,7 @@
 #include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
-#include "inhabit/motion/resample.h"
-#include "inhabit/motion/retarget.h"
+#include "inhabit/motion/observe.h"
 #include "inhabit/motion/transfer.h"
 #include "inhabit/nn/random_tensor.h"
 #include "inhabit/scene/bounding_box.h"
@@ -34,6 +33,7 @@ using torch::Tensor;
 
 constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
+constexpr double kSeenBefore = 1.1;     // seconds of a start that count
 constexpr float kFeet = 0.12F;          // metres above the floor
 constexpr int64_t kMostSamples = 1000, kMostDraws = 100'000;
 
@@ -116,15 +116,6 @@ void require_free(const Clip& person, const Surroundings& around, const std::str
       throw Error(name, fmt::format("begins inside what stands in the scene ({})",
                                     standard_joint_names()[static_cast<size_t>(j)]));
   }
-}
-
-/// The end of a clip on the standard skeleton at the networks' rate, a second of it where it is as long.
-Clip second_before(const Clip& clip, double rate, const std::string& name) {
-  const auto frames = static_cast<int64_t>(std::ceil(1.1 * clip.rate)) + 1;
-  const Clip end = retarget(slice(clip, std::max<int64_t>(0, clip.frames() - frames), clip.frames()), name);
-  int64_t at = 0;
-  const Clip out = resample_through(end, rate, end.frames() - 1, at, name);
-  return slice(out, 0, at + 1);
 }
 
 using ContactErrors = std::vector<std::array<std::optional<double>, 2>>;
@@ -305,7 +296,10 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   Result out;
   if (start.frames() < 1) throw Error(options.name, "has no frame");
   out.chair = chosen;
-  Clip past = second_before(start, config().rate, options.name);
+  const auto seen = static_cast<int64_t>(std::ceil(kSeenBefore * start.rate)) + 1;
+  Clip past = observe(slice(start, std::max<int64_t>(0, start.frames() - seen), start.frames()), -1, config().rate, 1,
+                      options.name)
+                  .motion;
   const double floor = out.chair.frame.translation().y();
 
   out.contacts = options.draw_contacts ? draw_contacts(out.chair, 1, options.seed) : options.contacts;
