@@ -9,11 +9,12 @@
 namespace inhabit {
 
 /// A chord is the straight path between two poses of a motion: the root moves linearly, rotations by slerp. Where the
-/// motion itself took another path, furniture can stand on the chord.
+/// motion itself took another path, furniture can stand on the chord; and on both sides of the path that it took.
 struct ChordOptions {
-  double tried = 0.7;  ///< fraction of the chords that furniture is tried on
-  int shortest = 30;   ///< frames from one end to the other, at least
-  int longest = 120;   ///< at most
+  double tried = 0.7;   ///< fraction of the chords that furniture is tried on
+  int shortest = 30;    ///< frames from one end to the other, at least
+  int longest = 120;    ///< at most
+  double passages = 0;  ///< fraction of the places of a walk that passages are tried at (passages.h)
 };
 
 /// Throws Error where an option is out of range.

@@ -11,6 +11,7 @@
 #include "inhabit/scene/query.h"
 #include "inhabit/synth/body_sweep.h"
 #include "inhabit/synth/layout.h"
+#include "inhabit/synth/passages.h"
 #include "inhabit/synth/person.h"
 
 namespace inhabit {
@@ -363,6 +364,7 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   if (decoys) {
     out.decoys = add_decoys(layout, motion, used, random);
   } else {
+    out.passages = add_passages(layout, out.clip, sweep, chords.passages, random);
     out.on_chords = add_on_chords(layout, out.clip, body, sweep, chords, random);
     add_near_path(layout, motion, random);
   }

@@ -28,6 +28,7 @@ struct FittedRoom {
   Clip clip;          ///< rotated and moved into the room, with action, contact, hand_targets and object poses
   int seats = 0;      ///< put under the pelvis
   int supports = 0;   ///< put under hands
+  int passages = 0;   ///< pairs of pieces that the person walks between (passages.h)
   int on_chords = 0;  ///< put where the straight path between poses passes (chords.h)
   int decoys = 0;     ///< seats and tables that the person passes by
 };
@@ -59,7 +60,7 @@ struct FittingOptions {
   double seconds = 12;             ///< longest piece of a recording
   bool mirrored = true;            ///< every second room of a piece for training is around its mirror image
   double stretches = 0.5;  ///< fraction of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
-  ChordOptions chords;     ///< pieces that stand on straight paths
+  ChordOptions chords;     ///< pieces that stand on straight paths, and on both sides of the true one
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
   bool decoys = false;          ///< rooms of validation and testing are furnished with decoys
   ClipReadOptions reading;      ///< of every recording

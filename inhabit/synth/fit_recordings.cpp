@@ -168,7 +168,7 @@ nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& rec
           {"stretches", o.stretches},
           {"only_on_chords", o.only_on_chords},
           {"decoys", o.decoys},
-          {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest}},
+          {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest, o.chords.passages}},
           {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
 }
 
@@ -263,16 +263,11 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     const auto first = skipped.front().get<std::string>();
     throw recordings.size() == 1 ? Error(first) : Error("no recording can be used; of the first: " + first);
   }
-  out.provenance = {{"command", "inhabit synth fit"},
-                    {"seed", options.seed},
-                    {"rooms_per_clip", options.rooms_per_clip},
-                    {"seconds", options.seconds},
-                    {"mirrored", options.mirrored},
-                    {"on_chord", options.chords.tried},
-                    {"decoys", options.decoys},
-                    {"recorded_minutes", seconds / 60},
-                    {"furnished_minutes", kept / 60},
-                    {"recordings", sources}};
+  out.provenance = {
+      {"command", "inhabit synth fit"},      {"seed", options.seed},         {"rooms_per_clip", options.rooms_per_clip},
+      {"seconds", options.seconds},          {"mirrored", options.mirrored}, {"on_chord", options.chords.tried},
+      {"passages", options.chords.passages}, {"decoys", options.decoys},     {"recorded_minutes", seconds / 60},
+      {"furnished_minutes", kept / 60},      {"recordings", sources}};
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
   if (!doubts.empty()) out.provenance["doubts"] = doubts;
   finish_items(out);

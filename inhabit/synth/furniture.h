@@ -29,7 +29,7 @@ struct Surface {
 /// +Z, left of a person who sits in it is +X.
 struct Furniture {
   std::string kind;  ///< "chair", "armchair", "stool", "sofa", "office_chair", "solid_chair", "table", "bed",
-                     ///< "shelf", "post", "plant", "box"
+                     ///< "shelf", "post", "plant", "box", "screen"
   Eigen::Isometry3d pose =
       Eigen::Isometry3d::Identity();  ///< own frame to world; a rotation about +Y and a shift on the floor
   std::vector<Box> boxes;             ///< what is solid: collisions and the mesh agree with these
@@ -63,8 +63,9 @@ Furniture make_table(std::mt19937_64& random, double width, double depth, double
 Furniture make_bed(std::mt19937_64& random, std::optional<double> height = {});
 /// Boards between two sides, some bare and some full; only the bare ones are surfaces.
 Furniture make_shelf(std::mt19937_64& random, std::optional<double> board_height = {});
-Furniture make_post(std::mt19937_64& random);   ///< a lamp, a coat stand, a column: thin and high
-Furniture make_plant(std::mt19937_64& random);  ///< in a pot
-Furniture make_box(std::mt19937_64& random);    ///< a chest or a crate
+Furniture make_post(std::mt19937_64& random);    ///< a lamp, a coat stand, a column: thin and high
+Furniture make_plant(std::mt19937_64& random);   ///< in a pot
+Furniture make_box(std::mt19937_64& random);     ///< a chest or a crate
+Furniture make_screen(std::mt19937_64& random);  ///< a room divider: as high as a person or higher, thin along z
 
 }  // namespace inhabit

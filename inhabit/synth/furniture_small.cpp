@@ -43,4 +43,12 @@ Furniture make_box(std::mt19937_64& random) {
   return b.finish();
 }
 
+Furniture make_screen(std::mt19937_64& random) {
+  furniture::Builder b("screen");
+  const double x = uniform(random, 0.3, 0.75), z = uniform(random, 0.02, 0.08), height = uniform(random, 1.4, 2.1);
+  const furniture::Color& color = chance(random, 0.5) ? furniture::pick(random, furniture::kWoods) : furniture::kLinen;
+  b.solid(color, {-x, 0, -z}, {x, height, z}, 0.004);
+  return b.finish();
+}
+
 }  // namespace inhabit

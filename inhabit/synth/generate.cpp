@@ -6,6 +6,7 @@
 #include "inhabit/math/random.h"
 #include "inhabit/synth/layout.h"
 #include "inhabit/synth/life_plan.h"
+#include "inhabit/synth/passages.h"
 #include "inhabit/synth/person.h"
 #include "inhabit/synth/room.h"
 
@@ -26,13 +27,14 @@ namespace {
 
 constexpr uint64_t kChordStream = 0x63686f7264;  // of seeds, so that lives are the same without chords
 
-/// The room with pieces on chords of a life in it; as many as `room` has where none fits.
-Room with_pieces_on_chords(const Room& room, const Clip& life, const ChordOptions& chords, uint64_t seed) {
+/// The room with pieces on chords of a life in it, and beside its walks; as many as `room` has where none fits.
+Room with_pieces_in_the_way(const Room& room, const Clip& life, const ChordOptions& chords, uint64_t seed) {
   Room out = room;
   const BodySweep sweep(life, builtin_body());
   Layout layout(out, {});
   layout.require([](const Furniture&) { return true; });  // nobody needs to reach seats any more
   std::mt19937_64 random(seed);
+  add_passages(layout, life, sweep, chords.passages, random);
   add_on_chords(layout, life, builtin_body(), sweep, chords, random);
   return out;
 }
@@ -45,9 +47,13 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
   check_chords(options.chords);
   Dataset out = create_dataset(folder, action_names(), options.shard);
-  out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
-                    {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
-                    {"on_chord", options.chords.tried}, {"licence", "generated; free of any rights"}};
+  out.provenance = {{"command", "inhabit synth rooms"},
+                    {"seed", options.seed},
+                    {"seconds", options.seconds},
+                    {"clips_per_room", options.clips_per_room},
+                    {"on_chord", options.chords.tried},
+                    {"passages", options.chords.passages},
+                    {"licence", "generated; free of any rights"}};
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < options.clips; ++i)
@@ -65,9 +71,9 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
                       split_of_room(number, rooms), 0, ""};
     if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
     const Clip life = live(room, body, random, {options.seconds});
-    if (options.chords.tried > 0) {
-      const Room own = with_pieces_on_chords(room, life, options.chords,
-                                             item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
+    if (options.chords.tried > 0 || options.chords.passages > 0) {
+      const Room own = with_pieces_in_the_way(room, life, options.chords,
+                                              item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
       if (own.furniture.size() > room.furniture.size()) {
         entry.scene = numbered("scenes/own_", i, ".glb");
         write_scene(out, entry.scene, own.scene());
