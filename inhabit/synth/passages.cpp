@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 constexpr double kWalks = 0.5;                     // metres a second of the root over the floor
 constexpr double kSpan = 0.25;                     // seconds before and after a place that tell the direction of travel
 constexpr double kBetween = 1.2;                   // metres of path from place to place
-constexpr double kApartFromSkin = 0.04;            // of the body's capsules
+constexpr double kApartFromCapsules = 0.04;            // of the body's capsules
 constexpr double kNarrowest = 0.2, kWidest = 0.6;  // metres from the path to a piece: what a hanging arm leaves
-constexpr double kStep = 0.01;                     // metres
+constexpr double kGapStep = 0.01;                     // metres
 constexpr double kMoreRoom = 0.15;                 // metres, at most
-constexpr int kAttempts = 6;                       // for each place
+constexpr int kPassageAttempts = 6;                       // for each place
 
 /// A piece to walk past: low and high ones, deep and thin ones.
 Furniture flank(std::mt19937_64& random) {
@@ -45,13 +45,13 @@ Furniture flank(std::mt19937_64& random) {
 std::optional<Furniture> beside(Furniture piece, const BodySweep& sweep, const Vector2d& at, double heading, int side,
                                 double more) {
   BodySweep::Gaps apart;
-  apart.fill(kApartFromSkin);
+  apart.fill(kApartFromCapsules);
   const double half = piece.bounds().sizes().x() / 2;
   const auto place = [&](double gap) {
     const Vector2d middle = at + side * (gap + half) * left_of(heading);
     piece.place(middle.x(), middle.y(), heading);
   };
-  for (double gap = kNarrowest; gap <= kWidest; gap += kStep) {
+  for (double gap = kNarrowest; gap <= kWidest; gap += kGapStep) {
     place(gap);
     if (sweep.touches(piece, apart)) continue;
     place(gap + more);
@@ -78,7 +78,7 @@ int add_passages(Layout& layout, const Clip& clip, const BodySweep& sweep, doubl
     if (walked < kBetween || travelled.norm() < kWalks * most) continue;
     walked = 0;
     if (!chance(random, tried)) continue;
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kPassageAttempts; ++attempt) {
       const double heading = heading_of(travelled) + uniform(random, -0.15, 0.15), draw = uniform(random, 0, 1);
       const Furniture piece = flank(random);
       const auto left = beside(piece, sweep, at(t), heading, 1, draw * draw * kMoreRoom);
