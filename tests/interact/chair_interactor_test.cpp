@@ -1,6 +1,7 @@
 // Protects the running of human-chair interaction as far as no training is needed for it: bones keep their lengths, the
 // same input gives the same motion, contacts are put on the chair or refused with the reason, and the person of any
-// floor height is the same person. Of the shipped weights: who sits stays seated, who stands is alive.
+// floor height is the same person. Of the shipped weights: who sits stays seated, who stands is alive, who walks goes
+// on.
 #include "inhabit/interact/chair_interactor.h"
 
 #include <gmock/gmock.h>
@@ -13,6 +14,8 @@
 #include "inhabit/interact/contact_area.h"
 #include "inhabit/interact/live_person.h"
 #include "inhabit/interact/standing_place.h"
+#include "inhabit/io/files.h"
+#include "inhabit/io/scene_file.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/scene/query.h"
 #include "largest.h"
@@ -93,6 +96,24 @@ TEST(ChairInteractor, SomebodySeatedStaysSeatedForMinutes) {
     ASSERT_TRUE(result.seated && *result.seated < 12 * 30);
     const Tensor height = result.motion.joints.select(1, 0).select(1, 1).slice(0, *result.seated + 30);
     EXPECT_LT((height.max() - height.min()).item<double>(), 0.08) << "nobody rises unasked, hold " << hold;
+  }
+}
+
+// The networks' first pose is their own; a foot that swings is not to jump to it.
+TEST(ChairInteractor, WhoWalksGoesOnWithoutAJump) {
+  const auto shipped = ChairInteractor::load(INHABIT_SOURCE_DIR "/models/interact-compact.safetensors");
+  const Clip walk = read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz");
+  Options options;
+  options.seconds = 1;
+  options.standard = true;
+  const auto most = [](const Tensor& joints) {  // metres that any joint moves from one frame to the next
+    return (joints.slice(0, 1) - joints.slice(0, 0, -1)).norm(2, 2).max().item<double>();
+  };
+  const double before = most(walk.joints) * walk.rate / 30;
+  const Scene room = read_scene_file(INHABIT_SOURCE_DIR "/examples/data/walk_room.glb").scene;
+  for (const double seconds : {0.0, 0.2, 0.4, 0.6, 0.8}) {
+    const Clip start = slice(walk, 0, walk.frames() - std::lround(seconds * walk.rate));
+    EXPECT_LT(most(shipped.run(start, room, options).motion.joints), 1.5 * before) << seconds;
   }
 }
 
