@@ -17,7 +17,7 @@
 #include "inhabit/interruption.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
-#include "inhabit/motion/inertialize.h"
+#include "inhabit/motion/dead_blending.h"
 #include "inhabit/motion/observe.h"
 #include "inhabit/motion/pose_track.h"
 #include "inhabit/motion/transfer.h"
@@ -37,7 +37,7 @@ constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
 constexpr double kSeenBefore = 1.1;     // seconds of a start that count
 constexpr float kFeet = 0.12F;          // metres above the floor
-constexpr int64_t kTakeOver = 10;       // frames in which a motion before goes over into that of the networks
+constexpr int64_t kFade = 12;           // frames in which a motion before goes over into that of the networks
 constexpr int64_t kMostSamples = 1000, kMostDraws = 100'000;
 
 /// Throws Error for an option that no person and no scene can make good.
@@ -336,7 +336,7 @@ Result ChairInteractor::run_on(const Clip& start, const Scene& scene, const Chai
   if (!options.raw && past.frames() > 1) {
     // The networks' first pose is their own: after a motion a swinging foot would jump.
     PoseTrack track = pose_track(out.motion);
-    inertialize(track, pose_track(slice(past, past.frames() - 2, past.frames() - 1)), kTakeOver);
+    dead_blend(track, pose_track(slice(past, past.frames() - 2, past.frames() - 1)), kFade);
     set_pose(out.motion, track);
   }
   out.motion.hand_targets = take.targets;
