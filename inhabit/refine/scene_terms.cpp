@@ -25,6 +25,7 @@ constexpr double kAside = 0.35;     // metres to a side that a ball is moved by 
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
 constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
+constexpr double kStays = 0.4, kWalks = 0.8;    // m/s over the floor: who is slower may rest a hand, who is faster not
 
 /// Pelvis, thighs, spine, forearms and hands: what is sat, leaned and rested on.
 bool supports(int joint) {
@@ -46,9 +47,14 @@ double give_of(const BodyBall& ball, const Poses& poses, int64_t frame, double r
   const auto last = static_cast<int64_t>(poses.size()) - 1;
   const int64_t before = std::max<int64_t>(frame - 1, 0), after = std::min(frame + 1, last);
   if (ball.give <= kGive || before == after || !(rate > 0)) return ball.give;
-  const auto at = [&](int64_t t) { return place_of(ball.point, poses[static_cast<size_t>(t)]); };
-  const double speed = (at(after) - at(before)).norm() * rate / static_cast<double>(after - before);
-  return ball.give + smooth_step((speed - kRests) / (kPasses - kRests)) * (kGive - ball.give);
+  const BonesPose &from = poses[static_cast<size_t>(before)], &to = poses[static_cast<size_t>(after)];
+  const double seconds = static_cast<double>(after - before) / rate;
+  const double speed = (place_of(ball.point, to) - place_of(ball.point, from)).norm() / seconds;
+  // The hand that swings back beside somebody who walks stands still in the room.
+  const Vector3d root = to.positions[0] - from.positions[0];
+  const double walks = std::hypot(root.x(), root.z()) / seconds;
+  const double passes = std::max((speed - kRests) / (kPasses - kRests), (walks - kStays) / (kWalks - kStays));
+  return ball.give + smooth_step(passes) * (kGive - ball.give);
 }
 
 /// A ball that comes in on one side of something thin and leaves on the other is pushed back first and on then, and

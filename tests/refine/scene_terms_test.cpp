@@ -63,7 +63,8 @@ TEST(Surroundings, NothingIsMetInAnEmptyRoomOrFarAway) {
 }
 
 /// A ball of a forearm that goes 0.6 m ahead, through a board of 6 cm across its path, and the planes it meets at.
-std::vector<PlaneTerm> past_the_end_of_a_board(double rate, double end) {
+/// @param step metres a frame that the pelvis goes
+std::vector<PlaneTerm> past_the_end_of_a_board(double rate, double end, double step = 0) {
   MeshBuilder builder;
   builder.box({end + 1, 1, 0}, {1, 1, 0.03});
   Scene scene;
@@ -73,6 +74,7 @@ std::vector<PlaneTerm> past_the_end_of_a_board(double rate, double end) {
     BonesPose pose;
     pose.positions.assign(kStandardJoints, Vector3d(-1, 1, 0));
     pose.rotations.assign(kStandardJoints, Eigen::Quaterniond::Identity());
+    pose.positions[0].x() += step * t;
     pose.positions[18] = Vector3d(0, 1, -0.3 + 0.05 * t);
     poses.push_back(pose);
   }
@@ -110,12 +112,14 @@ TEST(Surroundings, TheFloorUnderAFootIsNoFurnitureOverIt) {
   EXPECT_NEAR(low[5], 0, 1e-4);
 }
 
-TEST(Surroundings, OnlyWhatIsSlowMayRest) {
-  const auto give = [](double rate) {  // where it comes to the board's face
-    const PlaneTerm first = past_the_end_of_a_board(rate, -0.8).front();
+TEST(Surroundings, OnlyWhatIsSlowMayRestAndOnlyOfSomebodyWhoStays) {
+  const auto give = [](double rate, double step) {  // where it comes to the board's face
+    const PlaneTerm first = past_the_end_of_a_board(rate, -0.8, step).front();
     return -first.normal.z() * 0.03 + 0.04 - first.height * 1;
   };
-  EXPECT_LT(give(30), give(1) - 0.02);
+  EXPECT_LT(give(30, 0), give(1, 0) - 0.02);
+  EXPECT_NEAR(give(1, 0.3), give(1, 0), 1e-9) << "0.3 m/s: who shifts on a seat";
+  EXPECT_NEAR(give(1, 1), give(30, 0), 1e-9) << "1 m/s: the arm that swings back";
 }
 
 }  // namespace
