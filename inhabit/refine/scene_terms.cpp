@@ -18,10 +18,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSpacing = 0.06;
-constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
-constexpr double kDown = -0.7;      // of a direction: there is the floor
-constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
+constexpr double kSpacing = 0.06;     // metres; thin limbs have a ball every radius, or a table's edge gets between
+constexpr double kFingertip = 0.017;  // metres that fingertips are beyond the capsule of a hand
+constexpr double kOpposite = -0.5;    // cosine between where a ball is pushed as it comes in and as it leaves: through
+constexpr double kDown = -0.7;        // of a direction: there is the floor
+constexpr double kAside = 0.35;       // metres to a side that a ball is moved by at most, so as not to go through
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
 constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
@@ -113,8 +114,11 @@ void around_instead_of_through(const SceneQuery& solid, const std::vector<BodyBa
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas) {
   std::vector<BodyBall> out;
   for (const Capsule& c : shaped_capsules(body, betas)) {
-    const Vector3d a(c.a[0], c.a[1], c.a[2]), b(c.b[0], c.b[1], c.b[2]);
-    const int count = 1 + static_cast<int>(std::ceil((b - a).norm() / kSpacing));
+    const Vector3d a(c.a[0], c.a[1], c.a[2]);
+    Vector3d b(c.b[0], c.b[1], c.b[2]);
+    if (c.joint == 20 || c.joint == 21) b += kFingertip * (b - a).normalized();
+    const double spacing = std::min<double>(kSpacing, c.radius);
+    const int count = 1 + static_cast<int>(std::ceil((b - a).norm() / spacing));
     for (int i = 0; i < count; ++i) {
       const double along = count == 1 ? 0 : static_cast<double>(i) / (count - 1);
       out.push_back({{Attachment{c.joint, 1, a + along * (b - a)}},

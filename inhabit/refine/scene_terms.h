@@ -20,7 +20,8 @@ struct BodyBall {
   double give = 0;    ///< metres that it may be inside: skin that is sat, leaned or rested on
 };
 
-/// Balls every 6 cm or closer along the capsules of a body with shape `betas`.
+/// Balls along the capsules of a body with shape `betas`, a radius apart and at most 6 cm; those of hands go on to the
+/// fingertips.
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
 
 /// What a body is kept out of, and what it stands on.
