@@ -18,11 +18,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSpacing = 0.06;     // metres; thin limbs have a ball every radius, or a table's edge gets between
-constexpr double kFingertip = 0.017;  // metres that fingertips are beyond the capsule of a hand
-constexpr double kOpposite = -0.5;    // cosine between where a ball is pushed as it comes in and as it leaves: through
-constexpr double kDown = -0.7;        // of a direction: there is the floor
-constexpr double kAside = 0.35;       // metres to a side that a ball is moved by at most, so as not to go through
+constexpr double kSpacing = 0.06;  // metres; thin limbs have a ball every radius, or a table's edge gets between
+// Beyond the capsules of hands, in parts of their length: fingertips, and the thumb's middle and radius (ahead where
+// the palm looks down).
+constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.15;
+constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
+constexpr double kDown = -0.7;      // of a direction: there is the floor
+constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
 constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
@@ -33,6 +35,8 @@ bool supports(int joint) {
   constexpr std::array<int, 10> kJoints = {0, 1, 2, 3, 6, 9, 18, 19, 20, 21};
   return std::find(kJoints.begin(), kJoints.end(), joint) != kJoints.end();
 }
+
+bool is_hand(int joint) { return joint == 20 || joint == 21; }
 
 /// Where a ball is pushed in a frame: along `normal`, beyond the plane at `height`.
 struct BallPush {
@@ -116,7 +120,7 @@ std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& bet
   for (const Capsule& c : shaped_capsules(body, betas)) {
     const Vector3d a(c.a[0], c.a[1], c.a[2]);
     Vector3d b(c.b[0], c.b[1], c.b[2]);
-    if (c.joint == 20 || c.joint == 21) b += kFingertip * (b - a).normalized();
+    if (is_hand(c.joint)) b += kFingertip * (b - a);
     const double spacing = std::min<double>(kSpacing, c.radius);
     const int count = 1 + static_cast<int>(std::ceil((b - a).norm() / spacing));
     for (int i = 0; i < count; ++i) {
@@ -125,6 +129,10 @@ std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& bet
                      static_cast<double>(c.radius),
                      supports(c.joint) ? kSupportedGive : kGive});
     }
+    if (!is_hand(c.joint)) continue;
+    const double length = (b - a).norm() / (1 + kFingertip);
+    const Vector3d thumb = kThumbAlong * (b - a).normalized() + Vector3d(0, -kThumbBelow, kThumbAhead);
+    out.push_back({{Attachment{c.joint, 1, a + length * thumb}}, kThumb * length, kSupportedGive});
   }
   return out;
 }

@@ -98,6 +98,31 @@ TEST(Surroundings, WhatGoesThroughAThinBoardIsPushedPastItsEnd) {
     EXPECT_GT(std::abs(plane.normal.z()), 0.99) << "poses that do not follow one another";
 }
 
+/// What the balls do not cover goes into furniture as deep as it sticks out.
+TEST(BodyBalls, CoverHandsToTheTipsOfFingersAndThumbs) {
+  const BodyModel& body = builtin_body();
+  for (const float shape : {-1.F, 0.F, 1.F}) {
+    const torch::Tensor betas = torch::full({body.betas()}, shape);
+    const torch::Tensor skin = (body.template_vertices + body.shape_dirs.matmul(betas)).contiguous(),
+                        joints = shaped_skeleton(body, betas).rest_joints().to(torch::kFloat32).contiguous();
+    const auto v = skin.accessor<float, 2>(), at = joints.accessor<float, 2>();
+    const auto w = body.skin_weights.accessor<float, 2>();
+    const std::vector<BodyBall> balls = body_balls(body, betas);
+    for (int64_t i = 0; i < skin.size(0); ++i)
+      for (const int hand : {20, 21}) {
+        if (!(w[i][hand] > 0.5F)) continue;
+        double beyond = 1;
+        for (const BodyBall& ball : balls) {
+          const Attachment& in = ball.point.front();
+          if (in.joint != hand && in.joint != hand - 2) continue;
+          const Vector3d from(v[i][0] - at[in.joint][0], v[i][1] - at[in.joint][1], v[i][2] - at[in.joint][2]);
+          beyond = std::min(beyond, (from - in.offset).norm() - ball.radius);
+        }
+        ASSERT_LT(beyond, 0.02) << "vertex " << i;
+      }
+  }
+}
+
 /// A foot under a bar is not a foot that is too low; one that is as low everywhere is.
 TEST(Surroundings, TheFloorUnderAFootIsNoFurnitureOverIt) {
   Scene scene;
