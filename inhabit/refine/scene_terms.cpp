@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 constexpr double kSpacing = 0.06;  // metres; thin limbs have a ball every radius, or a table's edge gets between
 // Beyond the capsules of hands, in parts of their length: fingertips, and the thumb's middle and radius (ahead where
 // the palm looks down).
-constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.15;
+constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.17;
 constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
 constexpr double kDown = -0.7;      // of a direction: there is the floor
 constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
