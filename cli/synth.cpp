@@ -24,8 +24,9 @@ using inhabit::Dataset;
 const char* const kGoOn = "what is made is kept, and the same command makes the rest";
 
 void add_passages(CLI::App& verb, inhabit::ChordOptions& chords) {
-  verb.add_option("--passages", chords.passages,
-                  "Furniture close by on both sides of walks: fraction of the places tried, 0 to 1")
+  verb.add_option(
+          "--passages", chords.passages,
+          "Furniture close by on both sides of walks: fraction of the places tried, 0 to 1; not in rooms with decoys")
       ->capture_default_str();
 }
 
@@ -154,7 +155,7 @@ void add_fit(CLI::App& synth) {
   verb->add_flag(
       "--decoys", given->options.decoys,
       "Rooms of validation and testing tell less of where people go: seats and tables that they pass by, one "
-      "more near each that they use, no wall within 1 m and nothing on straight lines");
+      "more near each that they use, no wall within 1 m, no passages and nothing on straight lines");
   verb->add_option(
           "--on-chord", given->options.chords.tried,
           "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")

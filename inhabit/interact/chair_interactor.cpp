@@ -37,7 +37,7 @@ constexpr double kLowestContact = 0.1;  // metres above the floor
 constexpr double kInside = 0.05;        // metres from a surface that nobody begins within
 constexpr double kSeenBefore = 1.1;     // seconds of a start that count
 constexpr float kFeet = 0.12F;          // metres above the floor
-constexpr int64_t kFade = 12;           // frames in which a motion before goes over into that of the networks
+constexpr int64_t kFade = 12;           // frames over which a motion before fades into the networks'
 constexpr int64_t kMostSamples = 1000, kMostDraws = 100'000;
 
 /// Throws Error for an option that no person and no scene can make good.

@@ -19,7 +19,8 @@ struct Options {
   std::vector<HandContacts> contacts;
   double hold = kHold;         ///< seconds that hands stay at each of the contacts; infinity: at the last to the end
   bool draw_contacts = false;  ///< ContactNet draws them
-  bool raw = false;            ///< the networks' motion as it is, not fitted to contacts and scene (fit_contacts.h)
+  bool raw = false;            ///< the networks' motion as it is: the one before does not fade into it, nor is it
+                               ///< fitted to contacts and scene (fit_contacts.h)
   bool straight = false;       ///< no route is planned around what stands in the way (route.h)
   bool force = false;          ///< a seat that is too high or low, a contact that is out of reach: tried all the same
   /// x, z metres and heading: where they walk in the end, once the last contacts were held and they have sat for two

@@ -95,8 +95,8 @@ struct LivePerson::Impl {
       const Vector3f at = state.now().root.origin();
       target = {at.cast<double>(), heading_of(state.now().root.facing.cast<double>()), kIdleAction};
     }
-    // Who stands sets off a second after the goal is known. Who walks already has had it all along: people who walk
-    // without one are about to stop.
+    // Somebody who stands sets off a second after they get a goal. In the data somebody who walks has had theirs all
+    // along, and walking without one means stopping: so they get it for all samples.
     const bool walks = state.now().action[kWalkAction] > 0.5F;
     aim(target, walks && state.now().goal_action[kIdleAction] > 0.5F ? -kNow : kSamples - 1 - kNow);
     guided = plans && route && !(to.action == kSitAction && is_straight(*route));

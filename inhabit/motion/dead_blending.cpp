@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/math/smooth_step.h"
+
 namespace inhabit {
 namespace {
 
@@ -18,7 +20,7 @@ void dead_blend(PoseTrack& track, const PoseTrack& before, int64_t frames) {
   double carried = 0;  // frames at the first velocity
   for (int64_t t = 1; t <= std::min(frames, track.frames() - 1); ++t) {
     carried += std::pow(kStays, static_cast<double>(t - 1));
-    const double u = static_cast<double>(t) / static_cast<double>(frames + 1), faded = u * u * (3 - 2 * u);
+    const double faded = smooth_step(static_cast<double>(t) / static_cast<double>(frames + 1));
     Eigen::Vector3d& trans = track.trans[static_cast<size_t>(t)];
     trans = (1 - faded) * (track.trans[0] + carried * step) + faded * trans;
     for (int j = 0; j < track.joints; ++j) {

@@ -19,8 +19,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSpacing = 0.06;  // metres; thin limbs have a ball every radius, or a table's edge gets between
-// Beyond the capsules of hands, in parts of their length: fingertips, and the thumb's middle and radius (ahead where
-// the palm looks down).
+// In lengths of a hand's capsule: how far fingertips reach beyond it; and from its start, where the middle of the thumb
+// is (along the hand, below it, ahead of it where the palm looks down) and the radius of its ball.
 constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.17;
 constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
 constexpr double kDown = -0.7;      // of a direction: there is the floor
@@ -28,7 +28,8 @@ constexpr double kAside = 0.35;     // metres to a side that a ball is moved by 
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
 constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
-constexpr double kStays = 0.4, kWalks = 0.8;    // m/s over the floor: who is slower may rest a hand, who is faster not
+// m/s of the pelvis over the floor: below the first, parts of the body may rest on things; above the second none may.
+constexpr double kStays = 0.4, kWalks = 0.8;
 
 /// Pelvis, thighs, spine, forearms and hands: what is sat, leaned and rested on.
 bool supports(int joint) {

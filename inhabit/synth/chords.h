@@ -14,7 +14,8 @@ struct ChordOptions {
   double tried = 0.7;   ///< fraction of the chords that furniture is tried on
   int shortest = 30;    ///< frames from one end to the other, at least
   int longest = 120;    ///< at most
-  double passages = 0;  ///< fraction of the places of a walk that passages are tried at (passages.h)
+  double passages = 0;  ///< fraction of the places along walks at which a passage is tried: two
+                        ///< pieces, one on either side
 };
 
 /// Throws Error where an option is out of range.

@@ -28,7 +28,7 @@ struct FittedRoom {
   Clip clip;          ///< rotated and moved into the room, with action, contact, hand_targets and object poses
   int seats = 0;      ///< put under the pelvis
   int supports = 0;   ///< put under hands
-  int passages = 0;   ///< pairs of pieces that the person walks between (passages.h)
+  int passages = 0;   ///< pairs of pieces that the person walks between
   int on_chords = 0;  ///< put where the straight path between poses passes (chords.h)
   int decoys = 0;     ///< seats and tables that the person passes by
 };
@@ -37,7 +37,7 @@ struct FittedRoom {
 enum class Furnishing {
   around,  ///< furniture stands around the path, on chords of it too, and walls may be close
   decoys,  ///< seats and tables to be used stand along all of the path with free floor before them, another near each
-           ///< that is used; walls are at least 1 m away, and nothing is put on chords
+           ///< that is used; walls are at least 1 m away; there are no passages and nothing is on chords
 };
 
 /// What actions of fitted clips are called.
@@ -45,8 +45,8 @@ const std::vector<std::string>& fitted_actions();
 
 /// A furnished room that a prepared motion could have been recorded in: a seat of the right height under a pelvis that
 /// rests low, tables and shelves under resting hands, walls around, and other furniture near the path that no part of
-/// the body touches in any frame, some of it on chords of the motion. Another draw from `random` gives another room.
-/// Nothing where the person sits but no seat fits under them.
+/// the body touches in any frame, some of it on chords of the motion and on both sides of walks. Another draw from
+/// `random` gives another room. Nothing where the person sits but no seat fits under them.
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
                                    const ChordOptions& chords = {}, Furnishing furnishing = Furnishing::around);
 

@@ -160,16 +160,19 @@ nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& rec
   nlohmann::json files = nlohmann::json::array();
   for (const Recording& r : recordings) files.push_back({r.file, r.split});
   const ClipReadOptions& reading = o.reading;
-  return {{"recordings", files},
-          {"seed", o.seed},
-          {"rooms_per_clip", o.rooms_per_clip},
-          {"seconds", o.seconds},
-          {"mirrored", o.mirrored},
-          {"stretches", o.stretches},
-          {"only_on_chords", o.only_on_chords},
-          {"decoys", o.decoys},
-          {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest, o.chords.passages}},
-          {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
+  nlohmann::json job = {
+      {"recordings", files},
+      {"seed", o.seed},
+      {"rooms_per_clip", o.rooms_per_clip},
+      {"seconds", o.seconds},
+      {"mirrored", o.mirrored},
+      {"stretches", o.stretches},
+      {"only_on_chords", o.only_on_chords},
+      {"decoys", o.decoys},
+      {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest}},
+      {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
+  if (o.chords.passages > 0) job["passages"] = o.chords.passages;
+  return job;
 }
 
 }  // namespace
@@ -263,11 +266,17 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
     const auto first = skipped.front().get<std::string>();
     throw recordings.size() == 1 ? Error(first) : Error("no recording can be used; of the first: " + first);
   }
-  out.provenance = {
-      {"command", "inhabit synth fit"},      {"seed", options.seed},         {"rooms_per_clip", options.rooms_per_clip},
-      {"seconds", options.seconds},          {"mirrored", options.mirrored}, {"on_chord", options.chords.tried},
-      {"passages", options.chords.passages}, {"decoys", options.decoys},     {"recorded_minutes", seconds / 60},
-      {"furnished_minutes", kept / 60},      {"recordings", sources}};
+  out.provenance = {{"command", "inhabit synth fit"},
+                    {"seed", options.seed},
+                    {"rooms_per_clip", options.rooms_per_clip},
+                    {"seconds", options.seconds},
+                    {"mirrored", options.mirrored},
+                    {"on_chord", options.chords.tried},
+                    {"decoys", options.decoys},
+                    {"recorded_minutes", seconds / 60},
+                    {"furnished_minutes", kept / 60},
+                    {"recordings", sources}};
+  if (options.chords.passages > 0) out.provenance["passages"] = options.chords.passages;
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
   if (!doubts.empty()) out.provenance["doubts"] = doubts;
   finish_items(out);

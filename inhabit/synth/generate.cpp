@@ -25,9 +25,9 @@ std::string split_of_room(int64_t index, int64_t rooms) {
 
 namespace {
 
-constexpr uint64_t kChordStream = 0x63686f7264;  // of seeds, so that lives are the same without chords
+constexpr uint64_t kChordStream = 0x63686f7264;  // of seeds, so that lives are the same without these pieces
 
-/// The room with pieces on chords of a life in it, and beside its walks; as many as `room` has where none fits.
+/// The room with pieces added for one life: beside its walks and on its chords. The room as it was where none fits.
 Room with_pieces_in_the_way(const Room& room, const Clip& life, const ChordOptions& chords, uint64_t seed) {
   Room out = room;
   const BodySweep sweep(life, builtin_body());
@@ -47,13 +47,10 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
   check_chords(options.chords);
   Dataset out = create_dataset(folder, action_names(), options.shard);
-  out.provenance = {{"command", "inhabit synth rooms"},
-                    {"seed", options.seed},
-                    {"seconds", options.seconds},
-                    {"clips_per_room", options.clips_per_room},
-                    {"on_chord", options.chords.tried},
-                    {"passages", options.chords.passages},
-                    {"licence", "generated; free of any rights"}};
+  out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
+                    {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
+                    {"on_chord", options.chords.tried}, {"licence", "generated; free of any rights"}};
+  if (options.chords.passages > 0) out.provenance["passages"] = options.chords.passages;
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < options.clips; ++i)

@@ -20,8 +20,8 @@ struct GenerateOptions {
 };
 
 /// A native data set of people who live in made-up rooms, in `folder`. Each clip and room draws from a seed of its own,
-/// so the bytes do not depend on the number of threads (OpenMP, over clips), and motion not on pieces on chords. A room
-/// is in one split only: 8 of 10 in train, 1 in val, 1 in test; with 3 to 9 rooms the last two are val and test.
+/// so the bytes do not depend on the number of threads (OpenMP, over clips), and motion not on chords and passages. A
+/// room is in one split only: 8 of 10 in train, 1 in val, 1 in test; with 3 to 9 rooms the last two are val and test.
 Dataset generate_rooms(const std::string& folder, const GenerateOptions& options);
 
 /// "clips/000012.npz" from "clips/", 12 and ".npz".

@@ -51,23 +51,27 @@ void add_synth(py::module_& m) {
   m.def(
       "synth_rooms",
       [](const Path& folder, int64_t clips, uint64_t seed, double seconds, int clips_per_room, double on_chord,
-         const ShardArgument& shard, const py::object& progress) {
+         double passages, const ShardArgument& shard, const py::object& progress) {
         GenerateOptions options;
         options.clips = clips;
         options.seed = seed;
         options.seconds = seconds;
         options.clips_per_room = clips_per_room;
         options.chords.tried = on_chord;
+        options.chords.passages = passages;
         options.shard = shard_of(shard);
         options.progress = progress_of(progress);
         return opened(folder, released([&] { return generate_rooms(folder.string(), options); }));
       },
       "folder"_a, py::kw_only(), "clips"_a = 100, "seed"_a = 1, "seconds"_a = 12.0, "clips_per_room"_a = 4,
-      "on_chord"_a = 0.0, "shard"_a = py::none(), "progress"_a = py::none(),
+      "on_chord"_a = 0.0, "passages"_a = 0.0, "shard"_a = py::none(), "progress"_a = py::none(),
       documented(
           "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
           "length of\n"
-          "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. progress(done, "
+          "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. passages: "
+          "fraction of "
+          "the\n"
+          "places along walks that get furniture on both sides. progress(done, "
           "all) "
           "is "
           "called\n"
@@ -100,7 +104,7 @@ void add_synth(py::module_& m) {
       "synth_fit",
       [](const Path& folder, const PathsArgument& mocap, const PathsArgument& val, const PathsArgument& test,
          int rooms_per_clip, double seconds, bool mirrored, double stretches, double on_chord,
-         std::pair<int, int> chord_frames, bool only_on_chord, bool decoys, uint64_t seed,
+         std::pair<int, int> chord_frames, bool only_on_chord, double passages, bool decoys, uint64_t seed,
          const std::optional<std::string>& up, std::optional<double> scale, std::optional<double> rate,
          const std::optional<Path>& asf, bool level, const ShardArgument& shard, const py::object& progress) {
         FittingOptions options;
@@ -111,6 +115,7 @@ void add_synth(py::module_& m) {
         options.mirrored = mirrored;
         options.stretches = stretches;
         options.chords.tried = on_chord;
+        options.chords.passages = passages;
         std::tie(options.chords.shortest, options.chords.longest) = chord_frames;
         options.only_on_chords = only_on_chord;
         options.decoys = decoys;
@@ -128,8 +133,9 @@ void add_synth(py::module_& m) {
       "folder"_a, "mocap"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
       "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
       "chord_frames"_a = std::pair(ChordOptions().shortest, ChordOptions().longest), "only_on_chord"_a = false,
-      "decoys"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(), "rate"_a = py::none(),
-      "asf"_a = py::none(), "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
+      "passages"_a = ChordOptions().passages, "decoys"_a = false, "seed"_a = 1, "up"_a = py::none(),
+      "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(), "level"_a = false, "shard"_a = py::none(),
+      "progress"_a = py::none(),
       documented(
           "A data set of rooms fitted around recorded motion, in `folder`. mocap: motion files, folders of them or "
           "patterns; those\n"
@@ -139,7 +145,9 @@ void add_synth(py::module_& m) {
           "fraction of the\n"
           "rooms of training around 4.1 to 5.5 s. on_chord: fraction of straight lines between poses, chord_frames "
           "apart, that\n"
-          "furniture is tried on; only_on_chord: rooms of training without any are left out. decoys: rooms of "
+          "furniture is tried on; only_on_chord: rooms of training without any are left out. passages: fraction of "
+          "the\n"
+          "places along walks that get furniture on both sides. decoys: rooms of "
           "validation and "
           "testing\n"
           "tell less of where people go, by seats and tables that they pass by. up, scale, rate, asf, "

@@ -60,6 +60,20 @@ TEST(LivePerson, WhoStopsBesideTheirPlaceHasArrivedOnceTheyCouldSetOff) {
   EXPECT_LT(frames_until_arrived(0.2), 5) << "they were there from the start";
 }
 
+// In the data somebody who walks without a goal is about to stop.
+TEST(LivePerson, WhoWalksHasTheirFirstGoalAtOnceAndWhoStandsInASecond) {
+  const Engine engine(walking_on_the_spot(2), Predictor::pose);
+  const Clip walk = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz"), "walk");
+  for (const bool walks : {true, false}) {
+    LivePerson person(engine, walks ? walk : standing_clip({0, 0}, 0));
+    person.plan_routes(false);
+    person.walk_to({3, 3}, 0);
+    EXPECT_EQ(person.state().samples.front().goal_action[kWalks], walks ? 1 : 0);
+    EXPECT_EQ(person.state().samples[kSamples - 2].goal_action[kWalks], walks ? 1 : 0);
+    EXPECT_EQ(person.state().samples.back().goal_action[kWalks], 1);
+  }
+}
+
 TEST(StateAfter, KnowsTheSecondBeforeAndGoesOnAsThey) {
   const Clip walk = retarget(read_clip(INHABIT_SOURCE_DIR "/examples/data/walk.npz"), "walk");
   const int64_t last = walk.frames() - 1;

@@ -76,12 +76,13 @@ TEST(FitRoom, DecoysStandAlongThePathAndBesideWhatIsUsedAndNothingElseTellsOfIt)
   for (uint64_t seed = 1; seed <= 12; ++seed)
     for (const Clip& piece : prepare_recording(recording(seed, 0.4), "life", 8)) {
       std::mt19937_64 random(seed);
-      const auto fitted = fit_room(piece, builtin_body(), random, {1, 30, 120}, Furnishing::decoys);
+      const auto fitted = fit_room(piece, builtin_body(), random, {1, 30, 120, 1}, Furnishing::decoys);
       if (!fitted) continue;
       ++rooms;
       seats += fitted->seats;
       decoys += fitted->decoys;
       EXPECT_EQ(fitted->on_chords, 0);
+      EXPECT_EQ(fitted->passages, 0);
       EXPECT_LE(deepest_penetration(fitted->clip, builtin_body(), fitted->room.scene()).depth, 0.021) << seed;
       // No wall within a metre of where the body goes, but for the width of the walls' inner side.
       const torch::Tensor p = fitted->clip.joints;

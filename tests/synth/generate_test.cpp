@@ -56,6 +56,20 @@ TEST(GenerateRooms, BytesDependOnTheSeedAndNotOnThreads) {
   EXPECT_FALSE(one.at("clips/000000.npz") == other.at("clips/000000.npz"));
 }
 
+TEST(GenerateRooms, PassagesGiveClipsRoomsOfTheirOwnAndChangeNoMotion) {
+  const TempFolder folder;
+  GenerateOptions options = short_lives(4);
+  options.seconds = 8;
+  generate_rooms(folder / "without", options);
+  options.chords.passages = 1;
+  generate_rooms(folder / "with", options);
+  const auto without = contents(folder / "without"), with = contents(folder / "with");
+  EXPECT_GT(with.size(), without.size());
+  for (const auto& [name, bytes] : without)
+    if (name.starts_with("clips/")) EXPECT_TRUE(with.at(name) == bytes) << name;
+  EXPECT_EQ(without.at("dataset.json").find("passages"), std::string::npos) << "such a set is as it was before";
+}
+
 TEST(GenerateRooms, ARunThatWasEndedGoesOnToTheSameBytes) {
   const TempFolder folder;
   GenerateOptions options = short_lives(7);

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "inhabit/io/files.h"
 #include "inhabit/error.h"
+#include "inhabit/io/files.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/motion/canonical.h"
 #include "inhabit/synth/chords.h"
@@ -35,7 +35,7 @@ Passages passages_of(const Clip& clip, const BodySweep& sweep, double tried, std
   return out;
 }
 
-// Metres from a ball to the nearest box of a piece on the floor plan; negative: how deep inside.
+// Metres from a ball to the nearest box of a piece; inside it, less its radius.
 double gap(const BodySweep::Ball& ball, const Furniture& piece) {
   const Eigen::Vector3d own = piece.pose.inverse() * ball.center;
   double least = 1e9;
@@ -64,6 +64,15 @@ TEST(Passages, StandOnBothSidesOfAWalkAndCloseToTheBody) {
         nearest = std::min(nearest, (at - (a + b) / 2).norm());
       }
       EXPECT_LT(nearest, 0.35) << seed;
+      const Eigen::Vector2d across = left_of(heading_of(on_ground(left.pose.linear().col(2))));
+      for (const Eigen::Vector2d& place : {Eigen::Vector2d(a), Eigen::Vector2d(b)}) {
+        double side = 0, least = 1e9;  // of the nearest frame
+        for (int64_t t = 0; t < walk.frames(); ++t) {
+          const Eigen::Vector2d at(walk.joints[t][0][0].item<double>(), walk.joints[t][0][2].item<double>());
+          if ((at - place).norm() < least) least = (at - place).norm(), side = across.dot(place - at);
+        }
+        EXPECT_EQ(side > 0, place == a) << "the first is to the left";
+      }
       for (const Furniture* piece : {&left, &right}) {
         double least = 1e9;
         for (const BodySweep::Ball& ball : sweep.balls()) least = std::min(least, gap(ball, *piece));
