@@ -28,7 +28,7 @@ constexpr double kAside = 0.35;     // metres to a side that a ball is moved by 
 // Metres: as metrics/collision.h has it for the skin, with some to spare.
 constexpr double kSupportedGive = 0.03, kGive = 0.005;
 constexpr double kRests = 0.15, kPasses = 0.5;  // m/s: what is slower may rest on something, what is faster does not
-// m/s of the pelvis over the floor: below the first, parts of the body may rest on things; above the second none may.
+// m/s of the pelvis over the floor: below the first, arms may rest on things; above the second they do not.
 constexpr double kStays = 0.4, kWalks = 0.8;
 
 /// Pelvis, thighs, spine, forearms and hands: what is sat, leaned and rested on.
@@ -38,6 +38,7 @@ bool supports(int joint) {
 }
 
 bool is_hand(int joint) { return joint == 20 || joint == 21; }
+bool is_arm(int joint) { return is_hand(joint) || joint == 18 || joint == 19; }
 
 /// Where a ball is pushed in a frame: along `normal`, beyond the plane at `height`.
 struct BallPush {
@@ -56,9 +57,9 @@ double give_of(const BodyBall& ball, const Poses& poses, int64_t frame, double r
   const BonesPose &from = poses[static_cast<size_t>(before)], &to = poses[static_cast<size_t>(after)];
   const double seconds = static_cast<double>(after - before) / rate;
   const double speed = (place_of(ball.point, to) - place_of(ball.point, from)).norm() / seconds;
-  // The hand that swings back beside somebody who walks stands still in the room.
+  // An arm that swings back beside somebody who walks stands still in the room.
   const Vector3d root = to.positions[0] - from.positions[0];
-  const double walks = std::hypot(root.x(), root.z()) / seconds;
+  const double walks = is_arm(ball.point.front().joint) ? std::hypot(root.x(), root.z()) / seconds : 0;
   const double passes = std::max((speed - kRests) / (kPasses - kRests), (walks - kStays) / (kWalks - kStays));
   return ball.give + smooth_step(passes) * (kGive - ball.give);
 }

@@ -21,7 +21,7 @@ struct BodyBall {
 };
 
 /// Balls along the capsules of a body with shape `betas`, a radius apart and at most 6 cm; those of hands go on to the
-/// fingertips, and thumbs have one, so that no skin of a hand is more than 2 cm outside of them.
+/// fingertips, and thumbs have one, so that no skin of a hand is more than 2.2 cm outside of them.
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
 
 /// What a body is kept out of, and what it stands on.
@@ -47,9 +47,9 @@ class Surroundings {
 
   /// One term a ball that is inside the scene or nearer to it than its radius and `reach`: to stay on the outer side
   /// of the plane at the nearest place of the surface, or, where it goes right through something thin, beside that.
-  /// What is slow may rest on a surface and be in it by the ball's `give`, unless the person walks. @param first_ball
-  /// number of the first ball among the problem's points. @param rate poses a second; 0: they do not follow one
-  /// another, and each is on its own
+  /// What is slow may rest on a surface and be in it by the ball's `give`, but for arms of somebody who walks. @param
+  /// first_ball number of the first ball among the problem's points. @param rate poses a second; 0: they do not follow
+  /// one another, and each is on its own
   std::vector<PlaneTerm> planes(const std::vector<BodyBall>& balls, int first_ball, const Poses& poses, double rate,
                                 double reach, double weight) const;
 
