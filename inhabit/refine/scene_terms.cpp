@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 constexpr double kSpacing = 0.06;  // metres; thin limbs have a ball every radius, or a table's edge gets between
 // In lengths of a hand's capsule: how far fingertips reach beyond it; and from its start, where the middle of the thumb
 // is (along the hand, below it, ahead of it where the palm looks down) and the radius of its ball.
-constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.17;
+constexpr double kFingertip = 0.13, kThumbAlong = 0.45, kThumbBelow = 0.15, kThumbAhead = 0.5, kThumb = 0.15;
 constexpr double kOpposite = -0.5;  // cosine between where a ball is pushed as it comes in and as it leaves: through
 constexpr double kDown = -0.7;      // of a direction: there is the floor
 constexpr double kAside = 0.35;     // metres to a side that a ball is moved by at most, so as not to go through
