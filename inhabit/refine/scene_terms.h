@@ -21,7 +21,7 @@ struct BodyBall {
 };
 
 /// Balls along the capsules of a body with shape `betas`, a radius apart and at most 6 cm; those of hands go on to the
-/// fingertips, and thumbs have one, so that no skin of a hand is more than 2.5 cm outside of them.
+/// fingertips, and thumbs have one, so that no skin of a hand is more than 3 cm outside of them.
 std::vector<BodyBall> body_balls(const BodyModel& body, const torch::Tensor& betas);
 
 /// What a body is kept out of, and what it stands on.

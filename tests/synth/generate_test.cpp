@@ -66,7 +66,9 @@ TEST(GenerateRooms, PassagesGiveClipsRoomsOfTheirOwnAndChangeNoMotion) {
   const auto without = contents(folder / "without"), with = contents(folder / "with");
   EXPECT_GT(with.size(), without.size());
   for (const auto& [name, bytes] : without)
-    if (name.starts_with("clips/")) EXPECT_TRUE(with.at(name) == bytes) << name;
+    if (name.starts_with("clips/")) {
+      EXPECT_TRUE(with.at(name) == bytes) << name;
+    }
   EXPECT_EQ(without.at("dataset.json").find("passages"), std::string::npos) << "such a set is as it was before";
 }
 
