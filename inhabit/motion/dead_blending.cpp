@@ -16,6 +16,7 @@ void dead_blend(PoseTrack& track, const PoseTrack& before, int64_t frames) {
   const int64_t last = before.frames() - 1;
   const Eigen::Vector3d step = track.trans[0] - before.trans[static_cast<size_t>(last)];
   std::vector<Eigen::Quaterniond> turn;
+  turn.reserve(static_cast<size_t>(track.joints));
   for (int j = 0; j < track.joints; ++j) turn.push_back(before.at(last, j).conjugate() * track.at(0, j));
   double carried = 0;  // frames at the first velocity
   for (int64_t t = 1; t <= std::min(frames, track.frames() - 1); ++t) {
