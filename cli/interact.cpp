@@ -171,10 +171,10 @@ void add_interact(CLI::App& app) {
   verb->add_option("--seed", o->options.seed, "Seed of contacts that are drawn")
       ->check(whole_number)
       ->capture_default_str();
-  verb->add_flag("--raw", o->options.raw,
-                 "The networks' motion as it is: a motion before does not fade into it, and it is not fitted to "
-                 "contacts, floor and "
-                 "chair");
+  verb->add_flag(
+      "--raw", o->options.raw,
+      "The networks' motion as it is: a motion before does not fade into it, and it is not fitted to contacts, "
+      "floor and chair");
   verb->add_flag("--force", o->options.force,
                  "Try seats of any height, contacts out of reach, starts inside something and walks out of the scene");
   verb->add_option("--model", o->model, "Model file (default: the one that ships)");

@@ -23,9 +23,9 @@ using inhabit::Dataset;
 
 const char* const kGoOn = "what is made is kept, and the same command makes the rest";
 
-void add_passages(CLI::App& verb, inhabit::ChordOptions& chords) {
+void add_passages(CLI::App& verb, double& passages) {
   verb.add_option(
-          "--passages", chords.passages,
+          "--passages", passages,
           "Furniture close by on both sides of walks: fraction of the places tried, 0 to 1; not in rooms with decoys")
       ->capture_default_str();
 }
@@ -47,7 +47,7 @@ void add_rooms(CLI::App& synth) {
           "Furniture on straight lines between poses that the person does not take: fraction of them tried, 0 to 1; "
           "such clips have a room of their own")
       ->capture_default_str();
-  add_passages(*verb, given->options.chords);
+  add_passages(*verb, given->options.passages);
   add_shard(*verb, given->shard);
   verb->callback([given] {
     given->options.shard = shard_of(given->shard);
@@ -160,7 +160,7 @@ void add_fit(CLI::App& synth) {
           "--on-chord", given->options.chords.tried,
           "Furniture on straight lines between poses that the person did not take: fraction of them tried, 0 to 1")
       ->capture_default_str();
-  add_passages(*verb, given->options.chords);
+  add_passages(*verb, given->options.passages);
   verb->add_option("--chord-frames", given->chord_frames, "Fewest and most frames between such poses")
       ->capture_default_str();
   verb->add_option("--seed", given->options.seed, "Seed; the same seed gives the same bytes")->capture_default_str();

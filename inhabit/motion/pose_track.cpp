@@ -78,21 +78,22 @@ std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const s
   return global;
 }
 
-Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& weights) {
-  PoseTrack track = pose_track(a);
-  const PoseTrack other = pose_track(b);
-  for (int64_t t = 0; t < track.frames(); ++t) {
+PoseTrack mixed(PoseTrack a, const PoseTrack& b, const std::vector<double>& weights) {
+  for (int64_t t = 0; t < a.frames(); ++t) {
     const auto frame = static_cast<size_t>(t);
-    track.trans[frame] += weights[frame] * (other.trans[frame] - track.trans[frame]);
-    for (int j = 0; j < track.joints; ++j) {
-      track.at(t, j) = track.at(t, j).slerp(weights[frame], other.at(t, j));
-      const size_t at = frame * static_cast<size_t>(track.joints) + static_cast<size_t>(j);
-      if (!track.places.empty() && !other.places.empty())
-        track.places[at] += weights[frame] * (other.places[at] - track.places[at]);
+    a.trans[frame] += weights[frame] * (b.trans[frame] - a.trans[frame]);
+    for (int j = 0; j < a.joints; ++j) {
+      a.at(t, j) = a.at(t, j).slerp(weights[frame], b.at(t, j));
+      const size_t at = frame * static_cast<size_t>(a.joints) + static_cast<size_t>(j);
+      if (!a.places.empty() && !b.places.empty()) a.places[at] += weights[frame] * (b.places[at] - a.places[at]);
     }
   }
+  return a;
+}
+
+Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& weights) {
   Clip out = a;
-  set_pose(out, track);
+  set_pose(out, mixed(pose_track(a), pose_track(b), weights));
   return out;
 }
 

@@ -36,6 +36,8 @@ void interpolate_between(PoseTrack& track, int64_t from, int64_t to);
 /// Poses of `a` and `b`, on one skeleton, mixed frame by frame: root and joints that translate linearly, rotations by
 /// slerp. @param weights (T) of b, 0 to 1
 Clip mixed(const Clip& a, const Clip& b, const std::vector<double>& weights);
+/// The same of tracks.
+PoseTrack mixed(PoseTrack a, const PoseTrack& b, const std::vector<double>& weights);
 
 /// Global rotations (joint frame to world) of every frame, laid out as PoseTrack::local.
 std::vector<Eigen::Quaterniond> global_rotations(const PoseTrack& track, const std::vector<int>& parents);

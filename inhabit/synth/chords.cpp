@@ -139,7 +139,6 @@ bool block_chord(Layout& layout, const Clip& true_path, const BodyModel& body, c
 
 void check_chords(const ChordOptions& options) {
   if (!(options.tried >= 0 && options.tried <= 1)) throw Error("the fraction of chords", "is not from 0 to 1");
-  if (!(options.passages >= 0 && options.passages <= 1)) throw Error("the fraction of passages", "is not from 0 to 1");
   if (options.shortest < 2 || options.longest < options.shortest)
     throw Error("the lengths of chords", "are not two numbers of frames, at least 2 and in order");
 }

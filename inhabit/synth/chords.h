@@ -9,13 +9,11 @@
 namespace inhabit {
 
 /// A chord is the straight path between two poses of a motion: the root moves linearly, rotations by slerp. Where the
-/// motion itself took another path, furniture can stand on the chord; and on both sides of the path that it took.
+/// motion itself took another path, furniture can stand on the chord.
 struct ChordOptions {
-  double tried = 0.7;   ///< fraction of the chords that furniture is tried on
-  int shortest = 30;    ///< frames from one end to the other, at least
-  int longest = 120;    ///< at most
-  double passages = 0;  ///< fraction of the places along walks at which a passage is tried: two
-                        ///< pieces, one on either side
+  double tried = 0.7;  ///< fraction of the chords that furniture is tried on
+  int shortest = 30;   ///< frames from one end to the other, at least
+  int longest = 120;   ///< at most
 };
 
 /// Throws Error where an option is out of range.

@@ -311,7 +311,7 @@ void annotate(Clip& clip, const Room& room, const BodyModel& body) {
 const std::vector<std::string>& fitted_actions() { return told_actions(); }
 
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
-                                   const ChordOptions& chords, Furnishing furnishing) {
+                                   const ChordOptions& chords, Furnishing furnishing, double passages) {
   const bool decoys = furnishing == Furnishing::decoys;
   FittedRoom out;
   // Walls along the motion's long side, turned a little, any side first.
@@ -364,7 +364,7 @@ std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, 
   if (decoys) {
     out.decoys = add_decoys(layout, motion, used, random);
   } else {
-    out.passages = add_passages(layout, out.clip, sweep, chords.passages, random);
+    out.passages = add_passages(layout, out.clip, sweep, passages, random);
     out.on_chords = add_on_chords(layout, out.clip, body, sweep, chords, random);
     add_near_path(layout, motion, random);
   }

@@ -47,8 +47,10 @@ const std::vector<std::string>& fitted_actions();
 /// rests low, tables and shelves under resting hands, walls around, and other furniture near the path that no part of
 /// the body touches in any frame, some of it on chords of the motion and on both sides of walks. Another draw from
 /// `random` gives another room. Nothing where the person sits but no seat fits under them.
+/// @param passages fraction of the places along walks that get a piece on either side; none among decoys
 std::optional<FittedRoom> fit_room(const Clip& prepared, const BodyModel& body, std::mt19937_64& random,
-                                   const ChordOptions& chords = {}, Furnishing furnishing = Furnishing::around);
+                                   const ChordOptions& chords = {}, Furnishing furnishing = Furnishing::around,
+                                   double passages = 0);
 
 /// Which recordings get rooms, and of what kind.
 struct FittingOptions {
@@ -60,7 +62,8 @@ struct FittingOptions {
   double seconds = 12;             ///< longest piece of a recording
   bool mirrored = true;            ///< every second room of a piece for training is around its mirror image
   double stretches = 0.5;  ///< fraction of the rooms for training that are around stretches of 4.1 to 5.5 s of a piece
-  ChordOptions chords;     ///< pieces that stand on straight paths, and on both sides of the true one
+  ChordOptions chords;     ///< pieces that stand on straight paths
+  double passages = 0;     ///< fraction of the places along walks that get a piece on either side
   bool only_on_chords = false;  ///< rooms for training without a piece on a chord are left out
   bool decoys = false;          ///< rooms of validation and testing are furnished with decoys
   ClipReadOptions reading;      ///< of every recording

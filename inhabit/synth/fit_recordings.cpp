@@ -18,6 +18,7 @@
 #include "inhabit/motion/resample.h"
 #include "inhabit/motion/retarget.h"
 #include "inhabit/synth/fit.h"
+#include "inhabit/synth/passages.h"
 #include "inhabit/synth/person.h"
 
 namespace inhabit {
@@ -107,7 +108,7 @@ nlohmann::json furnish_recording(const Dataset& out, const Recording& recording,
     interruption_point();
     const std::optional<FittedRoom> fitted =
         fit_room(motion, builtin_body(), random, options.chords,
-                 options.decoys && !train ? Furnishing::decoys : Furnishing::around);
+                 options.decoys && !train ? Furnishing::decoys : Furnishing::around, options.passages);
     if (!fitted || (train && options.only_on_chords && fitted->on_chords == 0)) return false;
     DatasetClip& entry =
         clips.emplace_back(DatasetClip{"clips/" + id + ".npz", "scenes/" + id + ".glb", recording.split, 0, name});
@@ -171,7 +172,7 @@ nlohmann::json job_of(const FittingOptions& o, const std::vector<Recording>& rec
       {"decoys", o.decoys},
       {"chords", {o.chords.tried, o.chords.shortest, o.chords.longest}},
       {"reading", {static_cast<int>(reading.up), reading.scale, reading.rate, reading.level, reading.asf}}};
-  if (o.chords.passages > 0) job["passages"] = o.chords.passages;
+  if (o.passages > 0) job["passages"] = o.passages;
   return job;
 }
 
@@ -226,6 +227,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
   if (!(options.stretches >= 0 && options.stretches <= 1))
     throw Error("the fraction of stretches", "is not from 0 to 1");
   check_chords(options.chords);
+  check_passages(options.passages);
   const std::vector<Recording> recordings = split_recordings(options);
   Dataset out = create_dataset(folder, fitted_actions(), options.shard);
   std::vector<int64_t> mine;
@@ -276,7 +278,7 @@ Dataset fit_recordings(const std::string& folder, const FittingOptions& options)
                     {"recorded_minutes", seconds / 60},
                     {"furnished_minutes", kept / 60},
                     {"recordings", sources}};
-  if (options.chords.passages > 0) out.provenance["passages"] = options.chords.passages;
+  if (options.passages > 0) out.provenance["passages"] = options.passages;
   if (!skipped.empty()) out.provenance["skipped"] = skipped;
   if (!doubts.empty()) out.provenance["doubts"] = doubts;
   finish_items(out);

@@ -28,14 +28,14 @@ namespace {
 constexpr uint64_t kChordStream = 0x63686f7264;  // of seeds, so that lives are the same without these pieces
 
 /// The room with pieces added for one life: beside its walks and on its chords. The room as it was where none fits.
-Room with_pieces_in_the_way(const Room& room, const Clip& life, const ChordOptions& chords, uint64_t seed) {
+Room with_pieces_in_the_way(const Room& room, const Clip& life, const GenerateOptions& options, uint64_t seed) {
   Room out = room;
   const BodySweep sweep(life, builtin_body());
   Layout layout(out, {});
   layout.require([](const Furniture&) { return true; });  // nobody needs to reach seats any more
   std::mt19937_64 random(seed);
-  add_passages(layout, life, sweep, chords.passages, random);
-  add_on_chords(layout, life, builtin_body(), sweep, chords, random);
+  add_passages(layout, life, sweep, options.passages, random);
+  add_on_chords(layout, life, builtin_body(), sweep, options.chords, random);
   return out;
 }
 
@@ -46,11 +46,12 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
   if (options.clips_per_room < 1) throw Error("the number of clips per room must be at least 1");
   if (!(options.seconds >= 1 && options.seconds <= 600)) throw Error("the length of a clip must be 1 to 600 seconds");
   check_chords(options.chords);
+  check_passages(options.passages);
   Dataset out = create_dataset(folder, action_names(), options.shard);
   out.provenance = {{"command", "inhabit synth rooms"}, {"seed", options.seed},
                     {"seconds", options.seconds},       {"clips_per_room", options.clips_per_room},
                     {"on_chord", options.chords.tried}, {"licence", "generated; free of any rights"}};
-  if (options.chords.passages > 0) out.provenance["passages"] = options.chords.passages;
+  if (options.passages > 0) out.provenance["passages"] = options.passages;
   const int64_t rooms = (options.clips + options.clips_per_room - 1) / options.clips_per_room;
   std::vector<int64_t> mine;
   for (int64_t i = 0; i < options.clips; ++i)
@@ -68,9 +69,9 @@ Dataset generate_rooms(const std::string& folder, const GenerateOptions& options
                       split_of_room(number, rooms), 0, ""};
     if (i % options.clips_per_room == 0) write_scene(out, entry.scene, room.scene());
     const Clip life = live(room, body, random, {options.seconds});
-    if (options.chords.tried > 0 || options.chords.passages > 0) {
-      const Room own = with_pieces_in_the_way(room, life, options.chords,
-                                              item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
+    if (options.chords.tried > 0 || options.passages > 0) {
+      const Room own =
+          with_pieces_in_the_way(room, life, options, item_seed(options.seed ^ kChordStream, static_cast<uint64_t>(i)));
       if (own.furniture.size() > room.furniture.size()) {
         entry.scene = numbered("scenes/own_", i, ".glb");
         write_scene(out, entry.scene, own.scene());

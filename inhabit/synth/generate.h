@@ -15,8 +15,9 @@ struct GenerateOptions {
   double seconds = 12;     ///< length of each clip
   int clips_per_room = 4;  ///< one after the other, each a life of its own
   ChordOptions chords{0};  ///< pieces that are added to a clip's room, which then is its own
-  Shard shard;             ///< of rooms, with all that happens in them
-  Progress progress;       ///< counts clips; may be empty
+  double passages = 0;  ///< fraction of the places along walks that get a piece on either side, in rooms of their own
+  Shard shard;          ///< of rooms, with all that happens in them
+  Progress progress;    ///< counts clips; may be empty
 };
 
 /// A native data set of people who live in made-up rooms, in `folder`. Each clip and room draws from a seed of its own,

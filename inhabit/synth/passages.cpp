@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "inhabit/error.h"
 #include "inhabit/math/heading.h"
 #include "inhabit/math/random.h"
 
@@ -70,6 +71,10 @@ std::optional<Furniture> beside(Furniture piece, const BodySweep& sweep, const V
 }
 
 }  // namespace
+
+void check_passages(double tried) {
+  if (!(tried >= 0 && tried <= 1)) throw Error("the fraction of passages", "is not from 0 to 1");
+}
 
 int add_passages(Layout& layout, const Clip& clip, const BodySweep& sweep, double tried, std::mt19937_64& random) {
   if (tried == 0) return 0;  // nothing is drawn: rooms without passages stay the same

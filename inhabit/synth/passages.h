@@ -7,6 +7,9 @@
 
 namespace inhabit {
 
+/// Throws Error for a fraction of places that is not from 0 to 1.
+void check_passages(double tried);
+
 /// Puts pairs of pieces beside somebody's walk, one to the left and one to the right, so that arms and hands have
 /// something to keep clear of. Places are at least 1.2 m of path apart, where the root goes faster than 0.5 m/s. Both
 /// pieces are of one kind. Each is at least 20 cm from the root's path and, over the whole clip, 4 cm from the body's

@@ -117,10 +117,9 @@ constexpr const char* kInteractRun =
     "motions, with seeds from `seed` on: `samples` of the result.\n"
     "hold: seconds that hands stay at each of the contacts; math.inf: at the last to the end.\n"
     "then_walk: (x, z, heading): where they walk in the end. seconds: length of the motion.\n"
-    "raw: the motion before does not fade in, and nothing is fitted to contacts and scene; straight: no route is "
-    "planned around what stands in the way; force: seats "
-    "and\n"
-    "contacts out of reach are tried all the same. standard: on_source is not wanted. name: what errors call the "
+    "raw: the motion before does not fade in, and nothing is fitted to contacts and scene; straight: no route\n"
+    "is planned around what stands in the way; force: seats and contacts out of reach are tried all the same. "
+    "standard: on_source is not wanted. name: what errors call the "
     "start.";
 
 }  // namespace

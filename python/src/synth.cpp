@@ -58,7 +58,7 @@ void add_synth(py::module_& m) {
         options.seconds = seconds;
         options.clips_per_room = clips_per_room;
         options.chords.tried = on_chord;
-        options.chords.passages = passages;
+        options.passages = passages;
         options.shard = shard_of(shard);
         options.progress = progress_of(progress);
         return opened(folder, released([&] { return generate_rooms(folder.string(), options); }));
@@ -68,13 +68,8 @@ void add_synth(py::module_& m) {
       documented(
           "A data set of people who live in made-up rooms, in `folder`; the same seed gives the same bytes. seconds: "
           "length of\n"
-          "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. passages: "
-          "fraction of "
-          "the\n"
-          "places along walks that get furniture on both sides. progress(done, "
-          "all) "
-          "is "
-          "called\n"
+          "each clip. on_chord: fraction of straight lines between poses that furniture is tried on. passages:\n"
+          "fraction of the places along walks that get furniture on both sides. progress(done, all) is called\n"
           "after each clip.",
           kShard)
           .c_str());
@@ -115,7 +110,7 @@ void add_synth(py::module_& m) {
         options.mirrored = mirrored;
         options.stretches = stretches;
         options.chords.tried = on_chord;
-        options.chords.passages = passages;
+        options.passages = passages;
         std::tie(options.chords.shortest, options.chords.longest) = chord_frames;
         options.only_on_chords = only_on_chord;
         options.decoys = decoys;
@@ -133,9 +128,8 @@ void add_synth(py::module_& m) {
       "folder"_a, "mocap"_a, py::kw_only(), "val"_a = Files(), "test"_a = Files(), "rooms_per_clip"_a = 3,
       "seconds"_a = 12.0, "mirrored"_a = true, "stretches"_a = 0.5, "on_chord"_a = ChordOptions().tried,
       "chord_frames"_a = std::pair(ChordOptions().shortest, ChordOptions().longest), "only_on_chord"_a = false,
-      "passages"_a = ChordOptions().passages, "decoys"_a = false, "seed"_a = 1, "up"_a = py::none(),
-      "scale"_a = py::none(), "rate"_a = py::none(), "asf"_a = py::none(), "level"_a = false, "shard"_a = py::none(),
-      "progress"_a = py::none(),
+      "passages"_a = 0.0, "decoys"_a = false, "seed"_a = 1, "up"_a = py::none(), "scale"_a = py::none(),
+      "rate"_a = py::none(), "asf"_a = py::none(), "level"_a = false, "shard"_a = py::none(), "progress"_a = py::none(),
       documented(
           "A data set of rooms fitted around recorded motion, in `folder`. mocap: motion files, folders of them or "
           "patterns; those\n"
@@ -145,10 +139,8 @@ void add_synth(py::module_& m) {
           "fraction of the\n"
           "rooms of training around 4.1 to 5.5 s. on_chord: fraction of straight lines between poses, chord_frames "
           "apart, that\n"
-          "furniture is tried on; only_on_chord: rooms of training without any are left out. passages: fraction of "
-          "the\n"
-          "places along walks that get furniture on both sides. decoys: rooms of "
-          "validation and "
+          "furniture is tried on; only_on_chord: rooms of training without any are left out. passages:\n"
+          "fraction of the places along walks that get furniture on both sides. decoys: rooms of validation and "
           "testing\n"
           "tell less of where people go, by seats and tables that they pass by. up, scale, rate, asf, "
           "level: how the\n"

@@ -76,7 +76,7 @@ TEST(FitRoom, DecoysStandAlongThePathAndBesideWhatIsUsedAndNothingElseTellsOfIt)
   for (uint64_t seed = 1; seed <= 12; ++seed)
     for (const Clip& piece : prepare_recording(recording(seed, 0.4), "life", 8)) {
       std::mt19937_64 random(seed);
-      const auto fitted = fit_room(piece, builtin_body(), random, {1, 30, 120, 1}, Furnishing::decoys);
+      const auto fitted = fit_room(piece, builtin_body(), random, {1, 30, 120}, Furnishing::decoys, 1);
       if (!fitted) continue;
       ++rooms;
       seats += fitted->seats;

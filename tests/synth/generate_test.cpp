@@ -61,7 +61,7 @@ TEST(GenerateRooms, PassagesGiveClipsRoomsOfTheirOwnAndChangeNoMotion) {
   GenerateOptions options = short_lives(4);
   options.seconds = 8;
   generate_rooms(folder / "without", options);
-  options.chords.passages = 1;
+  options.passages = 1;
   generate_rooms(folder / "with", options);
   const auto without = contents(folder / "without"), with = contents(folder / "with");
   EXPECT_GT(with.size(), without.size());
