@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inhabit/inbetween/scene_probe.h"
 #include "inhabit/math/rotation.h"
 
 namespace inhabit::inbetween {
@@ -56,6 +57,12 @@ Tensor parents_index(torch::Device device) {
 }
 
 Tensor identity6d(torch::Device device) { return torch::tensor({1.F, 0.F, 0.F, 0.F, 1.F, 0.F}, device); }
+
+/// (B, T, 22, 6) the first two columns of rotations relative to the baseline's, not yet orthogonal.
+Tensor six_numbers(const ResidualFrames& frames, const Tensor& residual) {
+  return (residual * frames.scale).slice(1, 3).transpose(1, 2).unflatten(2, {kStandardJoints, 6}) +
+         identity6d(residual.device());
+}
 
 }  // namespace
 
@@ -140,15 +147,16 @@ Tensor ResidualStatistics::table() const {
 }
 
 ResidualFrames ResidualFrames::to(torch::Device device) const {
-  return {root.to(device), bones.to(device), rotation.to(device), scale.to(device)};
+  return {root.to(device), bones.to(device), ends.to(device), rotation.to(device), scale.to(device)};
 }
 
 ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, const Tensor& table) {
-  std::vector<Tensor> roots, bones, rotations, scales;
+  std::vector<Tensor> roots, bones, ends, rotations, scales;
   for (const Baseline* b : baselines) {
     const int64_t frames = b->poses.frames();
     Tensor root = torch::empty({frames, 3}), bone = torch::zeros({frames, kStandardJoints, 3}),
-           heading = torch::empty({frames});
+           end = torch::empty({frames, static_cast<int64_t>(kLimbEnds), 3}), heading = torch::empty({frames});
+    float* to_end = end.data_ptr<float>();
     for (int64_t t = 0; t < frames; ++t) {
       const float yaw = b->heading[static_cast<size_t>(t)];
       const Quaternionf back = heading_rotation(-yaw);
@@ -159,18 +167,22 @@ ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, co
                                        b->poses.joints[Poses::at(t, standard_parents()[static_cast<size_t>(j)])]);
         std::copy_n(along.data(), 3, bone.data_ptr<float>() + 3 * (t * kStandardJoints + j));
       }
+      for (const LimbEnd& limb : limb_ends()) {
+        const Vector3f beyond = back * (b->poses.rotations[Poses::at(t, limb.joint)] * limb.offset);
+        to_end = std::copy_n(beyond.data(), 3, to_end);
+      }
     }
     roots.push_back(root);
     bones.push_back(bone);
+    ends.push_back(end);
     rotations.push_back(yaw_matrix(heading));
     scales.push_back(residual_scale(*b, table));
   }
-  return {torch::stack(roots), torch::stack(bones), torch::stack(rotations), torch::stack(scales)};
+  return {torch::stack(roots), torch::stack(bones), torch::stack(ends), torch::stack(rotations), torch::stack(scales)};
 }
 
 Tensor residual_rotations(const ResidualFrames& frames, const Tensor& residual) {
-  const Tensor six = (residual * frames.scale).slice(1, 3).transpose(1, 2).unflatten(2, {kStandardJoints, 6});
-  return rotation6d_to_matrix(six + identity6d(residual.device()));
+  return rotation6d_to_matrix(six_numbers(frames, residual));
 }
 
 Tensor residual_joints(const ResidualFrames& frames, const Tensor& residual) {
@@ -180,8 +192,17 @@ Tensor residual_joints(const ResidualFrames& frames, const Tensor& residual) {
   return torch::matmul(chains().to(residual.device()), bones) + root;
 }
 
-Tensor to_world(const ResidualFrames& frames, const Tensor& joints) {
-  return torch::matmul(joints, frames.rotation.transpose(2, 3)) + frames.root.unsqueeze(2);
+Tensor guarded_points(const ResidualFrames& frames, const Tensor& residual, const Tensor& joints) {
+  std::vector<int64_t> last;
+  for (const LimbEnd& limb : limb_ends()) last.push_back(limb.joint);
+  const Tensor of = torch::tensor(last, joints.device());
+  const Tensor rotations = rotation6d_to_matrix(six_numbers(frames, residual).index_select(2, of));  // (B, T, 8, 3, 3)
+  const Tensor ends = joints.index_select(2, of) + torch::matmul(rotations, frames.ends.unsqueeze(4)).squeeze(4);
+  return torch::cat({body_points(joints), ends}, 2);
+}
+
+Tensor to_world(const ResidualFrames& frames, const Tensor& points) {
+  return torch::matmul(points, frames.rotation.transpose(2, 3)) + frames.root.unsqueeze(2);
 }
 
 Poses motion_of(const Tensor& residual, const Tensor& scale, const Baseline& baseline) {

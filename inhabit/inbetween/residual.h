@@ -42,6 +42,7 @@ class ResidualStatistics {
 struct ResidualFrames {
   torch::Tensor root;      ///< (B, T, 3) the baseline's, world
   torch::Tensor bones;     ///< (B, T, 22, 3) from the parent to each joint, heading frame; 0 for the root
+  torch::Tensor ends;      ///< (B, T, 8, 3) from its joint to each of limb_ends(), heading frame
   torch::Tensor rotation;  ///< (B, T, 3, 3) heading frame to world
   torch::Tensor scale;     ///< (B, 135, T) of residual_scale
 
@@ -55,8 +56,11 @@ ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, co
 torch::Tensor residual_rotations(const ResidualFrames& frames, const torch::Tensor& residual);
 /// Joints (B, T, 22, 3) relative to the baseline's root, heading frame. Differentiable.
 torch::Tensor residual_joints(const ResidualFrames& frames, const torch::Tensor& residual);
-/// The same in the world.
-torch::Tensor to_world(const ResidualFrames& frames, const torch::Tensor& joints);
+/// Points that the penetration loss keeps out of obstacles, (B, T, 38, 3) likewise: the body points, then the limb
+/// ends, of residuals and what residual_joints() makes of them. Differentiable.
+torch::Tensor guarded_points(const ResidualFrames& frames, const torch::Tensor& residual, const torch::Tensor& joints);
+/// Points (B, T, N, 3) relative to the baseline's root, heading frame, in the world.
+torch::Tensor to_world(const ResidualFrames& frames, const torch::Tensor& points);
 
 /// The motion that one window's residual (135, T), divided by `scale` (135, T), says.
 Poses motion_of(const torch::Tensor& residual, const torch::Tensor& scale, const Baseline& baseline);

@@ -150,7 +150,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   auto generator = at::detail::createCPUGenerator(random());
   out.noise = torch::randn(out.residual.sizes(), generator) * out.open;
   out.self_conditioned = chance(random, kSelfConditioned);
-  const Tensor points = guarded_points(to_world(out.frames, residual_joints(out.frames, out.residual)));
+  const Tensor joints = residual_joints(out.frames, out.residual),
+               points = to_world(out.frames, guarded_points(out.frames, out.residual, joints));
   out.room = torch::minimum(probe(out.scenes, points).distance, guarded_radii());
   return out;
 }
@@ -191,8 +192,9 @@ ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const Te
 ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
   ResidualBatch out = batch;
   const auto doubled = [](Tensor& values) { values = torch::cat({values, values}); };
-  for (Tensor* values : {&out.frames.root, &out.frames.bones, &out.frames.rotation, &out.frames.scale, &out.residual,
-                         &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept, &out.steps})
+  for (Tensor* values :
+       {&out.frames.root, &out.frames.bones, &out.frames.ends, &out.frames.rotation, &out.frames.scale, &out.residual,
+        &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept, &out.steps})
     doubled(*values);
   out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());
   auto generator = at::detail::createCPUGenerator(seed);

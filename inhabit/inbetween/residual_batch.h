@@ -19,7 +19,7 @@ struct ResidualBatch {
   torch::Tensor fixed;     ///< (B, 244, T) of static_features
   torch::Tensor bones;     ///< (B, 21) metres, of bone_lengths
   torch::Tensor weights;   ///< (B, T, 22) of joints in their loss: 10 where a partial key has one, else 1
-  torch::Tensor room;      ///< (B, T, 36) metres that the true guarded_points keep from obstacles, their radius
+  torch::Tensor room;      ///< (B, T, 38) metres that the true guarded_points keep from obstacles, their radius
                            ///< at most
   torch::Tensor feet;      ///< (B, T, 4) of foot_contacts
   torch::Tensor kept;      ///< (B) 1, or 0 where the scene is hidden

@@ -42,12 +42,15 @@ Tensor mean_over(const Tensor& values, const Tensor& mask) { return (values * ma
 /// Joints as predicted and as they truly are, and where the two may differ.
 struct Joints {
   Tensor here, there;   // (B, T, 22, 3) metres, world
+  Tensor guarded;       // (B, T, 38, 3) guarded_points() as predicted
   Tensor open, moving;  // (B, T, 1) 1 between keys; (B, T - 1, 1) 1 where one of two frames is
 };
 
 Joints joints_of(const ResidualBatch& b, const Tensor& predicted) {
   Joints out;
-  out.here = to_world(b.frames, residual_joints(b.frames, predicted));
+  const Tensor joints = residual_joints(b.frames, predicted);
+  out.here = to_world(b.frames, joints);
+  out.guarded = to_world(b.frames, guarded_points(b.frames, predicted, joints));
   out.there = to_world(b.frames, residual_joints(b.frames, b.residual)).detach();
   out.open = b.open.select(1, 3).unsqueeze(2);
   out.moving = torch::maximum(out.open.slice(1, 1), out.open.slice(1, 0, -1));
@@ -94,7 +97,7 @@ Losses denoising_losses(const Networks& networks, const DiffusionSchedule& sched
   const Tensor joints = mean_over(robust(square, kPlaceUnit) * b.weights, j.open.expand_as(square));
   const Tensor drift = off.diff(1, 1).square().sum(3);
   const Tensor velocity = mean_over(robust(drift, kMoveUnit), j.moving.expand_as(drift));
-  const Tensor feet = feet_loss(j), penetration = penetration_loss(b.scenes, j.here, b.room, b.kept);
+  const Tensor feet = feet_loss(j), penetration = penetration_loss(b.scenes, j.guarded, b.room, b.kept);
   return {{"total", simple + weigh.joints_weight * joints + weigh.velocity_weight * velocity +
                         weigh.feet_weight * feet + weigh.penetration_weight * penetration},
           {"simple", simple},
@@ -121,9 +124,8 @@ Tensor swinging_loss(const Tensor& joints, const Tensor& truth, const Tensor& mo
   return mean_over(beyond, moving.expand_as(beyond));
 }
 
-Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const Tensor& joints, const Tensor& room,
+Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const Tensor& points, const Tensor& room,
                         const Tensor& kept) {
-  const Tensor points = guarded_points(joints);
   const ProbedPoints probed = probe(scenes, points);
   // The distance as it changes with the points: its value and its gradient are the field's.
   const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
@@ -183,7 +185,7 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
   const Config::Training& weigh = config.training;
   const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving),
                swings = swinging_loss(j.here, j.there, j.moving),
-               penetration = penetration_loss(b.scenes, j.here, b.room, b.kept);
+               penetration = penetration_loss(b.scenes, j.guarded, b.room, b.kept);
   Losses out = {
       {"total", frames + joints + moves + weigh.feet_weight * feet + weigh.sliding_weight * slides +
                     weigh.swinging_weight * swings + weigh.penetration_weight * penetration},

@@ -39,10 +39,10 @@ torch::Tensor sliding_loss(const torch::Tensor& joints, const torch::Tensor& mov
 torch::Tensor swinging_loss(const torch::Tensor& joints, const torch::Tensor& truth, const torch::Tensor& moving);
 
 /// How deep guarded_points are in obstacles beyond `room`: the sum over points of ((room - distance) / 5 cm)^2 where
-/// that is positive, the mean over frames and over the windows that are `kept`. @param joints (B, T, 22, 3) metres,
-/// world, of B windows, each in its own scene. @param room (B, T, 36) ResidualBatch::room. @param kept (B)
+/// that is positive, the mean over frames and over the windows that are `kept`. @param points (B, T, 38, 3) metres,
+/// world, of B windows, each in its own scene. @param room (B, T, 38) ResidualBatch::room. @param kept (B)
 /// ResidualBatch::kept
-torch::Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const torch::Tensor& joints,
+torch::Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const torch::Tensor& points,
                                const torch::Tensor& room, const torch::Tensor& kept);
 
 /// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the

@@ -29,18 +29,6 @@ static_assert(kFanFeatures == 3 * (1 + 3 * kFanDirections));
 constexpr std::array<std::array<int, 2>, kBodyPoints - kStandardJoints> kLimbs = {
     {{1, 4}, {2, 5}, {4, 7}, {5, 8}, {16, 18}, {17, 19}, {18, 20}, {19, 21}}};
 
-/// Beyond the ends of limbs, in the direction of their last bone.
-struct LimbEnd {
-  int64_t from, to;      // joints of the bone
-  float beyond, radius;  // metres
-};
-constexpr std::array<LimbEnd, 6> kLimbEnds = {{{18, 20, 0.08F, 0.035F},
-                                               {19, 21, 0.08F, 0.035F},
-                                               {18, 20, 0.16F, 0.02F},
-                                               {19, 21, 0.16F, 0.02F},
-                                               {7, 10, 0.06F, 0.02F},
-                                               {8, 11, 0.06F, 0.02F}}};
-
 float closeness(float distance) { return std::max(0.0F, 1 - std::max(distance, -kMostInside) / kSeen); }
 
 /// Around the obstacles, as far as they are seen and people are high.
@@ -188,18 +176,23 @@ Tensor body_point_radii() {
   return radii;
 }
 
-Tensor guarded_points(const Tensor& joints) {
-  std::vector<Tensor> out = {body_points(joints)};
-  for (const LimbEnd& end : kLimbEnds) {
-    const Tensor to = joints.select(-2, end.to), bone = to - joints.select(-2, end.from);
-    out.push_back((to + end.beyond * bone / bone.norm(2, {-1}, true).clamp_min(1e-3)).unsqueeze(-2));
-  }
-  return torch::cat(out, -2);
+const std::array<LimbEnd, kLimbEnds>& limb_ends() {
+  // At rest hands point sideways, palms down, thumbs ahead. Of a hand 4 cm more than its flesh is kept free: the grid
+  // of distances rounds edges off, and hands are what collides.
+  static const std::array<LimbEnd, kLimbEnds> ends = {{{20, {0.085F, -0.01F, 0}, 0.07F},
+                                                       {21, {-0.085F, -0.01F, 0}, 0.07F},
+                                                       {20, {0.165F, -0.02F, 0}, 0.065F},
+                                                       {21, {-0.165F, -0.02F, 0}, 0.065F},
+                                                       {20, {0.09F, -0.02F, 0.06F}, 0.06F},
+                                                       {21, {-0.09F, -0.02F, 0.06F}, 0.06F},
+                                                       {10, {0, 0, 0.06F}, 0.02F},
+                                                       {11, {0, 0, 0.06F}, 0.02F}}};
+  return ends;
 }
 
 Tensor guarded_radii() {
   std::vector<float> ends;
-  for (const LimbEnd& end : kLimbEnds) ends.push_back(end.radius);
+  for (const LimbEnd& end : limb_ends()) ends.push_back(end.radius);
   return torch::cat({body_point_radii(), torch::tensor(ends)});
 }
 

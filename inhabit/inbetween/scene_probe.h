@@ -1,6 +1,7 @@
 #pragma once
 #include <torch/types.h>
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -51,10 +52,17 @@ torch::Tensor body_points(const torch::Tensor& joints);
 /// Metres of flesh around each (30).
 torch::Tensor body_point_radii();
 
-/// Points that the penetration loss keeps out of obstacles, (..., 36, 3) of joints (..., 22, 3): the body points, then
-/// what no joint marks: palms and fingertips, which go on as the forearms do, and toes. Differentiable.
-torch::Tensor guarded_points(const torch::Tensor& joints);
-/// Metres of flesh around each (36).
+/// What goes on beyond the last joint of a limb: palms, fingertips, thumbs and toes.
+struct LimbEnd {
+  int64_t joint;           ///< the limb's last, standard order
+  Eigen::Vector3f offset;  ///< metres from it, in its frame
+  float radius;            ///< metres that the penetration loss keeps free around it
+};
+inline constexpr size_t kLimbEnds = 8;  ///< how many there are
+/// Of the built-in body, left and right in turn.
+const std::array<LimbEnd, kLimbEnds>& limb_ends();
+
+/// Metres that the penetration loss keeps free around body points and then limb ends (38).
 torch::Tensor guarded_radii();
 
 /// Distances of points to a scene, as SceneDistances::distance has them.

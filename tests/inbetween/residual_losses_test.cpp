@@ -1,5 +1,6 @@
 // Protects the energy score that the denoiser is tuned by as it is deployed: least where samples are distributed as the
-// truth is, with the value that normal distributions have. And what is said of feet that slide, and of hands in walls.
+// truth is, with the value that normal distributions have. And what is said of feet that slide, and of what is in
+// walls.
 #include "inhabit/inbetween/residual_losses.h"
 
 #include <gtest/gtest.h>
@@ -115,37 +116,31 @@ std::vector<SceneDistances> beside_a_wall() {
   return {SceneDistances(room)};
 }
 
-/// One frame of a body at x = 0 whose left forearm points at the wall, the wrist `gap` metres before it.
+/// One frame of a body at x = 0 whose left palm is `gap` metres before the wall.
 Tensor reaching(double gap) {
-  Tensor joints = torch::zeros({1, 1, kStandardJoints, 3});
-  joints.select(3, 1).fill_(1);
-  joints.select(3, 2).copy_(torch::linspace(-0.3, 0.3, kStandardJoints));  // no bone is a point
-  joints[0][0][20][0] = 0.5 - gap;
-  joints[0][0][18][0] = 0.2 - gap;
-  joints[0][0][20][2] = joints[0][0][18][2] = 0;
-  return joints;
+  Tensor points = torch::zeros({1, 1, guarded_radii().size(0), 3});
+  points.select(3, 1).fill_(1);
+  points[0][0][kBodyPoints][0] = 0.5 - gap;
+  return points;
 }
 
-double inside(const Tensor& joints, double kept = 1) {
-  return penetration_loss(beside_a_wall(), joints, guarded_radii().view({1, 1, -1}), torch::full({1}, kept))
+double inside(const Tensor& points, double kept = 1) {
+  return penetration_loss(beside_a_wall(), points, guarded_radii().view({1, 1, -1}), torch::full({1}, kept))
       .item<double>();
 }
 
-TEST(PenetrationLoss, IsOfHandsBeyondTheWrist) {
-  EXPECT_LT(inside(reaching(0.3)), 1e-6);
-  // The fingertips (radius 2 cm) are 6 cm inside, the palm (3.5 cm) is 2 cm before the wall, the wrist far enough.
-  EXPECT_NEAR(inside(reaching(0.1)), std::pow((0.02 + 0.06) / 0.05, 2) + std::pow((0.035 - 0.02) / 0.05, 2), 0.2);
-  EXPECT_EQ(inside(reaching(0.1), 0), 0) << "the scene is hidden";
-  Tensor joints = reaching(0.1).requires_grad_(true);
-  penetration_loss(beside_a_wall(), joints, guarded_radii().view({1, 1, -1}), torch::ones({1})).backward();
-  EXPECT_GT(joints.grad()[0][0][20][0].item<double>(), 0) << "away from the wall is better";
-  EXPECT_EQ(joints.grad()[0][0][0].abs().max().item<double>(), 0) << "the pelvis is free";
-  const double step = 1e-3;
-  Tensor nearer = reaching(0.1), farther = reaching(0.1);
-  nearer[0][0][20][0] += step;
-  farther[0][0][20][0] -= step;
-  const double slope = (inside(nearer) - inside(farther)) / (2 * step);
-  EXPECT_NEAR(joints.grad()[0][0][20][0].item<double>(), slope, 0.05 * slope);
+TEST(PenetrationLoss, IsOfPointsNearerThanTheirRoom) {
+  const double free = limb_ends()[0].radius;
+  EXPECT_LT(inside(reaching(free + 0.1)), 1e-6);
+  EXPECT_NEAR(inside(reaching(free - 0.05)), 1, 0.05);
+  EXPECT_NEAR(inside(reaching(-0.03)), std::pow((free + 0.03) / 0.05, 2), 0.2) << "inside the wall";
+  EXPECT_EQ(inside(reaching(-0.03), 0), 0) << "the scene is hidden";
+  Tensor points = reaching(0.02).requires_grad_(true);
+  penetration_loss(beside_a_wall(), points, guarded_radii().view({1, 1, -1}), torch::ones({1})).backward();
+  EXPECT_EQ(points.grad()[0][0][0].abs().max().item<double>(), 0) << "the pelvis is free";
+  const double step = 1e-3, slope = (inside(reaching(0.02 - step)) - inside(reaching(0.02 + step))) / (2 * step);
+  EXPECT_GT(slope, 0) << "away from the wall is better";
+  EXPECT_NEAR(points.grad()[0][0][kBodyPoints][0].item<double>(), slope, 0.05 * slope);
 }
 
 }  // namespace

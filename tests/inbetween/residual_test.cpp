@@ -8,6 +8,7 @@
 #include "inbetween/whole_keys.h"
 #include "inhabit/inbetween/interpolate.h"
 #include "inhabit/inbetween/keyframes.h"
+#include "inhabit/inbetween/scene_probe.h"
 #include "inhabit/math/random.h"
 #include "inhabit/motion/canonical.h"
 #include "largest.h"
@@ -230,15 +231,43 @@ TEST(Residual, ScaleGrowsWithTheDistanceFromKeys) {
   EXPECT_GT(scale.select(1, 30).min().item<float>(), 0);
 }
 
-TEST(Residual, JointsHaveGradients) {
+TEST(Residual, GuardedPointsGoWithJointsAndTheirRotations) {
+  const Poses motion = poses_of(someone());
+  const Baseline baseline = baseline_of(motion, whole_keys(kFrames, {0, 60, 120}));
+  const ResidualFrames frames = residual_frames({&baseline}, torch::ones({kScaleRows, kResidualFeatures}));
+  torch::manual_seed(3);
+  // Between keys: hands bend beyond what the baseline has of them.
+  const Tensor residual = (0.3 * torch::randn({kResidualFeatures, kFrames})) * (frames.scale[0] > 0);
+  const Tensor joints = residual_joints(frames, residual.unsqueeze(0));
+  const Tensor points = to_world(frames, guarded_points(frames, residual.unsqueeze(0), joints))[0];
+  ASSERT_EQ(points.sizes(), torch::IntArrayRef({kFrames, guarded_radii().size(0), 3}));
+  const Poses there = motion_of(residual, frames.scale[0], baseline);
+  EXPECT_LT(largest_difference(points.slice(1, 0, kBodyPoints), body_points(joints_of(there))), 1e-4);
+  for (const int64_t t : {0, 13, 75})
+    for (size_t i = 0; i < kLimbEnds; ++i) {
+      const LimbEnd& end = limb_ends()[i];
+      const Vector3f expected =
+          there.joints[Poses::at(t, end.joint)] + there.rotations[Poses::at(t, end.joint)] * end.offset;
+      const Tensor at = points[t][kBodyPoints + static_cast<int64_t>(i)];
+      EXPECT_LT((Vector3f(at[0].item<float>(), at[1].item<float>(), at[2].item<float>()) - expected).norm(), 1e-4F)
+          << t << " " << i;
+    }
+}
+
+TEST(Residual, JointsAndGuardedPointsHaveGradients) {
   const Poses motion = poses_of(walker(9, 1.1, 0.7, 1));
   const Baseline baseline = baseline_of(motion, whole_keys(9, {0, 8}));
   const ResidualFrames frames = residual_frames({&baseline}, torch::full({kScaleRows, kResidualFeatures}, 0.3));
   torch::manual_seed(2);
   Tensor residual = torch::randn({1, kResidualFeatures, 9}) * 0.3;
   residual.requires_grad_(true);
-  const Tensor weights = torch::randn({1, 9, kStandardJoints, 3});
-  const auto loss = [&](const Tensor& r) { return (to_world(frames, residual_joints(frames, r)) * weights).sum(); };
+  const Tensor weights = torch::randn({1, 9, kStandardJoints, 3}),
+               of_points = torch::randn({1, 9, guarded_radii().size(0), 3});
+  const auto loss = [&](const Tensor& r) {
+    const Tensor joints = residual_joints(frames, r);
+    return (to_world(frames, joints) * weights).sum() +
+           (to_world(frames, guarded_points(frames, r, joints)) * of_points).sum();
+  };
   loss(residual).backward();
   const torch::NoGradGuard no_gradients;
   const Tensor direction = torch::randn_like(residual);

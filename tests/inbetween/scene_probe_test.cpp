@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "inhabit/body/body_model.h"
 #include "inhabit/inbetween/baseline.h"
 #include "inhabit/math/random.h"
 #include "inhabit/math/rotation.h"
@@ -118,19 +119,24 @@ TEST(BodyPoints, AreJointsAndTheMiddlesOfLimbs) {
   EXPECT_TRUE((body_point_radii() > 0).all().item<bool>());
 }
 
-TEST(GuardedPoints, GoOnBeyondWristsAndBallsOfTheFeet) {
-  torch::manual_seed(1);
-  const Tensor joints = torch::randn({2, 3, kStandardJoints, 3});
-  const Tensor points = guarded_points(joints);
-  ASSERT_EQ(points.sizes(), torch::IntArrayRef({2, 3, kBodyPoints + 6, 3}));
-  EXPECT_TRUE(torch::equal(points.slice(2, 0, kBodyPoints), body_points(joints)));
-  EXPECT_EQ(guarded_radii().size(0), points.size(2));
-  const Tensor forearm = joints.select(2, 20) - joints.select(2, 18),
-               hand = points.select(2, kBodyPoints + 2) - joints.select(2, 20);
-  EXPECT_TRUE(torch::allclose(hand, 0.16 * forearm / forearm.norm(2, {-1}, true), 1e-4, 1e-5)) << "left fingertips";
-  Tensor same = torch::zeros({1, 1, kStandardJoints, 3}, torch::requires_grad());
-  guarded_points(same).sum().backward();
-  EXPECT_TRUE(same.grad().isfinite().all().item<bool>()) << "no bone has a length";
+TEST(LimbEnds, KeepTheHandsOfTheBodyFree) {
+  const BodyModel& body = builtin_body();
+  const Tensor joints = body.skeleton.rest_joints(), most = body.skin_weights.argmax(1);
+  for (const int64_t wrist : {20, 21}) {
+    const Tensor hand = body.template_vertices.index_select(0, (most == wrist).nonzero().squeeze(1)) - joints[wrist];
+    int64_t fingers = 0;
+    for (int64_t i = 0; i < hand.size(0); ++i) {
+      const Eigen::Vector3f at(hand[i][0].item<float>(), hand[i][1].item<float>(), hand[i][2].item<float>());
+      if (std::abs(at.x()) < 0.05F) continue;  // by the wrist
+      ++fingers;
+      float free = -1;
+      for (const LimbEnd& end : limb_ends())
+        if (end.joint == wrist) free = std::max(free, end.radius - (at - end.offset).norm());
+      EXPECT_GT(free, 0.01F) << at.transpose();
+    }
+    EXPECT_GT(fingers, 50);
+  }
+  EXPECT_EQ(guarded_radii().size(0), kBodyPoints + static_cast<int64_t>(kLimbEnds));
 }
 
 }  // namespace
