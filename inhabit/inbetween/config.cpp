@@ -56,6 +56,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("training.walked", c.training.walked);
   visit("training.sliding_weight", c.training.sliding_weight);
   visit("training.swinging_weight", c.training.swinging_weight);
+  visit("training.clearance_weight", c.training.clearance_weight);
   visit("training.noisy", c.training.noisy);
   visit("training.penetration_weight", c.training.penetration_weight);
   visit("training.deployed_steps", c.training.deployed_steps);
@@ -211,6 +212,7 @@ void validate(const Config& c, const std::string& subject) {
   check.within("training.swinging_weight", c.training.swinging_weight, 0, 1000);
   check.within("training.noisy", c.training.noisy, 0, 1);
   check.within("training.penetration_weight", c.training.penetration_weight, 0, 1000);
+  check.within("training.clearance_weight", c.training.clearance_weight, 0, 1000);
   check.within("training.deployed_steps", c.training.deployed_steps, 1, 1e8);
   check.within("training.deployed_learning_rate", c.training.deployed_learning_rate, 0, 100);
   check.within("training.path_steps", c.training.path_steps, 1, 1e8);

@@ -25,7 +25,9 @@ constexpr int kLookedAt = 6;              // windows, to find one whose baseline
 constexpr float kInside = 0.03F;          // metres that a blocked baseline is inside obstacles
 constexpr int kAcross = 8;                // parts of the line from a baseline's root to the true one
 constexpr int64_t kScaleWindows = 2000;
-constexpr double kTargetWeight = 10;  // of joints that partial keys constrain
+constexpr double kPassesBy = 0.4;       // metres that somebody with hanging arms keeps from what is passed
+constexpr int64_t kSoonerOrLater = 15;  // frames by which a sample may pass it sooner or later than the truth
+constexpr double kTargetWeight = 10;    // of joints that partial keys constrain
 
 struct Example {
   PoseWindow window;
@@ -153,6 +155,9 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   const Tensor joints = residual_joints(out.frames, out.residual),
                points = to_world(out.frames, guarded_points(out.frames, out.residual, joints));
   out.room = torch::minimum(probe(out.scenes, points).distance, guarded_radii());
+  const Tensor column = root_column(to_world(out.frames, joints).select(2, 0)),
+               clear = probe(out.scenes, column).distance.clamp_max(kPassesBy);
+  out.passes = -torch::max_pool1d(-clear.transpose(1, 2), 2 * kSoonerOrLater + 1, 1, kSoonerOrLater).transpose(1, 2);
   return out;
 }
 
@@ -161,8 +166,8 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
 ResidualBatch ResidualBatch::to(torch::Device device) const {
   ResidualBatch out = *this;
   out.frames = frames.to(device);
-  for (Tensor* t : {&out.residual, &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept,
-                    &out.steps, &out.noise})
+  for (Tensor* t : {&out.residual, &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.passes, &out.feet,
+                    &out.kept, &out.steps, &out.noise})
     *t = t->to(device);
   return out;
 }
@@ -194,7 +199,7 @@ ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
   const auto doubled = [](Tensor& values) { values = torch::cat({values, values}); };
   for (Tensor* values :
        {&out.frames.root, &out.frames.bones, &out.frames.ends, &out.frames.rotation, &out.frames.scale, &out.residual,
-        &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.feet, &out.kept, &out.steps})
+        &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.passes, &out.feet, &out.kept, &out.steps})
     doubled(*values);
   out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());
   auto generator = at::detail::createCPUGenerator(seed);

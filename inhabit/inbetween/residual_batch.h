@@ -21,6 +21,8 @@ struct ResidualBatch {
   torch::Tensor weights;   ///< (B, T, 22) of joints in their loss: 10 where a partial key has one, else 1
   torch::Tensor room;      ///< (B, T, 38) metres that the true guarded_points keep from obstacles, their radius
                            ///< at most
+  torch::Tensor passes;    ///< (B, T, 3) metres that the true root_column keeps from obstacles within half a second
+                           ///< before and after, 0.4 m at most
   torch::Tensor feet;      ///< (B, T, 4) of foot_contacts
   torch::Tensor kept;      ///< (B) 1, or 0 where the scene is hidden
   torch::Tensor steps;     ///< (B) int64 diffusion steps, 0 the cleanest

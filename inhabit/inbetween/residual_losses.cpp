@@ -39,6 +39,14 @@ Tensor robust(const Tensor& square, double unit) { return (1 + square / (unit * 
 
 Tensor mean_over(const Tensor& values, const Tensor& mask) { return (values * mask).sum() / mask.sum().clamp_min(1); }
 
+/// Metres that points (B, T, P, 3) are nearer to obstacles than `room` (B, T, P), else 0.
+Tensor nearer_than(const Tensor& room, const std::vector<SceneDistances>& scenes, const Tensor& points) {
+  const ProbedPoints probed = probe(scenes, points);
+  // The distance as it changes with the points: its value and its gradient are the field's.
+  const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
+  return (room - distance).clamp_min(0);
+}
+
 /// Joints as predicted and as they truly are, and where the two may differ.
 struct Joints {
   Tensor here, there;   // (B, T, 22, 3) metres, world
@@ -126,11 +134,14 @@ Tensor swinging_loss(const Tensor& joints, const Tensor& truth, const Tensor& mo
 
 Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const Tensor& points, const Tensor& room,
                         const Tensor& kept) {
-  const ProbedPoints probed = probe(scenes, points);
-  // The distance as it changes with the points: its value and its gradient are the field's.
-  const Tensor distance = probed.distance + (probed.gradient * (points - points.detach())).sum(3);
-  const Tensor inside = ((room - distance).clamp_min(0) / kInsideUnit).square().sum(2).mean(1);  // (B)
+  const Tensor inside = (nearer_than(room, scenes, points) / kInsideUnit).square().sum(2).mean(1);  // (B)
   return mean_over(inside, kept);
+}
+
+Tensor clearance_loss(const std::vector<SceneDistances>& scenes, const Tensor& root, const Tensor& passes,
+                      const Tensor& kept) {
+  const Tensor nearer = nearer_than(passes, scenes, root_column(root));
+  return mean_over(robust(nearer.square(), kPlaceUnit).mean({1, 2}), kept);
 }
 
 Tensor energy_score(const Tensor& a, const Tensor& b, const Tensor& truth, double least) {
@@ -185,16 +196,19 @@ Losses deployed_losses(const Networks& networks, const DiffusionSchedule& schedu
   const Config::Training& weigh = config.training;
   const Tensor feet = feet_loss(j), slides = sliding_loss(j.here, j.moving),
                swings = swinging_loss(j.here, j.there, j.moving),
-               penetration = penetration_loss(b.scenes, j.guarded, b.room, b.kept);
+               penetration = penetration_loss(b.scenes, j.guarded, b.room, b.kept),
+               clearance = clearance_loss(b.scenes, j.here.select(2, 0), b.passes, b.kept);
   Losses out = {
       {"total", frames + joints + moves + weigh.feet_weight * feet + weigh.sliding_weight * slides +
-                    weigh.swinging_weight * swings + weigh.penetration_weight * penetration},
+                    weigh.swinging_weight * swings + weigh.penetration_weight * penetration +
+                    weigh.clearance_weight * clearance},
       {"frames", frames},
       {"joints", joints},
       {"feet", feet},
       {"slides", slides},
       {"swings", swings},
       {"penetration", penetration},
+      {"clearance", clearance},
       {"mm", mean_over((j.here - j.there).detach().norm(2, 3), j.open.expand({-1, -1, kStandardJoints})) * 1000}};
   out.insert(out.end(), rates.begin(), rates.end());
   return out;

@@ -45,6 +45,14 @@ torch::Tensor swinging_loss(const torch::Tensor& joints, const torch::Tensor& tr
 torch::Tensor penetration_loss(const std::vector<SceneDistances>& scenes, const torch::Tensor& points,
                                const torch::Tensor& room, const torch::Tensor& kept);
 
+/// How much nearer to obstacles the root comes than `passes`: robust(passes - distance) where that is positive, in
+/// units of 10 cm, the mean over frames, the three heights of root_column and the windows that are `kept`. Of two
+/// samples that are as far from the truth, one on either side, the energy score takes both alike; only the one nearer
+/// to the obstacle brushes it with a hand. @param root (B, T, 3) metres, world. @param passes (B, T, 3)
+/// ResidualBatch::passes. @param kept (B) ResidualBatch::kept
+torch::Tensor clearance_loss(const std::vector<SceneDistances>& scenes, const torch::Tensor& root,
+                             const torch::Tensor& passes, const torch::Tensor& kept);
+
 /// The energy score of two samples, elements of `a` and `b` (..., D), of `truth` (..., D): (...). @param least what the
 /// square of a distance is increased by, so that its root is smooth
 torch::Tensor energy_score(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& truth, double least);

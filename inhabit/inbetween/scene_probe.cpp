@@ -157,6 +157,15 @@ Tensor scene_fan(const SceneDistances& scene, const Baseline& baseline) {
   return out;
 }
 
+Tensor root_column(const Tensor& root) {
+  std::vector<Tensor> points;
+  for (const float height : kFanHeights) {
+    const Tensor x = root.select(-1, 0);
+    points.push_back(torch::stack({x, torch::full_like(x, height), root.select(-1, 2)}, -1));
+  }
+  return torch::stack(points, -2);
+}
+
 Tensor body_points(const Tensor& joints) {
   std::vector<int64_t> from, to;
   for (const auto& limb : kLimbs) {

@@ -47,6 +47,10 @@ class SceneDistances {
 /// 0 from 0.8 m on, more than 1 inside.
 torch::Tensor scene_fan(const SceneDistances& scene, const Baseline& baseline);
 
+/// The middles of the fan's circles, one above the other at the root's place (..., 3, 3). @param root (..., 3) metres,
+/// floor at y = 0. Differentiable.
+torch::Tensor root_column(const torch::Tensor& root);
+
 /// Body points (..., 30, 3) of joints (..., 22, 3). Differentiable.
 torch::Tensor body_points(const torch::Tensor& joints);
 /// Metres of flesh around each (30).

@@ -143,5 +143,24 @@ TEST(PenetrationLoss, IsOfPointsNearerThanTheirRoom) {
   EXPECT_NEAR(points.grad()[0][0][kBodyPoints][0].item<double>(), slope, 0.05 * slope);
 }
 
+/// One frame of a root that is `gap` metres before the wall, whose truth keeps 0.4 m.
+double near_wall(double gap, double kept = 1) {
+  const Tensor root = torch::tensor({0.5 - gap, 0.9, 0.0}).view({1, 1, 3});
+  return clearance_loss(beside_a_wall(), root, torch::full({1, 1, 3}, 0.4), torch::full({1}, kept)).item<double>();
+}
+
+TEST(ClearanceLoss, IsOfRootsThatPassNearerThanTheTrueOne) {
+  EXPECT_LT(near_wall(0.42), 1e-3);
+  EXPECT_NEAR(near_wall(0.3), std::sqrt(2.0) - 1, 0.02);
+  EXPECT_NEAR(near_wall(0.1), std::sqrt(10.0) - 1, 0.05);
+  EXPECT_EQ(near_wall(0.1, 0), 0) << "the scene is hidden";
+  Tensor root = torch::tensor({0.3, 0.9, 0.0}).view({1, 1, 3}).requires_grad_(true);
+  clearance_loss(beside_a_wall(), root, torch::full({1, 1, 3}, 0.4), torch::ones({1})).backward();
+  const double step = 1e-3, slope = (near_wall(0.2 - step) - near_wall(0.2 + step)) / (2 * step);
+  EXPECT_GT(slope, 0) << "away from the wall is better";
+  EXPECT_NEAR(root.grad()[0][0][0].item<double>(), slope, 0.05 * slope);
+  EXPECT_EQ(root.grad()[0][0][1].item<double>(), 0) << "at any height";
+}
+
 }  // namespace
 }  // namespace inhabit::inbetween
