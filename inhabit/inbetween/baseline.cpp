@@ -69,9 +69,9 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
   out.heading.resize(static_cast<size_t>(frames));
   out.noise.resize(static_cast<size_t>(frames), 0);
   std::vector<double> yaws(whole.size(), 0);
+  std::vector<int64_t> root_keys;
   if (detours.defined()) {
     std::vector<Eigen::Vector2d> straight;
-    std::vector<int64_t> root_keys;
     for (int64_t t = 0; t < frames; ++t) {
       const Around root = around(out.root_distance[static_cast<size_t>(t)], t);
       const Vector3f place = keys.root(root.from) + root.part * (keys.root(root.to) - keys.root(root.from));
@@ -99,6 +99,7 @@ Baseline baseline_through(const Poses& keys, const torch::Tensor& groups, const 
     place_joints(out.poses, t);
     out.heading[frame] = heading_of(out.poses, t, t == 0 ? 0.0F : out.heading[frame - 1]);
   }
+  if (detours.defined()) out.legs = detour_legs(out.poses, yaws, root_keys, detours);
   out.targets = torch::zeros({frames, kStandardJoints, 4});
   for (int64_t t = 0; t < frames; ++t)
     for (int64_t j = 0; j < kStandardJoints; ++j)

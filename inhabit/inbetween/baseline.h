@@ -1,6 +1,7 @@
 #pragma once
 #include <torch/types.h>
 
+#include "inhabit/inbetween/detour_legs.h"
 #include "inhabit/inbetween/poses.h"
 
 namespace inhabit::inbetween {
@@ -23,6 +24,7 @@ struct Baseline {
   std::vector<KeyDistance> pose_distance;  ///< (T) from keys with a whole pose
   std::vector<KeyDistance> root_distance;  ///< (T) from keys with the root's place
   std::vector<float> noise;                ///< (T) level of noise on the keys; 0 in frames that are exact
+  DetourLegs legs;                         ///< where it goes around obstacles
   torch::Tensor targets;  ///< (T, 22, 4) metres from the baseline's joint to where a partial or a noisy key has it,
                           ///< heading frame; 1 where it has one, else 0
 };

@@ -35,6 +35,7 @@ constexpr auto fields = [](auto& c, const auto& visit) {
   visit("from_interpolation", c.from_interpolation);
   visit("around_obstacles", c.around_obstacles);
   visit("residual", c.residual);
+  visit("along_detours", c.along_detours);
   visit("training.steps", c.training.steps);
   visit("training.batch", c.training.batch);
   visit("training.learning_rate", c.training.learning_rate);
@@ -93,6 +94,7 @@ Config preset(const std::string& name) {
     config.multipliers = {1, 2, 2};
     config.partial_keys = true;
     config.residual = true;
+    config.along_detours = true;
     config.global_scene = config.local_scene = false;
     config.inference.guidance = 1;
     config.inference.steps = 2;

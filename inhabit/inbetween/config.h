@@ -63,6 +63,9 @@ struct Config {
   /// features in the canonical frame, occupancy and offsets. (Not in the paper.)
   bool residual = false;
 
+  /// Residual motion is told along the detours of its baseline (detour_legs.h). Models of before do not.
+  bool along_detours = false;
+
   /// How the denoiser is trained.
   struct Training {
     int steps = 20000;            ///< updates of the weights, in stage "denoiser"

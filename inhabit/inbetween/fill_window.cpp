@@ -227,7 +227,9 @@ Baseline baseline_of_window(Filling& f, const FillWindow& window, const Clip& ke
       move[frame - window.first][1] = path[frame][1] - root.z();
     }
   }
-  return baseline_of(poses, groups, moves, noise);
+  Baseline out = baseline_of(poses, groups, moves, noise);
+  if (!f.config().along_detours) out.legs = {};
+  return out;
 }
 
 /// What a network of residual motion says of a window.

@@ -58,6 +58,17 @@ Tensor parents_index(torch::Device device) {
 
 Tensor identity6d(torch::Device device) { return torch::tensor({1.F, 0.F, 0.F, 0.F, 1.F, 0.F}, device); }
 
+/// Where residuals displace the root to, and by how much that rotates the body.
+DisplacedRoots roots_of(const ResidualFrames& frames, const Tensor& residual) {
+  return displaced(frames.detours, frames.root, (residual * frames.scale).slice(1, 0, 3).transpose(1, 2));
+}
+
+/// Rotations (B, T, N, 3, 3) of six numbers (B, T, N, 6) each, rotated with the detour.
+Tensor rotations_of(const Tensor& numbers, const DisplacedRoots& roots) {
+  const Tensor plain = rotation6d_to_matrix(numbers);
+  return roots.yaw.defined() ? torch::matmul(yaw_matrix(roots.yaw).unsqueeze(2), plain) : plain;
+}
+
 /// (B, T, 22, 6) the first two columns of rotations relative to the baseline's, not yet orthogonal.
 Tensor six_numbers(const ResidualFrames& frames, const Tensor& residual) {
   return (residual * frames.scale).slice(1, 3).transpose(1, 2).unflatten(2, {kStandardJoints, 6}) +
@@ -70,11 +81,14 @@ Tensor residual_of(const Poses& motion, const Baseline& baseline) {
   const int64_t frames = motion.frames();
   Tensor out = torch::empty({frames, kResidualFeatures});
   float* to = out.data_ptr<float>();
+  float ahead = 0;
   for (int64_t t = 0; t < frames; ++t) {
-    const Quaternionf rotation = heading_rotation(baseline.heading[static_cast<size_t>(t)]),
-                      back = rotation.conjugate();
-    const Vector3f move = back * (motion.root(t) - baseline.poses.root(t));
+    const float heading = baseline.heading[static_cast<size_t>(t)];
+    const Vector3f move = displacement_to(baseline.legs, baseline.poses, t, heading, motion.root(t), ahead);
     to = std::copy_n(move.data(), 3, to);
+    const Quaternionf rotation = heading_rotation(heading),
+                      back =
+                          heading_rotation(-heading - displaced(baseline.legs, baseline.poses, t, heading, move).yaw);
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const size_t at = Poses::at(t, j);
       const Eigen::Matrix3f relative =
@@ -147,12 +161,17 @@ Tensor ResidualStatistics::table() const {
 }
 
 ResidualFrames ResidualFrames::to(torch::Device device) const {
-  return {root.to(device), bones.to(device), ends.to(device), rotation.to(device), scale.to(device)};
+  return {root.to(device),     bones.to(device), ends.to(device),
+          rotation.to(device), scale.to(device), detours.to_device(device)};
 }
 
 ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, const Tensor& table) {
   std::vector<Tensor> roots, bones, ends, rotations, scales;
+  std::vector<const DetourLegs*> legs;
+  std::vector<const std::vector<float>*> headings;
   for (const Baseline* b : baselines) {
+    legs.push_back(&b->legs);
+    headings.push_back(&b->heading);
     const int64_t frames = b->poses.frames();
     Tensor root = torch::empty({frames, 3}), bone = torch::zeros({frames, kStandardJoints, 3}),
            end = torch::empty({frames, static_cast<int64_t>(kLimbEnds), 3}), heading = torch::empty({frames});
@@ -178,25 +197,28 @@ ResidualFrames residual_frames(const std::vector<const Baseline*>& baselines, co
     rotations.push_back(yaw_matrix(heading));
     scales.push_back(residual_scale(*b, table));
   }
-  return {torch::stack(roots), torch::stack(bones), torch::stack(ends), torch::stack(rotations), torch::stack(scales)};
+  return {torch::stack(roots),     torch::stack(bones),  torch::stack(ends),
+          torch::stack(rotations), torch::stack(scales), detour_frames(legs, headings)};
 }
 
 Tensor residual_rotations(const ResidualFrames& frames, const Tensor& residual) {
-  return rotation6d_to_matrix(six_numbers(frames, residual));
+  return rotations_of(six_numbers(frames, residual), roots_of(frames, residual));
 }
 
 Tensor residual_joints(const ResidualFrames& frames, const Tensor& residual) {
-  const Tensor relative = residual_rotations(frames, residual).index_select(2, parents_index(residual.device()));
+  const DisplacedRoots roots = roots_of(frames, residual);
+  const Tensor relative =
+      rotations_of(six_numbers(frames, residual), roots).index_select(2, parents_index(residual.device()));
   const Tensor bones = torch::matmul(relative, frames.bones.unsqueeze(4)).squeeze(4);  // (B, T, 22, 3)
-  const Tensor root = (residual * frames.scale).slice(1, 0, 3).transpose(1, 2).unsqueeze(2);
-  return torch::matmul(chains().to(residual.device()), bones) + root;
+  return torch::matmul(chains().to(residual.device()), bones) + roots.move.unsqueeze(2);
 }
 
 Tensor guarded_points(const ResidualFrames& frames, const Tensor& residual, const Tensor& joints) {
   std::vector<int64_t> last;
   for (const LimbEnd& limb : limb_ends()) last.push_back(limb.joint);
   const Tensor of = torch::tensor(last, joints.device());
-  const Tensor rotations = rotation6d_to_matrix(six_numbers(frames, residual).index_select(2, of));  // (B, T, 8, 3, 3)
+  const Tensor rotations =
+      rotations_of(six_numbers(frames, residual).index_select(2, of), roots_of(frames, residual));  // (B, T, 8, 3, 3)
   const Tensor ends = joints.index_select(2, of) + torch::matmul(rotations, frames.ends.unsqueeze(4)).squeeze(4);
   return torch::cat({body_points(joints), ends}, 2);
 }
@@ -210,9 +232,11 @@ Poses motion_of(const Tensor& residual, const Tensor& scale, const Baseline& bas
   const Tensor plain = (residual * scale).t().to(torch::kFloat32).contiguous();
   const auto r = plain.accessor<float, 2>();
   for (int64_t t = 0; t < plain.size(0); ++t) {
-    const Quaternionf rotation = heading_rotation(baseline.heading[static_cast<size_t>(t)]),
-                      back = rotation.conjugate();
-    out.joints[Poses::at(t, 0)] += rotation * Vector3f(r[t][0], r[t][1], r[t][2]);
+    const float heading = baseline.heading[static_cast<size_t>(t)];
+    const DisplacedRoot root =
+        displaced(baseline.legs, baseline.poses, t, heading, Vector3f(r[t][0], r[t][1], r[t][2]));
+    const Quaternionf rotation = heading_rotation(heading + root.yaw), back = heading_rotation(-heading);
+    out.joints[Poses::at(t, 0)] = root.place;
     for (int64_t j = 0; j < kStandardJoints; ++j) {
       const int64_t f = 3 + 6 * j;
       const Vector3f first = Vector3f(1 + r[t][f], r[t][f + 1], r[t][f + 2]).normalized();

@@ -8,10 +8,11 @@
 namespace inhabit::inbetween {
 
 // Residual motion: what a window's motion does beyond the interpolated baseline of its keys, told in the heading frame
-// of the baseline at each frame. 135 numbers: [0, 3) the root's displacement in metres, then of each joint the first
-// two columns of its rotation in the world relative to the baseline's, less those of the identity. Neither the scene's
-// axes nor the frames that a skeleton has at rest change these numbers. They are divided by their deviation at that
-// distance from the keys, which is 0 in key frames.
+// of the baseline at each frame. 135 numbers: [0, 3) the root's displacement in metres, along the detour where the
+// baseline has one (detour_legs.h), then of each joint the first two columns of its rotation in the world relative to
+// the baseline's, less those of the identity; along a detour, relative to the baseline's rotated with its bend. Neither
+// the scene's axes nor the frames that a skeleton has at rest change these numbers. They are divided by their deviation
+// at that distance from the keys, which is 0 in key frames.
 
 /// Numbers of residual motion in a frame, 135.
 inline constexpr int64_t kResidualFeatures = 3 + 6 * kStandardJoints;
@@ -45,6 +46,7 @@ struct ResidualFrames {
   torch::Tensor ends;      ///< (B, T, 8, 3) from its joint to each of limb_ends(), heading frame
   torch::Tensor rotation;  ///< (B, T, 3, 3) heading frame to world
   torch::Tensor scale;     ///< (B, 135, T) of residual_scale
+  DetourFrames detours;    ///< where the baselines go around obstacles
 
   ResidualFrames to(torch::Device device) const;  ///< the same on another device
 };

@@ -86,7 +86,7 @@ Poses key_source(const Poses& truth, const KeyNoise& noise, std::mt19937_64& ran
   return out;
 }
 
-Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
+Example find_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
   const bool recorded = data.generated().empty() || (!data.recorded().empty() && chance(random, c.training.recorded));
   const std::vector<int64_t>& windows = recorded ? data.recorded() : data.generated();
   const bool around = chance(random, c.training.way_around);
@@ -115,6 +115,12 @@ Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& r
     if (i == 0) first = Example{std::move(window), std::move(baseline)};
   }
   return std::move(*first);
+}
+
+Example draw_window(const PoseWindows& data, const Config& c, std::mt19937_64& random) {
+  Example out = find_window(data, c, random);
+  if (!c.along_detours) out.baseline.legs = {};
+  return out;
 }
 
 ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, const Tensor& table,
