@@ -65,9 +65,9 @@ TEST(DetourLegs, BeyondItsEndsALegGoesStraightOn) {
   const Baseline baseline = around(walking_poses(), 0.6);
   for (const int64_t t : {10, 110}) {
     const float heading = baseline.heading[static_cast<size_t>(t)];
-    const Vector3f place =
-        (t == 10 ? baseline.poses.root(0) - 0.3F * (baseline.poses.root(1) - baseline.poses.root(0)) * 20
-                 : baseline.poses.root(120) + 0.3F * (baseline.poses.root(120) - baseline.poses.root(119)) * 20);
+    const Poses& of = baseline.poses;
+    Vector3f place = of.root(0) - 6 * (of.root(1) - of.root(0));
+    if (t == 110) place = of.root(120) + 6 * (of.root(120) - of.root(119));
     float ahead = 0;
     const Vector3f move = displacement_to(baseline.legs, baseline.poses, t, heading, place, ahead);
     EXPECT_GT(std::abs(ahead), 0.2F);
