@@ -207,6 +207,11 @@ ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {
        {&out.frames.root, &out.frames.bones, &out.frames.ends, &out.frames.rotation, &out.frames.scale, &out.residual,
         &out.open, &out.fixed, &out.bones, &out.weights, &out.room, &out.passes, &out.feet, &out.kept, &out.steps})
     doubled(*values);
+  DetourFrames& detours = out.frames.detours;
+  if (detours.pace.defined())
+    for (Tensor* values :
+         {&detours.from, &detours.to, &detours.pace, &detours.direction, &detours.yaw, &detours.heading})
+      doubled(*values);
   out.scenes.insert(out.scenes.end(), batch.scenes.begin(), batch.scenes.end());
   auto generator = at::detail::createCPUGenerator(seed);
   out.noise = torch::randn(out.residual.sizes(), generator) * out.open;

@@ -7,7 +7,7 @@
 #include "forecast/walker.h"
 #include "inbetween/whole_keys.h"
 #include "inhabit/inbetween/baseline.h"
-#include "inhabit/inbetween/residual.h"
+#include "inhabit/inbetween/residual_batch.h"
 #include "largest.h"
 
 namespace inhabit::inbetween {
@@ -105,6 +105,25 @@ TEST(DetourLegs, TensorsSayTheSame) {
   const Tensor joints = to_world(frames, residual_joints(frames, residual));
   EXPECT_LT(largest_difference(joints[0], places(motion_of(residual[0], frames.scale[0], bent))), 3e-4);
   EXPECT_LT(largest_difference(joints[1], places(motion_of(residual[1], frames.scale[1], straight))), 3e-4);
+}
+
+TEST(DetourLegs, AreInBatchesThatAreSampledTwice) {
+  const Poses motion = walking_poses();
+  const Baseline bent = around(motion, 0.7), straight = baseline_of(motion, whole_keys(kWindow, {0, 120}));
+  ResidualBatch batch;
+  batch.frames = residual_frames({&bent, &straight}, torch::ones({kScaleRows, kResidualFeatures}));
+  torch::manual_seed(7);
+  batch.residual = 0.4 * torch::randn({2, kResidualFeatures, kWindow}) * (batch.frames.scale > 0);
+  const Tensor rows = torch::zeros({2});
+  batch.open = (batch.frames.scale > 0).to(torch::kFloat32);
+  for (Tensor* of :
+       {&batch.fixed, &batch.bones, &batch.weights, &batch.room, &batch.passes, &batch.feet, &batch.kept, &batch.steps})
+    *of = rows;
+  const ResidualBatch both = twice(batch, 1);
+  const Tensor once = residual_joints(batch.frames, batch.residual),
+               again = residual_joints(both.frames, both.residual);
+  EXPECT_LT(largest_difference(again.slice(0, 0, 2), once), 1e-6);
+  EXPECT_LT(largest_difference(again.slice(0, 2), once), 1e-6);
 }
 
 TEST(DetourLegs, HaveGradients) {
