@@ -4,7 +4,7 @@
 # so the changed sources of a module are read at once, and at most LINT_UNITS (default 8) modules, those with most of them.
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd -P "$(dirname "$0")/.."  # as CMake and the units name files
 mapfile -t all < <(git ls-files '*.h' '*.cpp')
 clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
