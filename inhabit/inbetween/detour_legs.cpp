@@ -164,6 +164,7 @@ DetourFrames detour_frames(const std::vector<const DetourLegs*>& legs,
   out.direction = stacked([](const DetourLegs& of) { return of.direction; });
   out.yaw = stacked([](const DetourLegs& of) { return of.yaw; });
   std::vector<Tensor> rows;
+  rows.reserve(headings.size());
   for (const std::vector<float>* heading : headings) rows.push_back(torch::tensor(*heading));
   out.heading = torch::stack(rows);
   return out;
