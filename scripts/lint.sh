@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Formatting of every C++ file, whether git lets the scripts be run, and clang-tidy on the sources that differ from the
-# main branch (on the main branch: from the commit before; without history: all). What takes time is LibTorch's headers,
-# so the changed sources of a module are read at once, and at most LINT_UNITS (default 8) modules, those with most of them.
+# main branch (on the main branch: from the commit before; without history: all). Sources that the build compiles
+# together (a module, twelve of cli/) are read at once, since LibTorch's headers take most of the time. At most
+# LINT_UNITS (default 8) of these units are read, those with the most changed sources first.
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
 cd -P "$(dirname "$0")/.."  # as CMake and the units name files
-mapfile -t all < <(git ls-files '*.h' '*.cpp')
+files=$(git ls-files '*.h' '*.cpp')
+mapfile -t all <<<"$files"
 clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
 
@@ -38,29 +40,42 @@ sources_of() {
 }
 limit=${LINT_UNITS:-8}
 case ${1:-} in
-  --all) mapfile -t sources < <(git ls-files 'inhabit/*.cpp' 'cli/*.cpp'); limit=1000 ;;
-  "") mapfile -t sources < <(changed | sources_of) ;;
-  *) sources=("$@"); limit=1000 ;;
+  --all) list=$(git ls-files 'inhabit/*.cpp' 'cli/*.cpp') ;;
+  "") list=$(changed | sources_of) ;;
+  *) list=$(realpath --relative-to=. -- "$@") ;;
 esac
-if [ ${#sources[@]} -eq 0 ]; then echo "clang-tidy: no source changed"; exit 0; fi
+if [ -z "$list" ]; then echo "clang-tidy: no source changed"; exit 0; fi
+mapfile -t sources <<<"$list"
+[ $# -eq 0 ] || limit=${#sources[@]}
 
 # clang takes the commands of the release build, but not its precompiled headers and some of its warnings, which are
-# GCC's; what is an error here .clang-tidy says. Of the build's units only the lines of these sources are left.
+# GCC's; what is an error here .clang-tidy says. Of the build's units only these sources are left: their text itself, for
+# clang's analyzer follows paths in the file that it is given and not in one that is included. Messages name the unit's
+# lines, to be counted from the #line above.
 rm -rf build/lint
 cmake --preset release -B build/lint >/dev/null
 sed -i -E "s# -(Winvalid-pch|Werror|Wno-restrict|Wno-stringop-overflow|Wno-subobject-linkage)##g; s#-include [^ \"]*/cmake_pch\\.hxx#-include ATen/core/ivalue.h -include $PWD/cmake/pch.h#g" \
   build/lint/compile_commands.json
-printf "\"$PWD/%s\"\n" "${sources[@]}" >build/lint/wanted.txt
+printf '"%s"\n' "${sources[@]/#/$PWD/}" >build/lint/wanted.txt
 units=()
 : >build/lint/found.txt
 for unit in build/lint/CMakeFiles/inhabit*.dir/Unity/*.cxx build/lint/cli/CMakeFiles/*.dir/Unity/*.cxx; do
-  here=$(grep -F -f build/lint/wanted.txt "$unit") && printf '%s\n' "$here" >"$unit" && units+=("$(wc -l <<<"$here") $PWD/$unit")
-  grep -o '"/.*"' <<<"$here" >>build/lint/found.txt || true
+  here=$(grep -F -f build/lint/wanted.txt "$unit") || continue
+  sed -E 's/^#include "(.*)"$/\1/' <<<"$here" |
+    while read -r source; do printf '#line 1 "%s"\n' "$source"; cat "$source"; done >"$unit"
+  units+=("$(wc -l <<<"$here") $PWD/$unit")
+  grep -o '"/.*"' <<<"$here" >>build/lint/found.txt
 done
-# What the build reads by itself: kernels, TinyGLTF.
+# What the build compiles by itself: kernels, TinyGLTF, the built-in body's file, data_parallel.cpp.
 mapfile -t -O ${#units[@]} units < <(grep -v -x -F -f build/lint/found.txt build/lint/wanted.txt | tr -d '"' | sed 's/^/1 /')
 mapfile -t units < <(printf '%s\n' "${units[@]}" | sort -rn | head -n "$limit")
+tidy() {
+  local checks=""  # of a module's own .clang-tidy, which clang-tidy does not look for beside a unit
+  case $1 in */unity_refine_*) checks=$(sed -n "s/^Checks: *'\(.*\)'/\1/p" inhabit/refine/.clang-tidy) ;; esac
+  clang-tidy -p build/lint --quiet ${checks:+--checks="$checks"} "$1"
+}
+export -f tidy
 printf '%s\n' "${units[@]#* }" |
-  OMP_NUM_THREADS=1 xargs -P "$(nproc)" -n 1 clang-tidy -p build/lint --quiet 2> >(grep -v -E 'warnings? generated|^Suppressed|^Use -header' >&2)
+  OMP_NUM_THREADS=1 xargs -d '\n' -P "$(nproc)" -I{} bash -c 'tidy "$1"' _ {} 2> >(grep -v -E 'warnings? generated|^Suppressed|^Use -header' >&2)
 read_sources=$(printf '%s\n' "${units[@]}" | awk '{n += $1} END {print n}')
 echo "clang-tidy: $read_sources of ${#sources[@]} sources"

@@ -186,8 +186,8 @@ Tensor body_point_radii() {
 }
 
 const std::array<LimbEnd, kLimbEnds>& limb_ends() {
-  // At rest hands point sideways, palms down, thumbs ahead. Of a hand 4 cm more than its flesh is kept free: the grid
-  // of distances rounds edges off, and hands are what collides.
+  // At rest hands point sideways, palms down, thumbs ahead. Around the skin of a hand 1 to 5 cm are kept free (3.6 in
+  // the median): the grid of distances rounds edges off, and hands are what collides.
   static const std::array<LimbEnd, kLimbEnds> ends = {{{20, {0.085F, -0.01F, 0}, 0.07F},
                                                        {21, {-0.085F, -0.01F, 0}, 0.07F},
                                                        {20, {0.165F, -0.02F, 0}, 0.065F},

@@ -1,5 +1,5 @@
 // Protects what the denoiser sees of a scene at every frame: distances agree with the scene's own, gradients with their
-// differences, and the mirror image is one.
+// differences, and the mirror image is one. And that the penetration loss's points cover hands and toes.
 #include "inhabit/inbetween/scene_probe.h"
 
 #include <gtest/gtest.h>
@@ -135,6 +135,12 @@ TEST(LimbEnds, KeepTheHandsOfTheBodyFree) {
       EXPECT_GT(free, 0.01F) << at.transpose();
     }
     EXPECT_GT(fingers, 50);
+  }
+  for (const LimbEnd& end : limb_ends()) {
+    if (end.joint != 10 && end.joint != 11) continue;
+    const Tensor toes =
+        body.template_vertices.index_select(0, (most == end.joint).nonzero().squeeze(1)) - joints[end.joint];
+    EXPECT_NEAR(toes.select(1, 2).max().item<float>(), end.offset.z() + end.radius, 0.01F) << "the tips of toes";
   }
   EXPECT_EQ(guarded_radii().size(0), kBodyPoints + static_cast<int64_t>(kLimbEnds));
 }
