@@ -11,7 +11,8 @@ namespace inhabit::inbetween {
 /// along the detour and to its left, so that somebody who is half a metre ahead of the baseline has taken its bend,
 /// too, and does not stand in what it goes around. Where a leg is straight, that is the displacement itself.
 struct DetourLegs {
-  std::vector<int> from, to;                  ///< (T) key frames at the ends of each frame's leg
+  std::vector<int> from;                      ///< (T) key frame at the beginning of each frame's leg
+  std::vector<int> to;                        ///< (T) key frame at its end
   std::vector<float> pace;                    ///< (T) metres a frame along it; 0 in keys and where there is no detour
   std::vector<float> direction;               ///< (T) radians in which it leads, 0 being +Z, without jumps in a leg
   std::vector<float> yaw;                     ///< (T) radians that the body is rotated by with it
@@ -28,7 +29,8 @@ struct DisplacedRoot {
   Eigen::Vector3f place;  ///< metres, world
   float yaw = 0;          ///< radians that the detour rotates the body by beyond what it does in the baseline's frame
 };
-/// @param t frame. @param heading radians, the baseline's there. @param move metres, heading frame
+/// Where a displacement leads. @param t frame. @param heading radians, the baseline's there. @param move metres,
+/// heading frame
 DisplacedRoot displaced(const DetourLegs& legs, const Poses& baseline, int64_t t, float heading,
                         const Eigen::Vector3f& move);
 
@@ -39,12 +41,17 @@ Eigen::Vector3f displacement_to(const DetourLegs& legs, const Poses& baseline, i
 
 /// The legs of B windows as tensors.
 struct DetourFrames {
-  torch::Tensor from, to, pace, direction, yaw;  ///< (B, T) of DetourLegs; undefined where no window has a detour
-  torch::Tensor heading;                         ///< (B, T) radians, the baseline's
+  // (B, T) each; undefined where no window has a detour.
+  torch::Tensor from;       ///< frames, DetourLegs::from
+  torch::Tensor to;         ///< frames, DetourLegs::to
+  torch::Tensor pace;       ///< metres a frame, DetourLegs::pace
+  torch::Tensor direction;  ///< radians, DetourLegs::direction
+  torch::Tensor yaw;        ///< radians, DetourLegs::yaw
+  torch::Tensor heading;    ///< radians, the baseline's
 
   DetourFrames to_device(torch::Device device) const;  ///< the same on another device
 };
-/// @param legs, headings of B baselines of one length
+/// The tensors of B baselines of one length. @param legs of each. @param headings of each
 DetourFrames detour_frames(const std::vector<const DetourLegs*>& legs,
                            const std::vector<const std::vector<float>*>& headings);
 
@@ -53,7 +60,8 @@ struct DisplacedRoots {
   torch::Tensor move;  ///< (B, T, 3) metres from the baseline's root, heading frame
   torch::Tensor yaw;   ///< (B, T) radians; undefined where no window has a detour
 };
-/// @param root (B, T, 3) the baselines', world. @param move (B, T, 3) metres, heading frame
+/// What the displacements of B windows lead to. @param root (B, T, 3) the baselines', world. @param move (B, T, 3)
+/// metres, heading frame
 DisplacedRoots displaced(const DetourFrames& frames, const torch::Tensor& root, const torch::Tensor& move);
 
 }  // namespace inhabit::inbetween
