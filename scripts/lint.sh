@@ -62,7 +62,7 @@ units=()
 for unit in build/lint/CMakeFiles/inhabit*.dir/Unity/*.cxx build/lint/cli/CMakeFiles/*.dir/Unity/*.cxx; do
   here=$(grep -F -f build/lint/wanted.txt "$unit") || continue
   sed -E 's/^#include "(.*)"$/\1/' <<<"$here" |
-    while read -r source; do printf '#line 1 "%s"\n' "$source"; cat "$source"; done >"$unit"
+    while read -r source; do printf '#line 1 "%s"\n' "$source"; cat "$source" || exit 1; done >"$unit"
   units+=("$(wc -l <<<"$here") $PWD/$unit")
   grep -o '"/.*"' <<<"$here" >>build/lint/found.txt
 done
@@ -72,7 +72,8 @@ mapfile -t units < <(printf '%s\n' "${units[@]}" | sort -rn | head -n "$limit")
 tidy() {
   local checks=""  # of a module's own .clang-tidy, which clang-tidy does not look for beside a unit
   case $1 in */unity_refine_*) checks=$(sed -n "s/^Checks: *'\(.*\)'/\1/p" inhabit/refine/.clang-tidy) ;; esac
-  clang-tidy -p build/lint --quiet ${checks:+--checks="$checks"} "$1"
+  # What a source includes by a bare name lies beside it, not beside the unit.
+  clang-tidy -p build/lint --quiet --extra-arg=-iquote"$PWD/cli" --extra-arg=-iquote"$PWD/cli/launcher" ${checks:+--checks="$checks"} "$1"
 }
 export -f tidy
 printf '%s\n' "${units[@]#* }" |

@@ -71,7 +71,7 @@ DetourLegs detour_legs(const Poses& poses, const std::vector<double>& yaws, cons
       const auto frame = static_cast<size_t>(t);
       const Vector2f along =
           floor_place(poses, std::min(to, t + kAlongLeg)) - floor_place(poses, std::max(from, t - kAlongLeg));
-      const double leads = inhabit::heading_of(along.cast<double>().eval());
+      const double leads = along.isZero() ? before : inhabit::heading_of(along.cast<double>().eval());
       before = t == from ? leads : before + wrapped(leads - before);
       out.direction[frame] = static_cast<float>(before);
       out.yaw[frame] = static_cast<float>(

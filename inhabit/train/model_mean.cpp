@@ -21,7 +21,10 @@ nlohmann::json sizes_of(const SafeTensors& model) {
   if (config == model.metadata.end()) return {};
   if (nested_too_deep(config->second)) return nlohmann::json(nlohmann::json::value_t::discarded);
   auto fields = nlohmann::json::parse(config->second, nullptr, /*allow_exceptions=*/false);
-  if (fields.is_object()) fields.erase("training");
+  if (fields.is_object()) {
+    fields.erase("training");
+    if (fields.contains("residual")) fields.emplace("along_detours", false);  // files of before do not say
+  }
   return fields;
 }
 

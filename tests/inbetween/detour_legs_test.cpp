@@ -52,7 +52,7 @@ TEST(DetourLegs, WhoIsAheadHasTakenTheBend) {
                 1e-4)
         << t;
   }
-  // Twice as far it is half a metre and more beside where the heading frame alone would have put it.
+  // Four times as far it is half a metre and more beside where the heading frame alone would have put it.
   float ahead = 0;
   const Vector3f move =
       displacement_to(baseline.legs, baseline.poses, 40, baseline.heading[40], baseline.poses.root(100), ahead);
@@ -105,6 +105,17 @@ TEST(DetourLegs, TensorsSayTheSame) {
   const Tensor joints = to_world(frames, residual_joints(frames, residual));
   EXPECT_LT(largest_difference(joints[0], places(motion_of(residual[0], frames.scale[0], bent))), 3e-4);
   EXPECT_LT(largest_difference(joints[1], places(motion_of(residual[1], frames.scale[1], straight))), 3e-4);
+  const Poses there = motion_of(residual[0], frames.scale[0], bent);
+  const Tensor points = to_world(frames, guarded_points(frames, residual, residual_joints(frames, residual)))[0];
+  for (const int64_t t : {20, 60, 100})
+    for (size_t i = 0; i < kLimbEnds; ++i) {
+      const LimbEnd& end = limb_ends()[i];
+      const Vector3f expected =
+          there.joints[Poses::at(t, end.joint)] + there.rotations[Poses::at(t, end.joint)] * end.offset;
+      const Tensor at = points[t][kBodyPoints + static_cast<int64_t>(i)];
+      EXPECT_LT((Vector3f(at[0].item<float>(), at[1].item<float>(), at[2].item<float>()) - expected).norm(), 3e-4F)
+          << t << " " << i;
+    }
 }
 
 TEST(DetourLegs, AreInBatchesThatAreSampledTwice) {
