@@ -6,7 +6,9 @@
 # usage: scripts/lint.sh [--all | SOURCE...]     --all: clang-tidy on every source of inhabit/ and cli/
 set -euo pipefail
 cd -P "$(dirname "$0")/.."  # as CMake and the units name files
-files=$(git ls-files '*.h' '*.cpp')
+# Files that git knows and that are there: one that was deleted stays in its list until that is staged.
+there() { git ls-files "$@" | while read -r file; do if [ -f "$file" ]; then echo "$file"; fi; done; }
+files=$(there '*.h' '*.cpp')
 mapfile -t all <<<"$files"
 clang-format --dry-run --Werror "${all[@]}"
 echo "clang-format: ${#all[@]} files"
@@ -40,7 +42,7 @@ sources_of() {
 }
 limit=${LINT_UNITS:-8}
 case ${1:-} in
-  --all) list=$(git ls-files 'inhabit/*.cpp' 'cli/*.cpp') ;;
+  --all) list=$(there 'inhabit/*.cpp' 'cli/*.cpp') ;;
   "") list=$(changed | sources_of) ;;
   *) list=$(realpath --relative-to=. -- "$@") ;;
 esac
@@ -66,7 +68,8 @@ for unit in build/lint/CMakeFiles/inhabit*.dir/Unity/*.cxx build/lint/cli/CMakeF
   units+=("$(wc -l <<<"$here") $PWD/$unit")
   grep -o '"/.*"' <<<"$here" >>build/lint/found.txt
 done
-# What the build compiles by itself: kernels, TinyGLTF, the built-in body's file, data_parallel.cpp.
+# What no unit has: kernels, TinyGLTF, the built-in body's file, data_parallel.cpp, and named files that are not of the
+# library or cli/ (clang-tidy takes the command of the nearest file for them).
 mapfile -t -O ${#units[@]} units < <(grep -v -x -F -f build/lint/found.txt build/lint/wanted.txt | tr -d '"' | sed 's/^/1 /')
 mapfile -t units < <(printf '%s\n' "${units[@]}" | sort -rn | head -n "$limit")
 tidy() {

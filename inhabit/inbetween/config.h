@@ -91,8 +91,7 @@ struct Config {
     double swinging_weight = 0;     ///< of feet that go faster than the truth's ever do (the same), in stage "deployed"
     double noisy = 0;               ///< fraction of windows with noisy keys; 0: the model takes none
     double penetration_weight = 1;  ///< of body points inside obstacles
-    double clearance_weight =
-        0;                  ///< of roots nearer to obstacles than the true one (clearance_loss), in stage "deployed"
+    double clearance_weight = 0;    ///< of roots nearer to obstacles than the true one, in stage "deployed"
     double noisiest = 0.2;  ///< fraction of windows at one of the noisiest tenth of the steps, in stage "denoiser":
                             ///< where motion that keys leave open is decided
     double far_keys = 0.5;  ///< fraction of windows whose keys are 30 to 120 frames apart, beside those of `blocked`

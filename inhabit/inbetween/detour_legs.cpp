@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "inhabit/inbetween/obstacle_detours.h"
 #include "inhabit/math/heading.h"
 
 namespace inhabit::inbetween {
@@ -14,7 +15,6 @@ using torch::Tensor;
 
 namespace {
 
-constexpr int64_t kAlongLeg = 3;  // frames to either side that tell where a detour leads
 constexpr int kBisections = 24;
 
 Vector2f floor_place(const Poses& poses, int64_t t) { return {poses.root(t).x(), poses.root(t).z()}; }
@@ -70,7 +70,7 @@ DetourLegs detour_legs(const Poses& poses, const std::vector<double>& yaws, cons
     for (int64_t t = from; t < to; ++t) {
       const auto frame = static_cast<size_t>(t);
       const Vector2f along =
-          floor_place(poses, std::min(to, t + kAlongLeg)) - floor_place(poses, std::max(from, t - kAlongLeg));
+          floor_place(poses, std::min(to, t + kAlongPath)) - floor_place(poses, std::max(from, t - kAlongPath));
       const double leads = along.isZero() ? before : inhabit::heading_of(along.cast<double>().eval());
       before = t == from ? leads : before + wrapped(leads - before);
       out.direction[frame] = static_cast<float>(before);

@@ -30,7 +30,6 @@ constexpr float kThrough = 0.07F;                      // metres from a cell's m
 const std::vector<double> kMargins = {0.5, 0.4, 0.3};  // metres: clearance of the new one, so that arms pass
 constexpr double kHardlyLonger = 1.2;                  // times as long as the shortest, for more clearance
 constexpr double kTurning = 15;                        // frames around keys in which the heading comes back to theirs
-constexpr int64_t kAlong = 3;                          // frames to either side that tell where the path goes
 
 /// Clearances of squares [z][x], drawn finer for find_path.
 FreeSpace finer(const std::vector<float>& squares) {
@@ -188,7 +187,7 @@ std::vector<double> yaws_along(const std::vector<Vector2d>& straight, const Tens
     if (to - from < 2 || detours.slice(0, from + 1, to).abs().max().item<double>() == 0) continue;
     const double ahead = inhabit::heading_of(straight[static_cast<size_t>(to)] - straight[static_cast<size_t>(from)]);
     for (int64_t t = from + 1; t < to; ++t) {
-      const Vector2d along = place(std::min(to, t + kAlong)) - place(std::max(from, t - kAlong));
+      const Vector2d along = place(std::min(to, t + kAlongPath)) - place(std::max(from, t - kAlongPath));
       const double near = static_cast<double>(std::min(t - from, to - t)) / kTurning;
       yaws[static_cast<size_t>(t)] = smooth_step(near) * wrapped(inhabit::heading_of(along) - ahead);
     }

@@ -36,6 +36,8 @@ inline constexpr double kNearKeys = 0.45;
 inline constexpr double kWide = 0.15;
 /// Metres a frame: a path that needs a higher speed is not taken.
 inline constexpr double kQuickest = 0.08;
+/// Frames to either side that tell where a path leads.
+inline constexpr int64_t kAlongPath = 3;
 
 /// Two key frames, one after the other, that give the root, 0.9 m apart or more.
 struct RootLeg {

@@ -161,9 +161,7 @@ ResidualBatch make_batch(const std::vector<Example>& examples, const Config& c, 
   const Tensor joints = residual_joints(out.frames, out.residual),
                points = to_world(out.frames, guarded_points(out.frames, out.residual, joints));
   out.room = torch::minimum(probe(out.scenes, points).distance, guarded_radii());
-  const Tensor column = root_column(to_world(out.frames, joints).select(2, 0)),
-               clear = probe(out.scenes, column).distance.clamp_max(kPassesBy);
-  out.passes = -torch::max_pool1d(-clear.transpose(1, 2), 2 * kSoonerOrLater + 1, 1, kSoonerOrLater).transpose(1, 2);
+  out.passes = passing_distance(out.scenes, to_world(out.frames, joints).select(2, 0));
   return out;
 }
 
@@ -198,6 +196,12 @@ ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const Te
   examples.reserve(count);
   for (size_t i = 0; i < count; ++i) examples.push_back(draw_window(data, config, random));
   return make_batch(examples, config, table, random);
+}
+
+Tensor passing_distance(const std::vector<SceneDistances>& scenes, const Tensor& root) {
+  const Tensor clear = probe(scenes, root_column(root)).distance.clamp_max(kPassesBy);
+  // The least of a stretch is the largest of what is negative.
+  return -torch::max_pool1d(-clear.transpose(1, 2), 2 * kSoonerOrLater + 1, 1, kSoonerOrLater).transpose(1, 2);
 }
 
 ResidualBatch twice(const ResidualBatch& batch, uint64_t seed) {

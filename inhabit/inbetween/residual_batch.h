@@ -21,8 +21,7 @@ struct ResidualBatch {
   torch::Tensor weights;   ///< (B, T, 22) of joints in their loss: 10 where a partial key has one, else 1
   torch::Tensor room;      ///< (B, T, 38) metres that the true guarded_points keep from obstacles, their radius
                            ///< at most
-  torch::Tensor passes;    ///< (B, T, 3) metres that the true root_column keeps from obstacles within half a second
-                           ///< before and after, 0.4 m at most
+  torch::Tensor passes;    ///< (B, T, 3) of passing_distance
   torch::Tensor feet;      ///< (B, T, 4) of foot_contacts
   torch::Tensor kept;      ///< (B) 1, or 0 where the scene is hidden
   torch::Tensor steps;     ///< (B) int64 diffusion steps, 0 the cleanest
@@ -43,6 +42,10 @@ struct ResidualBatch {
 /// @param table (61, 135), see residual_scale
 ResidualBatch draw_batch(const PoseWindows& data, const Config& config, const torch::Tensor& table, size_t count,
                          uint64_t seed);
+
+/// Metres that the true root_column keeps from obstacles (B, T, 3), 0.4 at most: the least of half a second before and
+/// after each frame, as a sample may pass them sooner or later. @param root (B, T, 3) metres, world
+torch::Tensor passing_distance(const std::vector<SceneDistances>& scenes, const torch::Tensor& root);
 
 /// Every window twice, the second time after all others, with noise of its own.
 ResidualBatch twice(const ResidualBatch& batch, uint64_t seed);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "inhabit/inbetween/residual_batch.h"
 #include "inhabit/scene/shapes.h"
 
 namespace inhabit::inbetween {
@@ -160,6 +161,18 @@ TEST(ClearanceLoss, IsOfRootsThatPassNearerThanTheTrueOne) {
   EXPECT_GT(slope, 0) << "away from the wall is better";
   EXPECT_NEAR(root.grad()[0][0][0].item<double>(), slope, 0.05 * slope);
   EXPECT_EQ(root.grad()[0][0][1].item<double>(), 0) << "at any height";
+}
+
+TEST(PassingDistance, IsTheLeastOfHalfASecondBeforeAndAfter) {
+  // Towards the wall and away again, nearest at frame 30: 0.1 m.
+  const Tensor gap = 0.1 + 0.02 * (torch::arange(61) - 30).abs();
+  const Tensor root = torch::stack({0.5 - gap, torch::full({61}, 0.9), torch::zeros({61})}, 1).unsqueeze(0);
+  const Tensor passes = passing_distance(beside_a_wall(), root);
+  ASSERT_EQ(passes.sizes(), torch::IntArrayRef({1, 61, 3}));
+  for (const int64_t t : {15, 22, 30, 45}) EXPECT_NEAR(passes[0][t][1].item<double>(), 0.1, 0.02) << t;
+  EXPECT_NEAR(passes[0][10][1].item<double>(), 0.2, 0.02) << "at frame 25";
+  EXPECT_NEAR(passes[0][0][1].item<double>(), 0.4, 1e-6) << "0.4 m from frame 15 on";
+  EXPECT_NEAR(passes[0][60][1].item<double>(), 0.4, 1e-6);
 }
 
 }  // namespace
